@@ -1,0 +1,102 @@
+//! One error type. Each message says what was expected and what came.
+
+/// Everything that can be wrong with a call.
+#[derive(Debug, thiserror::Error, Clone, PartialEq)]
+pub enum Error {
+    /// A name that nothing has.
+    #[error("unknown {what} '{name}'{hint}")]
+    Unknown {
+        /// The kind of thing that was asked for.
+        what: &'static str,
+        /// What was asked for.
+        name: String,
+        /// The nearest name, or the names there are.
+        hint: String,
+    },
+    /// A parameter out of its range.
+    #[error("`{name}` must be in ({above}, {maximum}], got {value}.")]
+    Parameter {
+        /// The parameter.
+        name: &'static str,
+        /// Its lower, excluded bound.
+        above: f64,
+        /// Its upper, included bound.
+        maximum: f64,
+        /// What came.
+        value: f64,
+    },
+    /// Axes that are no signed permutation.
+    #[error("`axes` '{text}' name no frame: {why}")]
+    Axes {
+        /// What came.
+        text: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A matrix that is no rotation.
+    #[error("`rotation` is no rotation: {0}")]
+    Rotation(String),
+    /// A shape that does not fit.
+    #[error("{0}")]
+    Shape(String),
+    /// Options that contradict each other.
+    #[error("{0}")]
+    Contradiction(String),
+}
+
+impl Error {
+    /// An unknown name, with the nearest of `names` or all of them.
+    pub fn unknown(what: &'static str, name: &str, names: &[&str]) -> Error {
+        let nearest = names
+            .iter()
+            .map(|candidate| (distance(name, candidate), *candidate))
+            .min()
+            .filter(|(distance, candidate)| *distance <= (candidate.len() / 3).max(2));
+        let hint = match nearest {
+            Some((_, candidate)) => format!("; did you mean '{candidate}'?"),
+            None if names.is_empty() => String::new(),
+            None => format!("; there are {}", names.join(", ")),
+        };
+        Error::Unknown {
+            what,
+            name: name.to_owned(),
+            hint,
+        }
+    }
+}
+
+/// Levenshtein's distance.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_names_suggest_the_nearest() {
+        let names = ["octahedral", "latlong", "cube"];
+        let text = Error::unknown("projection", "octahedrel", &names).to_string();
+        assert_eq!(
+            text,
+            "unknown projection 'octahedrel'; did you mean 'octahedral'?"
+        );
+        let text = Error::unknown("projection", "mercury", &names).to_string();
+        assert_eq!(
+            text,
+            "unknown projection 'mercury'; there are octahedral, latlong, cube"
+        );
+    }
+}

@@ -1,0 +1,506 @@
+//! Several faces and where they lie.
+//!
+//! A projection numbers its faces in its own, canonical order and draws each in its own orientation.
+//! A convention may store them in another order, each turned or flipped; a layout may put them side by
+//! side in one image. Both are the same thing, an [`Arrangement`]: for each canonical face its
+//! [`Place`]. [`Arranged`] wraps a projection with it and is a projection again, so every verb works
+//! on every layout.
+//!
+//! Cells of a layout that hold no face are not part of the valid image.
+
+use crate::light::solid_angle::Rect;
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::real::Real;
+
+/// The most faces that a projection may have.
+pub const MAX_FACES: usize = 12;
+
+/// One of the eight ways to put a square on itself: exchange u and v, then flip each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Orientation {
+    /// u and v change places.
+    pub swap: bool,
+    /// Then u runs backwards.
+    pub flip_u: bool,
+    /// Then v runs backwards.
+    pub flip_v: bool,
+}
+
+impl Orientation {
+    /// As it is.
+    pub const UPRIGHT: Orientation = Orientation {
+        swap: false,
+        flip_u: false,
+        flip_v: false,
+    };
+    /// Half a turn.
+    pub const TURNED: Orientation = Orientation {
+        swap: false,
+        flip_u: true,
+        flip_v: true,
+    };
+
+    /// First `self`, then `next`.
+    pub fn then(self, next: Orientation) -> Orientation {
+        let (u, v) = if next.swap {
+            (self.flip_v, self.flip_u)
+        } else {
+            (self.flip_u, self.flip_v)
+        };
+        Orientation {
+            swap: self.swap ^ next.swap,
+            flip_u: u ^ next.flip_u,
+            flip_v: v ^ next.flip_v,
+        }
+    }
+}
+
+/// Where a layout puts one canonical face.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// Cells from the left.
+    pub column: u8,
+    /// Cells from the top.
+    pub row: u8,
+    /// How the face lies in it.
+    pub orientation: Orientation,
+}
+
+/// A named way to lay out faces.
+#[derive(Clone, Copy, Debug)]
+pub struct LayoutSpec {
+    /// The name.
+    pub name: &'static str,
+    /// How the faces lie.
+    pub cells: Cells,
+}
+
+/// How the faces of a layout lie.
+#[derive(Clone, Copy, Debug)]
+pub enum Cells {
+    /// An array of images; no neighbours.
+    Apart,
+    /// One image, from left to right in stored order.
+    Row,
+    /// One image, from top to bottom in stored order.
+    Column,
+    /// One image, each canonical face in its cell of a grid of so many columns and rows.
+    Grid(u8, u8, &'static [Cell]),
+}
+
+const fn cell(column: u8, row: u8) -> Cell {
+    Cell {
+        column,
+        row,
+        orientation: Orientation::UPRIGHT,
+    }
+}
+
+/// The layouts that any projection of several faces has.
+pub const STRIP_AND_COLUMN: &[LayoutSpec] = &[
+    LayoutSpec {
+        name: "faces",
+        cells: Cells::Apart,
+    },
+    LayoutSpec {
+        name: "strip",
+        cells: Cells::Row,
+    },
+    LayoutSpec {
+        name: "column",
+        cells: Cells::Column,
+    },
+];
+
+/// Left, front, right, back in a row with up and down over and under front: neighbours in the picture
+/// are neighbours on the cube.
+const CROSS: &[Cell] = &[
+    cell(2, 1),
+    cell(0, 1),
+    cell(1, 0),
+    cell(1, 2),
+    cell(1, 1),
+    cell(3, 1),
+];
+
+/// Up, front, down, back in a column, left and right beside front. Back continues down and so stands
+/// on its head.
+const VERTICAL_CROSS: &[Cell] = &[
+    cell(2, 1),
+    cell(0, 1),
+    cell(1, 0),
+    cell(1, 2),
+    cell(1, 1),
+    Cell {
+        column: 1,
+        row: 3,
+        orientation: Orientation::TURNED,
+    },
+];
+
+/// The layouts of a cube. `dice` is the name that panorama tools give the cross.
+pub const CUBE_LAYOUTS: &[LayoutSpec] = &[
+    STRIP_AND_COLUMN[0],
+    STRIP_AND_COLUMN[1],
+    STRIP_AND_COLUMN[2],
+    LayoutSpec {
+        name: "cross",
+        cells: Cells::Grid(4, 3, CROSS),
+    },
+    LayoutSpec {
+        name: "vertical_cross",
+        cells: Cells::Grid(3, 4, VERTICAL_CROSS),
+    },
+    LayoutSpec {
+        name: "dice",
+        cells: Cells::Grid(4, 3, CROSS),
+    },
+];
+
+/// The order and orientation in which a program stores the faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct FaceTable {
+    /// `stored[f]` is the number under which canonical face f is stored.
+    pub stored: [u8; MAX_FACES],
+    /// How canonical face f is drawn.
+    pub orientation: [Orientation; MAX_FACES],
+}
+
+impl FaceTable {
+    /// Stored as the projection itself numbers and draws them.
+    pub const CANONICAL: FaceTable = FaceTable {
+        stored: [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11],
+        orientation: [Orientation::UPRIGHT; MAX_FACES],
+    };
+}
+
+/// Where one canonical face lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Place {
+    /// The stored face's number, where faces are apart.
+    pub stored: usize,
+    /// Cells from the left.
+    pub column: usize,
+    /// Cells from the top.
+    pub row: usize,
+    /// How it is drawn.
+    pub orientation: Orientation,
+}
+
+/// Where every face lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrangement {
+    /// How many faces there are.
+    pub faces: usize,
+    /// Whether they share one image.
+    pub joined: bool,
+    /// Cells in a row of the image.
+    pub columns: usize,
+    /// Rows of cells.
+    pub rows: usize,
+    /// The place of each canonical face.
+    pub places: [Place; MAX_FACES],
+}
+
+impl Arrangement {
+    /// One face, as it is.
+    pub const SINGLE: Arrangement = Arrangement {
+        faces: 1,
+        joined: true,
+        columns: 1,
+        rows: 1,
+        places: [Place {
+            stored: 0,
+            column: 0,
+            row: 0,
+            orientation: Orientation::UPRIGHT,
+        }; MAX_FACES],
+    };
+
+    /// The faces of a program's table in a layout.
+    pub fn new(faces: usize, table: FaceTable, cells: Cells) -> Arrangement {
+        let (columns, rows) = match cells {
+            Cells::Apart => (1, 1),
+            Cells::Row => (faces, 1),
+            Cells::Column => (1, faces),
+            Cells::Grid(columns, rows, _) => (columns as usize, rows as usize),
+        };
+        let mut places = [Place::default(); MAX_FACES];
+        for (face, place) in places.iter_mut().enumerate().take(faces) {
+            let stored = table.stored[face] as usize;
+            let (column, row, turned) = match cells {
+                Cells::Apart => (0, 0, Orientation::UPRIGHT),
+                Cells::Row => (stored, 0, Orientation::UPRIGHT),
+                Cells::Column => (0, stored, Orientation::UPRIGHT),
+                Cells::Grid(_, _, cells) => {
+                    let cell = cells[face];
+                    (cell.column as usize, cell.row as usize, cell.orientation)
+                }
+            };
+            let orientation = table.orientation[face].then(turned);
+            *place = Place {
+                stored,
+                column,
+                row,
+                orientation,
+            };
+        }
+        Arrangement {
+            faces,
+            joined: !matches!(cells, Cells::Apart),
+            columns,
+            rows,
+            places,
+        }
+    }
+
+    /// Whether coordinates are the projection's own.
+    pub fn is_canonical(&self) -> bool {
+        let as_is = |(face, place): (usize, &Place)| {
+            place.stored == face && place.orientation == Orientation::UPRIGHT
+        };
+        self.faces == 1 || !self.joined && self.places[..self.faces].iter().enumerate().all(as_is)
+    }
+}
+
+/// A projection whose faces are arranged: JOINED in one image, or apart in another order.
+#[derive(Clone, Copy)]
+pub struct Arranged<P, const JOINED: bool> {
+    projection: P,
+    columns: f64,
+    rows: f64,
+    stored: [f64; MAX_FACES],
+    // Along u and v: place = sign · (face coordinate) + offset, in cells.
+    sign: [[f64; 2]; MAX_FACES],
+    offset: [[f64; 2]; MAX_FACES],
+    swap: [f64; MAX_FACES],
+}
+
+impl<P: Projection, const JOINED: bool> Arranged<P, JOINED> {
+    /// `projection` in an arrangement.
+    pub fn new(projection: P, arrangement: &Arrangement) -> Self {
+        let mut arranged = Arranged {
+            projection,
+            columns: arrangement.columns as f64,
+            rows: arrangement.rows as f64,
+            stored: [-1.0; MAX_FACES],
+            sign: [[1.0; 2]; MAX_FACES],
+            offset: [[0.0; 2]; MAX_FACES],
+            swap: [0.0; MAX_FACES],
+        };
+        for face in 0..P::INFO.faces {
+            let Place {
+                stored,
+                column,
+                row,
+                orientation,
+            } = arrangement.places[face];
+            let flips = [orientation.flip_u, orientation.flip_v];
+            let cell = if JOINED { [column, row] } else { [0, 0] };
+            arranged.stored[face] = stored as f64;
+            arranged.sign[face] = flips.map(|flip| if flip { -1.0 } else { 1.0 });
+            arranged.offset[face] = [0, 1].map(|k| cell[k] as f64 + f64::from(u8::from(flips[k])));
+            arranged.swap[face] = f64::from(u8::from(orientation.swap));
+        }
+        arranged
+    }
+
+    /// The face at `uv` and the place on it, or false.
+    #[inline(always)]
+    fn locate<R: Real>(self, uv: Uv<R>) -> (Uv<R>, bool) {
+        let (zero, one, half) = (R::new(0.0), R::new(1.0), R::new(0.5));
+        // A cell's edge is a rounded number where the grid's columns are no power of two.
+        let slack = R::new(4.0 * R::EPSILON * self.columns.max(self.rows));
+        let (x, y) = if JOINED {
+            (uv.u * R::new(self.columns), uv.v * R::new(self.rows))
+        } else {
+            (uv.u, uv.v)
+        };
+        let nan = R::new(f64::NAN);
+        let mut place = Uv {
+            u: nan,
+            v: nan,
+            face: nan,
+        };
+        let mut found = false;
+        macro_rules! try_face {
+            ($($face:literal),+) => {$(
+                if $face < P::INFO.faces {
+                    let a = (x - R::new(self.offset[$face][0])) * R::new(self.sign[$face][0]);
+                    let b = (y - R::new(self.offset[$face][1])) * R::new(self.sign[$face][1]);
+                    let here = if JOINED {
+                        ((a - half).abs() <= half + slack) & ((b - half).abs() <= half + slack)
+                    } else {
+                        uv.face == R::new(self.stored[$face])
+                    };
+                    let here = here & !found;
+                    let swap = R::new(self.swap[$face]) > zero;
+                    place.u = if here { if swap { b } else { a } } else { place.u };
+                    place.v = if here { if swap { a } else { b } } else { place.v };
+                    place.face = if here { R::new($face as f64) } else { place.face };
+                    found |= here;
+                }
+            )+};
+        }
+        try_face!(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
+        if JOINED {
+            let u = if place.u < zero { zero } else { place.u };
+            let v = if place.v < zero { zero } else { place.v };
+            place.u = if u > one { one } else { u };
+            place.v = if v > one { one } else { v };
+        }
+        (place, found)
+    }
+}
+
+impl<P: Projection, const JOINED: bool> Projection for Arranged<P, JOINED> {
+    const INFO: Info = Info {
+        faces: if JOINED { 1 } else { P::INFO.faces },
+        outline: Outline::Square,
+        ..P::INFO
+    };
+
+    fn with_parameters(_: &[f64]) -> Self {
+        unreachable!("arranged projections are not in the registry")
+    }
+
+    fn coverage(self) -> Coverage {
+        self.projection.coverage()
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        let (low, high) = self.projection.density_range();
+        let cells = if JOINED {
+            self.columns * self.rows
+        } else {
+            1.0
+        };
+        (low * cells, high * cells)
+    }
+
+    fn seam(self) -> Seam {
+        self.projection.seam()
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
+        let uv = self.projection.encode(d);
+        let mut sign = [R::new(self.sign[0][0]), R::new(self.sign[0][1])];
+        let mut offset = [R::new(self.offset[0][0]), R::new(self.offset[0][1])];
+        let mut swap = R::new(self.swap[0]);
+        let mut stored = R::new(self.stored[0]);
+        macro_rules! choose {
+            ($($face:literal),+) => {$(
+                if $face < P::INFO.faces {
+                    let here = uv.face == R::new($face as f64);
+                    sign[0] = if here { R::new(self.sign[$face][0]) } else { sign[0] };
+                    sign[1] = if here { R::new(self.sign[$face][1]) } else { sign[1] };
+                    offset[0] = if here { R::new(self.offset[$face][0]) } else { offset[0] };
+                    offset[1] = if here { R::new(self.offset[$face][1]) } else { offset[1] };
+                    swap = if here { R::new(self.swap[$face]) } else { swap };
+                    stored = if here { R::new(self.stored[$face]) } else { stored };
+                }
+            )+};
+        }
+        choose!(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
+        let swapped = swap > R::new(0.0);
+        let (u, v) = (
+            if swapped { uv.v } else { uv.u },
+            if swapped { uv.u } else { uv.v },
+        );
+        let (u, v) = (sign[0] * u + offset[0], sign[1] * v + offset[1]);
+        if JOINED {
+            Uv::flat(u / R::new(self.columns), v / R::new(self.rows))
+        } else {
+            Uv { u, v, face: stored }
+        }
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        self.projection.decode(self.locate(uv).0)
+    }
+
+    #[inline(always)]
+    fn contains<R: Real>(self, uv: Uv<R>) -> bool {
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let in_square = (uv.u >= zero) & (uv.u <= one) & (uv.v >= zero) & (uv.v <= one);
+        let (place, found) = self.locate(uv);
+        in_square & found & self.projection.contains(place)
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        self.projection.solid_angle(rect)
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, uv: Uv<R>) -> R {
+        let cells = if JOINED {
+            self.columns * self.rows
+        } else {
+            1.0
+        };
+        self.projection.density(self.locate(uv).0) * R::new(cells)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projections::Cube;
+
+    #[test]
+    fn orientations_compose_like_maps() {
+        let apply = |o: Orientation, (u, v): (i32, i32)| {
+            let (u, v) = if o.swap { (v, u) } else { (u, v) };
+            (if o.flip_u { -u } else { u }, if o.flip_v { -v } else { v })
+        };
+        let all: Vec<Orientation> = (0..8)
+            .map(|b| Orientation {
+                swap: b & 1 != 0,
+                flip_u: b & 2 != 0,
+                flip_v: b & 4 != 0,
+            })
+            .collect();
+        for &a in &all {
+            for &b in &all {
+                assert_eq!(apply(a.then(b), (1, 2)), apply(b, apply(a, (1, 2))));
+            }
+        }
+    }
+
+    #[test]
+    fn the_cross_is_continuous_where_cells_touch() {
+        for cells in [Cells::Grid(4, 3, CROSS), Cells::Grid(3, 4, VERTICAL_CROSS)] {
+            let arrangement = Arrangement::new(6, FaceTable::CANONICAL, cells);
+            let arranged = Arranged::<Cube, true>::new(Cube, &arrangement);
+            let (columns, rows) = (arrangement.columns as f64, arrangement.rows as f64);
+            let mut shared = 0;
+            for column in 0..arrangement.columns {
+                for row in 0..arrangement.rows {
+                    for (du, dv) in [(1.0, 0.5), (0.5, 1.0)] {
+                        let at = |offset: f64| {
+                            let (eu, ev) = if du == 1.0 {
+                                (offset, 0.0)
+                            } else {
+                                (0.0, offset)
+                            };
+                            Uv::flat(
+                                (column as f64 + du + eu) / columns,
+                                (row as f64 + dv + ev) / rows,
+                            )
+                        };
+                        let (a, b) = (at(-1e-9), at(1e-9));
+                        if arranged.contains(a) && arranged.contains(b) {
+                            let (a, b) = (arranged.decode(a), arranged.decode(b));
+                            let dot: f64 = (0..3).map(|k| a[k] * b[k]).sum();
+                            assert!(dot > 1.0 - 1e-12);
+                            shared += 1;
+                        }
+                    }
+                }
+            }
+            assert_eq!(shared, 5, "six faces that hang together share five edges");
+        }
+    }
+}

@@ -1,0 +1,323 @@
+//! Images: shapes, texel types and where each texel of a face is stored.
+//!
+//! An image of several faces is seen as faces, whatever its layout: each canonical face is a strided view
+//! of the stored texels ([`FaceView`]), and each stored row is a few runs of texels of one face
+//! ([`Run`]). So sampling and conversion know nothing of crosses, strips, face orders and turned faces.
+
+use crate::error::Error;
+use crate::faces::{MAX_FACES, Place};
+use crate::kernel::Scalar;
+use crate::map::{Grid, GridAxis, Map};
+use crate::projection::Outline;
+use half::f16;
+
+/// A texel type. Filters run in `Float` and round once.
+pub trait Texel: Copy + Default + Send + Sync + 'static {
+    /// What filters compute in.
+    type Float: Scalar;
+    /// The value.
+    fn load(self) -> Self::Float;
+    /// The nearest texel; integers saturate, and NaN is 0 there.
+    fn store(x: Self::Float) -> Self;
+    /// The texel for a number of the caller's.
+    fn from_f64(x: f64) -> Self;
+    /// What stands for "nothing": NaN, or 0 where there is none.
+    const NOTHING: f64;
+}
+
+macro_rules! integer_texel {
+    ($t:ty) => {
+        impl Texel for $t {
+            type Float = f32;
+            const NOTHING: f64 = 0.0;
+            #[inline(always)]
+            fn load(self) -> f32 {
+                self as f32
+            }
+            #[inline(always)]
+            fn store(x: f32) -> $t {
+                // `as` saturates and takes NaN to 0.
+                (x + 0.5) as $t
+            }
+            fn from_f64(x: f64) -> $t {
+                x.round_ties_even() as $t
+            }
+        }
+    };
+}
+integer_texel!(u8);
+integer_texel!(u16);
+
+macro_rules! float_texel {
+    ($t:ty, $float:ty, $load:expr, $store:expr, $from:expr) => {
+        impl Texel for $t {
+            type Float = $float;
+            const NOTHING: f64 = f64::NAN;
+            #[inline(always)]
+            fn load(self) -> $float {
+                $load(self)
+            }
+            #[inline(always)]
+            fn store(x: $float) -> $t {
+                $store(x)
+            }
+            fn from_f64(x: f64) -> $t {
+                $from(x)
+            }
+        }
+    };
+}
+float_texel!(f16, f32, f16::to_f32, f16::from_f32, f16::from_f64);
+float_texel!(f32, f32, |x| x, |x| x, |x| x as f32);
+float_texel!(f64, f64, |x| x, |x| x, |x| x);
+
+/// Where the texels of one canonical face are stored: texel (i, j) at `start + i·along_u + j·along_v`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FaceView {
+    start: isize,
+    along_u: isize,
+    along_v: isize,
+}
+
+impl FaceView {
+    /// The index of texel (i, j) of the face.
+    #[inline(always)]
+    pub fn index(&self, i: usize, j: usize) -> usize {
+        (self.start + i as isize * self.along_u + j as isize * self.along_v) as usize
+    }
+}
+
+/// Consecutive texels of a stored row that lie on one face, or on none.
+#[derive(Clone, Copy, Debug)]
+pub struct Run {
+    /// The first stored column.
+    pub column: usize,
+    /// How many there are.
+    pub length: usize,
+    /// The canonical face, if any, with the first texel on it and the step to the next.
+    pub face: Option<(usize, [isize; 2], [isize; 2])>,
+}
+
+/// The geometry of an image in a map's layout.
+#[derive(Clone, Copy, Debug)]
+pub struct Raster {
+    /// Texels along u of a face.
+    pub width: usize,
+    /// Texels along v of a face.
+    pub height: usize,
+    /// Columns of the stored image.
+    pub columns: usize,
+    /// Rows of the stored image, those of all faces where faces are apart.
+    pub rows: usize,
+    /// The grid along u.
+    pub along_u: GridAxis,
+    /// The grid along v.
+    pub along_v: GridAxis,
+    /// Whether only the disk of a face holds sphere.
+    pub disk: bool,
+    faces: usize,
+    joined: bool,
+    places: [Place; MAX_FACES],
+    views: [FaceView; MAX_FACES],
+}
+
+impl Raster {
+    /// The geometry of an image of this shape: (rows, columns), or (faces, rows, columns).
+    pub fn new(map: &Map, shape: &[usize]) -> Result<Raster, Error> {
+        let arrangement = map.arrangement();
+        let expected = || Error::Shape(shape_error(map, shape));
+        let (stored_faces, rows, columns) = match (arrangement.joined, shape) {
+            (true, &[rows, columns]) => (1, rows, columns),
+            (false, &[faces, rows, columns]) if faces == arrangement.faces => {
+                (faces, rows, columns)
+            }
+            _ => return Err(expected()),
+        };
+        if rows == 0
+            || columns == 0
+            || rows % arrangement.rows != 0
+            || columns % arrangement.columns != 0
+        {
+            return Err(expected());
+        }
+        let (height, width) = (rows / arrangement.rows, columns / arrangement.columns);
+        if arrangement.faces > 1 && height != width {
+            return Err(expected());
+        }
+        let corners = match map.grid() {
+            Grid::Centers => false,
+            Grid::Corners => width == 1 || height == 1,
+            Grid::CornersV => height == 1,
+        };
+        if corners {
+            return Err(Error::Contradiction(format!(
+                "grid '{}' puts the first and last texel on opposite edges and needs at least 2 of them, \
+                 got {height} rows and {width} columns",
+                map.grid().name()
+            )));
+        }
+        let (along_u, along_v) = map.grid().axes(width, height);
+        let mut raster = Raster {
+            width,
+            height,
+            columns,
+            rows: rows * stored_faces,
+            along_u,
+            along_v,
+            disk: map.info().outline == Outline::Disk,
+            faces: arrangement.faces,
+            joined: arrangement.joined,
+            places: arrangement.places,
+            views: [FaceView::default(); MAX_FACES],
+        };
+        for face in 0..raster.faces {
+            raster.views[face] = raster.face_view(face);
+        }
+        Ok(raster)
+    }
+
+    /// How many texels are stored.
+    pub fn texels(&self) -> usize {
+        self.rows * self.columns
+    }
+
+    /// Where a canonical face is stored.
+    #[inline(always)]
+    pub fn view(&self, face: usize) -> &FaceView {
+        &self.views[face % MAX_FACES]
+    }
+
+    fn origin(&self, face: usize) -> (usize, usize) {
+        let place = self.places[face];
+        if self.joined {
+            (place.column * self.width, place.row * self.height)
+        } else {
+            (0, place.stored * self.height)
+        }
+    }
+
+    fn face_view(&self, face: usize) -> FaceView {
+        let (column, row) = self.origin(face);
+        let o = self.places[face].orientation;
+        let columns = self.columns as isize;
+        let (mut start, mut steps) = (row as isize * columns + column as isize, [1, columns]);
+        if o.flip_u {
+            start += (self.width as isize - 1) * steps[0];
+            steps[0] = -steps[0];
+        }
+        if o.flip_v {
+            start += (self.height as isize - 1) * steps[1];
+            steps[1] = -steps[1];
+        }
+        if o.swap {
+            steps.swap(0, 1);
+        }
+        FaceView {
+            start,
+            along_u: steps[0],
+            along_v: steps[1],
+        }
+    }
+
+    /// The runs that stored row `row` is made of.
+    pub fn runs(&self, row: usize) -> impl Iterator<Item = Run> + '_ {
+        let cells = self.columns / self.width;
+        (0..cells).map(move |cell| {
+            let column = cell * self.width;
+            let face = (0..self.faces).find(|&face| {
+                let (left, top) = self.origin(face);
+                left == column && (top..top + self.height).contains(&row)
+            });
+            let face = face.map(|face| {
+                let o = self.places[face].orientation;
+                let (w, h) = (self.width as isize, self.height as isize);
+                let y = row as isize - self.origin(face).1 as isize;
+                let b = if o.flip_v { h - 1 - y } else { y };
+                let (a, step) = if o.flip_u { (w - 1, -1) } else { (0, 1) };
+                if o.swap {
+                    (face, [b, a], [0, step])
+                } else {
+                    (face, [a, b], [step, 0])
+                }
+            });
+            Run {
+                column,
+                length: self.width,
+                face,
+            }
+        })
+    }
+
+    /// Writes the canonical (u, v, face) of `n` texels of a run from its texel `first` on.
+    pub fn centres<R: Scalar>(&self, run: &Run, first: usize, n: usize, uv: &mut [R]) {
+        let Some((face, start, step)) = run.face else {
+            return;
+        };
+        for (k, uv) in uv.chunks_exact_mut(3).take(n).enumerate() {
+            let at = |axis: usize| (start[axis] + (first + k) as isize * step[axis]) as f64;
+            uv[0] = R::new(self.along_u.centre(at(0)));
+            uv[1] = R::new(self.along_v.centre(at(1)));
+            uv[2] = R::new(face as f64);
+        }
+    }
+
+    /// Whether texel (i, j) of a face has its centre in the valid image.
+    #[inline(always)]
+    pub fn holds(&self, i: isize, j: isize) -> bool {
+        let inside =
+            (0..self.width as isize).contains(&i) && (0..self.height as isize).contains(&j);
+        if !inside || !self.disk {
+            return inside;
+        }
+        let p = 2.0 * self.along_u.centre(i as f64) - 1.0;
+        let q = 2.0 * self.along_v.centre(j as f64) - 1.0;
+        p * p + q * q <= 1.0 + 8.0 * f64::EPSILON
+    }
+}
+
+/// The shape of an image whose face has size `n`: a latlong's height, a square's side, a cube's face.
+pub fn shape_of_size(map: &Map, n: usize) -> Vec<usize> {
+    let arrangement = map.arrangement();
+    let (width, height) = (n * map.info().aspect.0, n * map.info().aspect.1);
+    let (rows, columns) = (height * arrangement.rows, width * arrangement.columns);
+    if arrangement.joined {
+        vec![rows, columns]
+    } else {
+        vec![arrangement.faces, rows, columns]
+    }
+}
+
+fn shape_error(map: &Map, shape: &[usize]) -> String {
+    let arrangement = map.arrangement();
+    let pattern = if !arrangement.joined {
+        format!("({}, N, N)", arrangement.faces)
+    } else if arrangement.faces > 1 {
+        format!("({} N, {} N)", arrangement.rows, arrangement.columns)
+    } else {
+        "(H, W)".to_owned()
+    };
+    let layout = map
+        .layout()
+        .map(|name| format!(" in layout '{name}'"))
+        .unwrap_or_default();
+    format!(
+        "Expected an image of projection '{}'{layout} to have shape {pattern}, got {}.",
+        map.info().name,
+        tuple(shape)
+    )
+}
+
+/// A shape as Python prints it.
+pub fn tuple(shape: &[usize]) -> String {
+    match shape {
+        [n] => format!("({n},)"),
+        _ => format!(
+            "({})",
+            shape
+                .iter()
+                .map(usize::to_string)
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
+    }
+}

@@ -1,0 +1,3 @@
+//! Light: what is integrated over the sphere.
+
+pub mod solid_angle;

@@ -1,0 +1,754 @@
+//! A projection with everything that a program decides about it: axes, grid, face order, layout.
+//!
+//! [`Map`] is the run-time value behind every call. Its verbs find the compiled formula through the
+//! registry, put the frame around it and spread the work over threads.
+
+use crate::convention::{self, Convention};
+use crate::error::Error;
+use crate::faces::{Arranged, Arrangement, Cells, FaceTable};
+use crate::frame::{Axes, Turn};
+use crate::kernel::{self, Frame, Lanes, Point, Scalar};
+use crate::projection::{Coverage, Info, Projection, Uv, jacobian};
+use crate::projections::{Kind, REGISTRY, Visitor};
+use crate::real::{Real, max};
+use crate::threads;
+use glam::DMat3;
+
+/// Where texel centres lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Grid {
+    /// (i + ½)/n: a texel is a small area.
+    Centers,
+    /// i/(n - 1): the first and last texel lie on the edges.
+    Corners,
+    /// Centres along u, corners along v: a row on each pole.
+    CornersV,
+}
+
+impl Grid {
+    /// All of them.
+    pub const ALL: [Grid; 3] = [Grid::Centers, Grid::Corners, Grid::CornersV];
+
+    /// The name it is asked for by.
+    pub fn name(self) -> &'static str {
+        match self {
+            Grid::Centers => "centers",
+            Grid::Corners => "corners",
+            Grid::CornersV => "corners-v",
+        }
+    }
+
+    /// The grids along u and v.
+    pub fn axes(self, width: usize, height: usize) -> (GridAxis, GridAxis) {
+        let axis = |corners, n| GridAxis { n, corners };
+        match self {
+            Grid::Centers => (axis(false, width), axis(false, height)),
+            Grid::Corners => (axis(true, width), axis(true, height)),
+            Grid::CornersV => (axis(false, width), axis(true, height)),
+        }
+    }
+}
+
+/// The grid along one side of a face.
+#[derive(Clone, Copy, Debug)]
+pub struct GridAxis {
+    n: usize,
+    corners: bool,
+}
+
+impl GridAxis {
+    /// The coordinate of texel i's centre.
+    pub fn centre(self, i: f64) -> f64 {
+        if self.corners {
+            i / (self.n - 1) as f64
+        } else {
+            (i + 0.5) / self.n as f64
+        }
+    }
+
+    /// The edges of texel i: halfway to its neighbours, within the image.
+    pub fn cell(self, i: usize) -> (f64, f64) {
+        if self.corners {
+            let last = (self.n - 1) as f64;
+            (
+                ((i as f64 - 0.5) / last).max(0.0),
+                ((i as f64 + 0.5) / last).min(1.0),
+            )
+        } else {
+            (i as f64 / self.n as f64, (i + 1) as f64 / self.n as f64)
+        }
+    }
+
+    /// (scale, offset) of the texel index as a function of the coordinate.
+    pub fn index(self) -> (f64, f64) {
+        if self.corners {
+            ((self.n - 1) as f64, 0.0)
+        } else {
+            (self.n as f64, -0.5)
+        }
+    }
+}
+
+/// What may be said when a map is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options<'a> {
+    /// A program's name.
+    pub convention: Option<&'a str>,
+    /// Which world axes point right, down and forward.
+    pub axes: Option<&'a str>,
+    /// Where texel centres lie.
+    pub grid: Option<&'a str>,
+    /// How several faces are laid out.
+    pub layout: Option<&'a str>,
+    /// Parameters by name.
+    pub parameters: &'a [(String, f64)],
+}
+
+/// A projection with its axes, grid, faces and parameters.
+#[derive(Clone, Debug)]
+pub struct Map {
+    kind: Kind,
+    info: &'static Info,
+    convention: Option<&'static str>,
+    axes: Axes,
+    grid: Grid,
+    layout: Option<&'static str>,
+    arrangement: Arrangement,
+    parameters: Vec<f64>,
+}
+
+impl Eq for Map {}
+
+impl std::hash::Hash for Map {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        self.info.name.hash(state);
+        self.convention.hash(state);
+        self.axes.hash(state);
+        self.grid.hash(state);
+        self.layout.hash(state);
+        self.parameters.iter().for_each(|x| x.to_bits().hash(state));
+    }
+}
+
+impl PartialEq for Map {
+    fn eq(&self, other: &Self) -> bool {
+        self.info.name == other.info.name
+            && self.convention == other.convention
+            && self.axes == other.axes
+            && self.grid == other.grid
+            && self.layout == other.layout
+            && self.arrangement == other.arrangement
+            && self.parameters == other.parameters
+    }
+}
+
+impl Map {
+    /// The map of this name, which may be qualified by a convention as in "latlong:mitsuba".
+    pub fn new(name: &str, options: Options<'_>) -> Result<Map, Error> {
+        let (name, qualifier) = match name.split_once(':') {
+            Some((name, convention)) => (name, Some(convention)),
+            None => (name, None),
+        };
+        let names: Vec<&str> = REGISTRY.iter().map(|info| info.name).collect();
+        let info = REGISTRY
+            .iter()
+            .find(|info| info.name == name)
+            .ok_or_else(|| Error::unknown("projection", name, &names))?;
+        let convention = match (qualifier, options.convention) {
+            (Some(a), Some(b)) if a != b => {
+                return Err(Error::Contradiction(format!(
+                    "two conventions for '{name}': '{a}' in its name and `convention` '{b}'"
+                )));
+            }
+            (a, b) => a
+                .or(b)
+                .map(|name| convention::find(info.name, name))
+                .transpose()?,
+        };
+        let axes = options
+            .axes
+            .or(convention.map(|c| c.axes))
+            .unwrap_or(info.axes)
+            .parse()?;
+        let grid = match options.grid {
+            Some(name) => find_grid(name)?,
+            None => convention.map_or(Grid::Centers, |c| c.grid),
+        };
+        let parameters = parameters(info, convention, options.parameters)?;
+        let kind = Kind::new(info.name, &parameters)
+            .ok_or_else(|| Error::unknown("projection", name, &names))?;
+        let table = convention
+            .and_then(|c| c.faces)
+            .unwrap_or(FaceTable::CANONICAL);
+        let wanted = options.layout.or(convention.and_then(|c| c.layout));
+        let (layout, arrangement) = arrangement(info, table, wanted)?;
+        let convention = convention.map(|c| c.name);
+        Ok(Map {
+            kind,
+            info,
+            convention,
+            axes,
+            grid,
+            layout,
+            arrangement,
+            parameters,
+        })
+    }
+
+    /// What the projection claims about itself.
+    pub fn info(&self) -> &'static Info {
+        self.info
+    }
+
+    /// The name of the convention it was made with.
+    pub fn convention(&self) -> Option<&'static str> {
+        self.convention
+    }
+
+    /// Which world axes point right, down and forward.
+    pub fn axes(&self) -> Axes {
+        self.axes
+    }
+
+    /// Where texel centres lie.
+    pub fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// The layout's name; none for a projection of one face.
+    pub fn layout(&self) -> Option<&'static str> {
+        self.layout
+    }
+
+    /// Where the faces lie.
+    pub fn arrangement(&self) -> &Arrangement {
+        &self.arrangement
+    }
+
+    /// The parameters, in the order of the claims' list.
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// How many numbers an image coordinate has: 3 where faces are apart, else 2.
+    pub fn uv_width(&self) -> usize {
+        if self.arrangement.joined { 2 } else { 3 }
+    }
+
+    /// How many faces the image coordinates tell apart.
+    pub fn faces(&self) -> usize {
+        if self.arrangement.joined {
+            1
+        } else {
+            self.arrangement.faces
+        }
+    }
+
+    /// The part of the sphere it holds.
+    pub fn coverage(&self) -> Coverage {
+        struct Get;
+        impl Visitor for Get {
+            type Output = Coverage;
+            fn visit<P: Projection>(self, p: P) -> Coverage {
+                p.coverage()
+            }
+        }
+        self.kind.visit(Get)
+    }
+
+    /// Smallest and largest dω/(du dv) over the valid image.
+    pub fn density_range(&self) -> (f64, f64) {
+        struct Get;
+        impl Visitor for Get {
+            type Output = (f64, f64);
+            fn visit<P: Projection>(self, p: P) -> (f64, f64) {
+                p.density_range()
+            }
+        }
+        self.visit(Get)
+    }
+
+    /// For each canonical face, whether its picture is mirrored as seen from inside a right-handed
+    /// world. Not all formulas keep the view frame's sense, and faces may differ.
+    pub fn mirrored(&self) -> Vec<bool> {
+        struct Sense;
+        impl Visitor for Sense {
+            type Output = Vec<bool>;
+            fn visit<P: Projection>(self, p: P) -> Vec<bool> {
+                let reversed = |face: usize| {
+                    let uv = Uv {
+                        u: 0.45,
+                        v: 0.4,
+                        face: face as f64,
+                    };
+                    let [a, b] = jacobian(p, uv).map(glam::DVec3::from);
+                    a.cross(b).dot(glam::DVec3::from(p.decode(uv))) < 0.0
+                };
+                (0..P::INFO.faces).map(reversed).collect()
+            }
+        }
+        let turned = |(face, reversed): (usize, bool)| {
+            let o = self.arrangement.places[face].orientation;
+            reversed ^ o.swap ^ o.flip_u ^ o.flip_v ^ self.axes.mirrored()
+        };
+        self.visit_canonical(Sense)
+            .into_iter()
+            .enumerate()
+            .map(turned)
+            .collect()
+    }
+
+    /// World to view, for the map turned by `rotation`.
+    pub fn turn(&self, rotation: Option<DMat3>) -> Turn {
+        Turn::new(self.axes, rotation)
+    }
+
+    /// Calls the visitor with the projection as it is arranged.
+    pub fn visit<V: Visitor>(&self, visitor: V) -> V::Output {
+        self.kind.visit(Arrange {
+            arrangement: &self.arrangement,
+            visitor,
+        })
+    }
+
+    /// Calls the visitor with the projection in its own order of faces, three numbers a coordinate.
+    pub fn visit_canonical<V: Visitor>(&self, visitor: V) -> V::Output {
+        self.kind.visit(visitor)
+    }
+
+    /// Directions, three numbers each, to image coordinates.
+    pub fn encode<R: Scalar>(&self, rotation: Option<DMat3>, directions: &[R], uv: &mut [R]) {
+        let turn = self.turn(rotation);
+        threads::blocks(directions, 3, uv, self.uv_width(), |input, output| {
+            self.visit(EncodeBlock {
+                turn,
+                input,
+                output,
+            });
+        });
+    }
+
+    /// Image coordinates to unit directions, three numbers each.
+    pub fn decode<R: Scalar>(&self, rotation: Option<DMat3>, uv: &[R], directions: &mut [R]) {
+        let turn = self.turn(rotation).inverse();
+        threads::blocks(uv, self.uv_width(), directions, 3, |input, output| {
+            self.visit(DecodeBlock {
+                turn,
+                input,
+                output,
+            });
+        });
+    }
+
+    /// ∂d/∂(u, v) at image coordinates, six numbers each.
+    pub fn jacobian<R: Scalar>(&self, rotation: Option<DMat3>, uv: &[R], jacobians: &mut [R]) {
+        let turn = self.turn(rotation).inverse();
+        threads::blocks(uv, self.uv_width(), jacobians, 6, |input, output| {
+            self.visit(JacobianBlock {
+                turn,
+                input,
+                output,
+            });
+        });
+    }
+
+    /// dω/(du dv) at image coordinates.
+    pub fn density<R: Scalar>(&self, uv: &[R], density: &mut [R]) {
+        threads::blocks(uv, self.uv_width(), density, 1, |input, output| {
+            self.visit(DensityBlock { input, output });
+        });
+    }
+
+    /// Whether image coordinates lie in the valid image.
+    pub fn valid<R: Scalar>(&self, uv: &[R], valid: &mut [bool]) {
+        threads::blocks(uv, self.uv_width(), valid, 1, |input, output| {
+            self.visit(ValidBlock { input, output });
+        });
+    }
+}
+
+impl Map {
+    /// Whether directions lie in the coverage.
+    pub fn covers<R: Scalar>(
+        &self,
+        rotation: Option<DMat3>,
+        directions: &[R],
+        covered: &mut [bool],
+    ) {
+        const TILE: usize = 256;
+        let turn = self.turn(rotation);
+        threads::blocks(directions, 3, covered, 1, |directions, covered| {
+            let mut uv = [R::default(); 3 * TILE];
+            for (input, covered) in directions.chunks(3 * TILE).zip(covered.chunks_mut(TILE)) {
+                let uv = &mut uv[..input.len()];
+                self.visit_canonical(EncodeCanonical {
+                    turn,
+                    input,
+                    output: uv,
+                });
+                for (uv, covered) in uv.chunks_exact(3).zip(covered) {
+                    *covered = !uv[0].is_nan();
+                }
+            }
+        });
+    }
+}
+
+fn find_grid(name: &str) -> Result<Grid, Error> {
+    let names = Grid::ALL.map(Grid::name);
+    let found = Grid::ALL.into_iter().find(|grid| grid.name() == name);
+    found.ok_or_else(|| Error::unknown("grid", name, &names))
+}
+
+fn parameters(
+    info: &'static Info,
+    convention: Option<&Convention>,
+    given: &[(String, f64)],
+) -> Result<Vec<f64>, Error> {
+    let names: Vec<&str> = info.parameters.iter().map(|p| p.name).collect();
+    if let Some((name, _)) = given
+        .iter()
+        .find(|(name, _)| !names.contains(&name.as_str()))
+    {
+        if names.is_empty() {
+            return Err(Error::Contradiction(format!(
+                "projection '{}' takes no parameters, got `{name}`",
+                info.name
+            )));
+        }
+        return Err(Error::unknown("parameter", name, &names));
+    }
+    let value = |parameter: &crate::projection::Parameter| {
+        let by_caller = given
+            .iter()
+            .find(|(name, _)| name == parameter.name)
+            .map(|(_, x)| *x);
+        let by_convention = convention
+            .and_then(|c| {
+                c.parameters
+                    .iter()
+                    .find(|(name, _)| *name == parameter.name)
+            })
+            .map(|(_, x)| *x);
+        let value = by_caller.or(by_convention).unwrap_or(parameter.default);
+        if value > parameter.above && value <= parameter.maximum {
+            Ok(value)
+        } else {
+            Err(Error::Parameter {
+                name: parameter.name,
+                above: parameter.above,
+                maximum: parameter.maximum,
+                value,
+            })
+        }
+    };
+    info.parameters.iter().map(value).collect()
+}
+
+fn arrangement(
+    info: &'static Info,
+    table: FaceTable,
+    wanted: Option<&str>,
+) -> Result<(Option<&'static str>, Arrangement), Error> {
+    if info.layouts.is_empty() {
+        return match wanted {
+            None => Ok((None, Arrangement::SINGLE)),
+            Some(layout) => Err(Error::Contradiction(format!(
+                "projection '{}' has one face and no layouts, got layout '{layout}'",
+                info.name
+            ))),
+        };
+    }
+    let names: Vec<&str> = info.layouts.iter().map(|layout| layout.name).collect();
+    let name = wanted.unwrap_or(names[0]);
+    let layout = info.layouts.iter().find(|layout| layout.name == name);
+    let layout = layout.ok_or_else(|| Error::unknown("layout", name, &names))?;
+    debug_assert!(!matches!(layout.cells, Cells::Grid(_, _, cells) if cells.len() != info.faces));
+    Ok((
+        Some(layout.name),
+        Arrangement::new(info.faces, table, layout.cells),
+    ))
+}
+
+struct Arrange<'a, V> {
+    arrangement: &'a Arrangement,
+    visitor: V,
+}
+
+impl<V: Visitor> Visitor for Arrange<'_, V> {
+    type Output = V::Output;
+
+    fn visit<P: Projection>(self, p: P) -> V::Output {
+        if P::INFO.faces == 1 || self.arrangement.is_canonical() {
+            self.visitor.visit(p)
+        } else if self.arrangement.joined {
+            self.visitor
+                .visit(Arranged::<P, true>::new(p, self.arrangement))
+        } else {
+            self.visitor
+                .visit(Arranged::<P, false>::new(p, self.arrangement))
+        }
+    }
+}
+
+/// The direction with its largest component brought near 1, and whether it is a direction at all:
+/// finite and not zero.
+#[inline(always)]
+fn prepared<R: Real>([x, y, z]: [R; 3]) -> ([R; 3], bool) {
+    let scale = max(x.abs(), max(y.abs(), z.abs())).binade_scale();
+    let d = [x * scale, y * scale, z * scale];
+    let sum = d[0].abs() + d[1].abs() + d[2].abs();
+    (d, (sum > R::new(0.0)) & (sum < R::new(f64::INFINITY)))
+}
+
+#[inline(always)]
+fn only_if<R: Real, const N: usize>(ok: bool, x: [R; N]) -> [R; N] {
+    x.map(|x| if ok { x } else { R::new(f64::NAN) })
+}
+
+#[inline(always)]
+fn uv<R: Real, const I: usize>(x: [R; I]) -> Uv<R> {
+    Uv {
+        u: x[0],
+        v: x[1],
+        face: if I > 2 { x[2] } else { R::new(0.0) },
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Encode<P>(P);
+
+impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
+    #[inline(always)]
+    fn apply(self, d: [R; 3]) -> [R; O] {
+        let (d, ok) = prepared(d);
+        let uv = self.0.encode(d);
+        // A face number is never NaN by itself: outside the coverage u is.
+        let ok = ok & !uv.u.is_nan();
+        let all = only_if(ok, [uv.u, uv.v, uv.face]);
+        std::array::from_fn(|k| all[k])
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Decode<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 3] {
+        only_if(self.0.contains(uv(x)), self.0.decode(uv(x)))
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Jacobian<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 6] {
+        let [a, b] = jacobian(self.0, uv(x));
+        only_if(self.0.contains(uv(x)), [a[0], b[0], a[1], b[1], a[2], b[2]])
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Density<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 1> for Density<P> {
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 1] {
+        only_if(self.0.contains(uv(x)), [self.0.density(uv(x))])
+    }
+}
+
+/// World directions into the view frame, on the way in.
+fn frame_in<R: Scalar, const O: usize>(turn: Turn) -> Frame<R, 3, O> {
+    let mut frame = Frame::plain();
+    match turn {
+        Turn::Axes(axes) => {
+            frame.input = Lanes {
+                order: axes.world.map(usize::from),
+                signs: axes.signs().map(R::new),
+            };
+        }
+        Turn::Matrix(m) => frame.rotate_input = Some(m.map(|row| row.map(R::new))),
+    }
+    frame
+}
+
+/// View directions, or their derivatives by `columns` variables, into the world on the way out.
+fn frame_out<R: Scalar, const I: usize, const O: usize>(turn: Turn) -> Frame<R, I, O> {
+    let columns = O / 3;
+    let mut frame = Frame::plain();
+    match turn {
+        Turn::Axes(axes) => {
+            let source = |k: usize| axes.world[k / columns] as usize * columns + k % columns;
+            frame.output.order = std::array::from_fn(source);
+            frame.output.signs = std::array::from_fn(|k| R::new(axes.signs()[k / columns]));
+        }
+        Turn::Matrix(m) => frame.rotate_output = Some(m.map(|row| row.map(R::new))),
+    }
+    frame
+}
+
+struct EncodeBlock<'a, R> {
+    turn: Turn,
+    input: &'a [R],
+    output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for EncodeBlock<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        if P::INFO.faces == 1 {
+            kernel::run(
+                Encode(p),
+                &frame_in::<R, 2>(self.turn),
+                self.input,
+                self.output,
+            );
+        } else {
+            kernel::run(
+                Encode(p),
+                &frame_in::<R, 3>(self.turn),
+                self.input,
+                self.output,
+            );
+        }
+    }
+}
+
+struct DecodeBlock<'a, R> {
+    turn: Turn,
+    input: &'a [R],
+    output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DecodeBlock<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        if P::INFO.faces == 1 {
+            kernel::run(
+                Decode(p),
+                &frame_out::<R, 2, 3>(self.turn),
+                self.input,
+                self.output,
+            );
+        } else {
+            kernel::run(
+                Decode(p),
+                &frame_out::<R, 3, 3>(self.turn),
+                self.input,
+                self.output,
+            );
+        }
+    }
+}
+
+struct JacobianBlock<'a, R> {
+    turn: Turn,
+    input: &'a [R],
+    output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for JacobianBlock<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        if P::INFO.faces == 1 {
+            kernel::run(
+                Jacobian(p),
+                &frame_out::<R, 2, 6>(self.turn),
+                self.input,
+                self.output,
+            );
+        } else {
+            kernel::run(
+                Jacobian(p),
+                &frame_out::<R, 3, 6>(self.turn),
+                self.input,
+                self.output,
+            );
+        }
+    }
+}
+
+struct DensityBlock<'a, R> {
+    input: &'a [R],
+    output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DensityBlock<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (input, output) = (self.input, self.output);
+        if P::INFO.faces == 1 {
+            kernel::run(Density(p), &Frame::<R, 2, 1>::plain(), input, output);
+        } else {
+            kernel::run(Density(p), &Frame::<R, 3, 1>::plain(), input, output);
+        }
+    }
+}
+
+struct ValidBlock<'a, R> {
+    input: &'a [R],
+    output: &'a mut [bool],
+}
+
+impl<R: Scalar> Visitor for ValidBlock<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let width = if P::INFO.faces == 1 { 2 } else { 3 };
+        for (x, valid) in self.input.chunks_exact(width).zip(self.output) {
+            let face = if width > 2 { x[2] } else { R::new(0.0) };
+            *valid = p.contains(Uv {
+                u: x[0],
+                v: x[1],
+                face,
+            });
+        }
+    }
+}
+
+/// World directions to canonical (u, v, face), on the caller's thread.
+pub struct EncodeCanonical<'a, R> {
+    /// World to view.
+    pub turn: Turn,
+    /// Directions.
+    pub input: &'a [R],
+    /// Coordinates.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for EncodeCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        kernel::run(
+            Encode(p),
+            &frame_in::<R, 3>(self.turn),
+            self.input,
+            self.output,
+        );
+    }
+}
+
+/// Canonical (u, v, face) to world directions, on the caller's thread.
+pub struct DecodeCanonical<'a, R> {
+    /// View to world.
+    pub turn: Turn,
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Directions.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DecodeCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        kernel::run(
+            Decode(p),
+            &frame_out::<R, 3, 3>(self.turn),
+            self.input,
+            self.output,
+        );
+    }
+}

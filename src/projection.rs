@@ -1,0 +1,248 @@
+//! What a projection is, and what it claims about itself.
+//!
+//! A projection is a pair of formulas in the view frame (x = image right, y = image down, z = toward
+//! the image centre) between a direction and image coordinates (u right, v down, both in [0, 1]).
+//! Axes, rotations, face layouts, grids, validity of the input and NaN are the business of the code
+//! around it: `encode` is given three finite numbers whose largest is near 1, and `decode` a point
+//! of the valid image.
+//!
+//! [`Info`] is a list of claims. Each is a test that runs over the whole registry.
+
+use crate::dual::Dual;
+use crate::faces::LayoutSpec;
+use crate::light::solid_angle::{self, Rect};
+use crate::real::{Real, max};
+
+/// Image coordinates; `face` is 0 on a map of one face.
+#[derive(Clone, Copy, Debug)]
+pub struct Uv<R> {
+    /// Along a row, 0 at the left edge and 1 at the right one.
+    pub u: R,
+    /// Down the rows, 0 at the top edge and 1 at the bottom one.
+    pub v: R,
+    /// The face's number.
+    pub face: R,
+}
+
+impl<R: Real> Uv<R> {
+    /// A point of a map of one face.
+    #[inline(always)]
+    pub fn flat(u: R, v: R) -> Self {
+        Self {
+            u,
+            v,
+            face: R::new(0.0),
+        }
+    }
+
+    /// A point from p = 2u - 1 and q = 2v - 1.
+    #[inline(always)]
+    pub fn centred(p: R, q: R, face: R) -> Self {
+        let half = R::new(0.5);
+        Self {
+            u: p * half + half,
+            v: q * half + half,
+            face,
+        }
+    }
+
+    /// (p, q) = (2u - 1, 2v - 1): zero at the image centre.
+    #[inline(always)]
+    pub fn pq(self) -> (R, R) {
+        let (two, one) = (R::new(2.0), R::new(1.0));
+        (self.u * two - one, self.v * two - one)
+    }
+}
+
+/// The part of the sphere that an image holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coverage {
+    /// Every direction.
+    Sphere,
+    /// Directions within 90° of the pole.
+    Hemisphere,
+    /// Directions within this many radians of the image centre.
+    Cap(f64),
+}
+
+impl Coverage {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Coverage::Sphere => "sphere",
+            Coverage::Hemisphere => "hemisphere",
+            Coverage::Cap(_) => "cap",
+        }
+    }
+
+    /// Its solid angle in steradians.
+    pub fn solid_angle(self) -> f64 {
+        use std::f64::consts::PI;
+        match self {
+            Coverage::Sphere => 4.0 * PI,
+            Coverage::Hemisphere => 2.0 * PI,
+            // 1 - cos θ without its cancellation.
+            Coverage::Cap(half_angle) => 4.0 * PI * (0.5 * half_angle).sin().powi(2),
+        }
+    }
+}
+
+/// The part of a face's unit square that holds sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outline {
+    /// All of it.
+    Square,
+    /// The disk of radius ½ about (½, ½).
+    Disk,
+}
+
+/// What lies beyond the edge of the valid image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seam {
+    /// Nothing: the coverage ends there.
+    Ends,
+    /// u is periodic; beyond the first and last row lies the same row, half a turn around.
+    Latlong,
+    /// Beyond each edge lies the same edge, mirrored about its middle.
+    Octahedral,
+    /// Other faces: the neighbour that the continued plane of this face meets.
+    Faces,
+    /// Across the rim of the disk lies the point opposite.
+    RimOpposite,
+    /// Across the rim of the disk lies the same azimuth of the other face.
+    RimOtherFace,
+}
+
+/// A number that a projection takes, such as a field of view.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Its keyword.
+    pub name: &'static str,
+    /// What it is where nothing is said.
+    pub default: f64,
+    /// Values must be larger than this.
+    pub above: f64,
+    /// Values must not be larger than this.
+    pub maximum: f64,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it does, in one line.
+    pub doc: &'static str,
+}
+
+/// What a projection claims about itself, apart from its parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Info {
+    /// The name it is asked for by.
+    pub name: &'static str,
+    /// Its full name.
+    pub title: &'static str,
+    /// Where the formula comes from.
+    pub source: &'static str,
+    /// What it is and who uses it, in one line.
+    pub summary: &'static str,
+    /// Its singular points and what it answers there.
+    pub singular: &'static str,
+    /// The default axes: which world axes point right, down and forward.
+    pub axes: &'static str,
+    /// How many faces it has.
+    pub faces: usize,
+    /// The ways to lay several faces out; empty for a map of one face.
+    pub layouts: &'static [LayoutSpec],
+    /// The default shape of a face of size n is (n · aspect.1, n · aspect.0) rows and columns.
+    pub aspect: (usize, usize),
+    /// What part of a face holds sphere.
+    pub outline: Outline,
+    /// Every texel sees the same solid angle.
+    pub equal_area: bool,
+    /// Small circles stay circles.
+    pub conformal: bool,
+    /// The numbers it takes.
+    pub parameters: &'static [Parameter],
+}
+
+/// A kind of map between the sphere and an image.
+pub trait Projection: Copy + Send + Sync + 'static {
+    /// Its claims.
+    const INFO: Info;
+
+    /// One with these parameters, in the order of [`Info::parameters`] and within their ranges.
+    fn with_parameters(parameters: &[f64]) -> Self;
+
+    /// The part of the sphere it holds.
+    fn coverage(self) -> Coverage;
+
+    /// Smallest and largest dω/(du dv) over the valid image.
+    fn density_range(self) -> (f64, f64);
+
+    /// What lies beyond its edges.
+    fn seam(self) -> Seam;
+
+    /// The image of a direction of any length near 1. NaN outside the coverage.
+    fn encode<R: Real>(self, d: [R; 3]) -> Uv<R>;
+
+    /// The unit direction at a point of the valid image.
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3];
+
+    /// Whether `uv` lies in the valid image. Rims are let out by 8 ε, the most that encoding rounds.
+    #[inline(always)]
+    fn contains<R: Real>(self, uv: Uv<R>) -> bool {
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let in_square = (uv.u >= zero) & (uv.u <= one) & (uv.v >= zero) & (uv.v <= one);
+        let in_outline = match Self::INFO.outline {
+            Outline::Square => true,
+            Outline::Disk => {
+                let (p, q) = uv.pq();
+                p * p + q * q <= R::new(1.0 + 8.0 * R::EPSILON)
+            }
+        };
+        let in_faces = if Self::INFO.faces > 1 {
+            let last = R::new((Self::INFO.faces - 1) as f64);
+            let bounded = max(zero, if uv.face < last { uv.face } else { last });
+            (bounded.floor() == uv.face) & (bounded == uv.face)
+        } else {
+            true
+        };
+        in_square & in_outline & in_faces
+    }
+
+    /// The exact solid angle that a rectangle of a face sees, rims included. The default integrates
+    /// the density.
+    fn solid_angle(self, rect: Rect) -> f64 {
+        solid_angle::quadrature(rect, |u, v| {
+            let uv = Uv::flat(u, v);
+            if self.contains(uv) {
+                self.density(uv)
+            } else {
+                f64::NAN
+            }
+        })
+    }
+
+    /// dω/(du dv) where a closed form is known; the default takes it from the Jacobian.
+    #[inline(always)]
+    fn density<R: Real>(self, uv: Uv<R>) -> R {
+        density(self, uv)
+    }
+}
+
+/// The columns ∂d/∂u and ∂d/∂v.
+#[inline(always)]
+pub fn jacobian<P: Projection, R: Real>(projection: P, uv: Uv<R>) -> [[R; 3]; 2] {
+    let [x, y, z] = projection.decode(Uv {
+        u: Dual::u(uv.u),
+        v: Dual::v(uv.v),
+        face: Dual::constant(uv.face),
+    });
+    [[x.du, y.du, z.du], [x.dv, y.dv, z.dv]]
+}
+
+/// dω/(du dv) = |∂d/∂u × ∂d/∂v|.
+#[inline(always)]
+pub fn density<P: Projection, R: Real>(projection: P, uv: Uv<R>) -> R {
+    let [a, b] = jacobian(projection, uv);
+    let x = a[1] * b[2] - a[2] * b[1];
+    let y = a[2] * b[0] - a[0] * b[2];
+    let z = a[0] * b[1] - a[1] * b[0];
+    (x * x + y * y + z * z).sqrt()
+}

@@ -1,0 +1,120 @@
+//! Debevec's angular map (light probe): the distance from the centre is the angle from the axis.
+//!
+//! Source: Debevec 1998 and the Light Probe Image Gallery: r = acos(Dz)/(π √(Dx² + Dy²)), u = ½ + Dx r/2,
+//! v = ½ + Dy r/2. With a field of view below 360° it is the equidistant fisheye.
+//!
+//! Domain: all directions within fov/2 of the axis, else NaN. Singular: at 360° the direction opposite
+//! the axis fills the rim and encodes to (1, ½). The centre is no singular point, though the printed
+//! form is 0/0 there.
+//!
+//! acos loses half the digits near ±z (2.4e-4 rad in f32); the angle is atan2(h, z) instead.
+
+use crate::light::solid_angle::{self, Rect};
+use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
+use crate::real::{Real, scaled};
+use std::f64::consts::PI;
+
+/// The light probe, or equidistant fisheye.
+#[derive(Clone, Copy, Debug)]
+pub struct Angular {
+    /// The angle that the image's radius stands for, in half turns: fov/360°.
+    rim: f64,
+}
+
+impl Projection for Angular {
+    const INFO: Info = Info {
+        name: "angular",
+        title: "Angular map (light probe)",
+        source: "Debevec 1998, Rendering Synthetic Objects into Real Scenes; Light Probe Image Gallery",
+        summary: "Distance from the centre is the angle from the axis; light probes and equidistant fisheyes.",
+        singular: "At fov = 360 the direction opposite the axis fills the whole rim; it encodes to (1, 1/2).",
+        axes: "+x -y -z",
+        faces: 1,
+        layouts: &[],
+        aspect: (1, 1),
+        outline: Outline::Disk,
+        equal_area: false,
+        conformal: false,
+        parameters: &[Parameter {
+            name: "fov",
+            default: 360.0,
+            above: 0.0,
+            maximum: 360.0,
+            unit: "degrees",
+            doc: "the angle that the image's diameter spans",
+        }],
+    };
+
+    fn with_parameters(parameters: &[f64]) -> Self {
+        Angular { rim: parameters[0] / 360.0 }
+    }
+
+    fn coverage(self) -> Coverage {
+        if self.rim == 1.0 { Coverage::Sphere } else { Coverage::Cap(PI * self.rim) }
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        let full = 4.0 * PI * PI * self.rim * self.rim;
+        // sin(π)/π is 0 and not what a rounded π gives.
+        let rim = if self.rim == 1.0 { 0.0 } else { (PI * self.rim).sin() / (PI * self.rim) };
+        (full * rim, full)
+    }
+
+    fn seam(self) -> Seam {
+        if self.rim == 1.0 { Seam::RimOpposite } else { Seam::Ends }
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (xs, ys, unscale) = scaled(x, y);
+        let hs = (xs * xs + ys * ys).sqrt();
+        let radius = R::half_turns(hs * unscale, z) * R::new(1.0 / self.rim);
+        let inside = radius <= R::new(1.0 + 2.0 * R::EPSILON);
+        let radius = if inside { radius } else { R::new(f64::NAN) };
+        // On the axis the azimuth is that of (1, 0).
+        let on_axis = if hs <= zero { one } else { zero };
+        let factor = radius / (hs + on_axis);
+        let (p, q) = ((xs + on_axis) * factor, ys * factor);
+        // NaN compares false and stays.
+        let p = if p > one { one } else { p };
+        let q = if q > one { one } else { q };
+        let p = if p < -one { -one } else { p };
+        let q = if q < -one { -one } else { q };
+        Uv::centred(p, q, zero)
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let (p, q) = uv.pq();
+        let rim = R::new(self.rim);
+        let (a, b) = (p * rim, q * rim);
+        let s = a * a + b * b;
+        let one = R::new(1.0);
+        let s = if s < one { s } else { one };
+        let r = s.sqrt();
+        let sinc = R::sinc_half_turns(s, r);
+        [a * sinc, b * sinc, R::cos_half_turns(s, r)]
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        let rim = self.rim * PI;
+        let sinc = |x: f64| if x < 1e-9 { 1.0 } else { x.sin() / x };
+        solid_angle::azimuthal(
+            rect,
+            |s| 4.0 * rim * rim * sinc(rim * s.sqrt()).max(0.0),
+            // (1 - cos x)/s = 2 sin²(x/2)/s.
+            |s| 0.5 * rim * rim * sinc(0.5 * rim * s.sqrt()).powi(2),
+        )
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, uv: Uv<R>) -> R {
+        let (p, q) = uv.pq();
+        let rim = R::new(self.rim);
+        let s = (p * p + q * q) * rim * rim;
+        let one = R::new(1.0);
+        let s = if s < one { s } else { one };
+        R::new(4.0 * PI) * rim * rim * R::sinc_half_turns(s, s.sqrt())
+    }
+}

@@ -1,0 +1,110 @@
+//! Cube map: the direction's largest component chooses a face, the others over it are the place.
+//!
+//! Source: the OpenGL specification's table of cube-map faces, which Direct3D and Vulkan share. In the
+//! view frame, with p, q in [-1, 1], the faces are right (1, q, -p), left (-1, q, p), up (p, -1, q), down
+//! (p, 1, -q), front (p, q, 1), back (-p, q, -1), in this order; with axes "+x -y +z" they are the table's
+//! +x -x +y -y +z -z.
+//!
+//! Domain: all directions; no singular point; the density varies 5.196:1. Ties, which the table leaves
+//! open: x wins over y wins over z.
+
+use crate::faces::{CUBE_LAYOUTS, LayoutSpec};
+use crate::light::solid_angle::{self, Rect};
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::real::Real;
+
+/// Six gnomonic faces.
+#[derive(Clone, Copy, Debug)]
+pub struct Cube;
+
+const LAYOUTS: &[LayoutSpec] = CUBE_LAYOUTS;
+
+impl Projection for Cube {
+    const INFO: Info = Info {
+        name: "cube",
+        title: "Cube map",
+        source: "OpenGL 4.6 specification, section 8.13, table 8.19",
+        summary: "Six perspective views of 90 degrees; what graphics hardware samples.",
+        singular: "None; on ties x wins over y wins over z.",
+        axes: "+x -y +z",
+        faces: 6,
+        layouts: LAYOUTS,
+        aspect: (1, 1),
+        outline: Outline::Square,
+        equal_area: false,
+        conformal: false,
+        parameters: &[],
+    };
+
+    fn with_parameters(_: &[f64]) -> Self {
+        Cube
+    }
+
+    fn coverage(self) -> Coverage {
+        Coverage::Sphere
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        (4.0 / 27f64.sqrt(), 4.0)
+    }
+
+    fn seam(self) -> Seam {
+        Seam::Faces
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
+        let zero = R::new(0.0);
+        let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+        let by_x = (ax >= ay) & (ax >= az);
+        let by_y = ay >= az;
+        let major = if by_x { ax } else if by_y { ay } else { az };
+        let (xn, yn, zn) = (x < zero, y < zero, z < zero);
+        let p_side = if xn { z } else { -z };
+        let p_front = if zn { -x } else { x };
+        let p = if by_x { p_side } else if by_y { x } else { p_front };
+        let q_poles = if yn { z } else { -z };
+        let q = if by_x { y } else if by_y { q_poles } else { y };
+        let (f0, f1, f2) = (R::new(0.0), R::new(1.0), R::new(2.0));
+        let (f3, f4, f5) = (R::new(3.0), R::new(4.0), R::new(5.0));
+        let face_x = if xn { f1 } else { f0 };
+        let face_y = if yn { f2 } else { f3 };
+        let face_z = if zn { f5 } else { f4 };
+        let face = if by_x { face_x } else if by_y { face_y } else { face_z };
+        Uv::centred(p / major, q / major, face)
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let (p, q) = uv.pq();
+        let one = R::new(1.0);
+        let n = one / (one + p * p + q * q).sqrt();
+        let (pn, qn) = (p * n, q * n);
+        let face = uv.face;
+        let side = face < R::new(1.5);
+        let pole = face < R::new(3.5);
+        let odd = (face == R::new(1.0)) | (face == R::new(3.0)) | (face == R::new(5.0));
+        // Up is the even one of its pair and has y negative: down the image is +y.
+        let x_side = if odd { -n } else { n };
+        let x_front = if odd { -pn } else { pn };
+        let x = if side { x_side } else if pole { pn } else { x_front };
+        let y_pole = if odd { n } else { -n };
+        let y = if side { qn } else if pole { y_pole } else { qn };
+        let z_side = if odd { pn } else { -pn };
+        let z_pole = if odd { -qn } else { qn };
+        let z_front = if odd { -n } else { n };
+        let z = if side { z_side } else if pole { z_pole } else { z_front };
+        [x, y, z]
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        solid_angle::cube(rect)
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, uv: Uv<R>) -> R {
+        let (p, q) = uv.pq();
+        let w = R::new(1.0) + p * p + q * q;
+        R::new(4.0) / (w * w.sqrt())
+    }
+}

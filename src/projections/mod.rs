@@ -1,0 +1,64 @@
+//! The registry: one line per projection.
+//!
+//! The macro makes the enum of all kinds, the list of their claims and the static dispatch. A new
+//! projection is one file and one line here; everything else (encode, decode, jacobian, solid
+//! angles, sampling, conversion, the command line, tests, benchmarks, tables) iterates the registry.
+
+use crate::projection::{Info, Projection};
+
+/// Something to be done with a projection whose type is known at compile time.
+pub trait Visitor {
+    /// What comes out of it.
+    type Output;
+    /// Do it.
+    fn visit<P: Projection>(self, projection: P) -> Self::Output;
+}
+
+macro_rules! projections {
+    ($($module:ident::$name:ident),+ $(,)?) => {
+        $(mod $module;)+
+        $(pub use $module::$name;)+
+
+        /// Any registered projection.
+        #[derive(Clone, Copy, Debug)]
+        pub enum Kind {
+            $(
+                #[doc = concat!("[`", stringify!($name), "`]")]
+                $name($name)
+            ),+
+        }
+
+        /// The claims of every registered projection, in the order of the registry.
+        pub const REGISTRY: &[Info] = &[$($name::INFO),+];
+
+        impl Kind {
+            /// The projection of this name, with its parameters in the order of its `Info`.
+            pub fn new(name: &str, parameters: &[f64]) -> Option<Self> {
+                $(
+                    if name == $name::INFO.name {
+                        return Some(Kind::$name($name::with_parameters(parameters)));
+                    }
+                )+
+                None
+            }
+
+            /// Calls the visitor with the projection inside.
+            pub fn visit<V: Visitor>(self, visitor: V) -> V::Output {
+                match self {
+                    $(Kind::$name(p) => visitor.visit(p)),+
+                }
+            }
+        }
+    };
+}
+
+projections! {
+    sphere::Sphere,
+    matcap::Matcap,
+    dual_paraboloid::DualParaboloid,
+    cube::Cube,
+    angular::Angular,
+    octahedral::Octahedral,
+    hemioctahedral::Hemioctahedral,
+    latlong::Latlong,
+}

@@ -1,0 +1,96 @@
+//! The OpenGL sphere map: a photo of an ideal mirror ball from infinity.
+//!
+//! Source: the OpenGL specification, `GL_SPHERE_MAP`: m = 2√(rx² + ry² + (rz+1)²), s = rx/m + ½,
+//! t = ry/m + ½; its inverse rz = -8u² + 8u - 8v² + 8v - 3, rx = 2√(-4u² + 4u - 4v² + 4v - 1)(2u - 1).
+//! The normal of the ball where it reflects the viewer's axis into r is n = r + (0, 0, 1), so the
+//! image coordinates are the normal's x and y. With z toward the viewer this is Lambert's azimuthal
+//! equal-area map exactly: density 16 everywhere; what degrades at the rim is the shape.
+//!
+//! Domain: all directions. Singular: r = (0, 0, -1), behind the ball, which the whole rim shows; it
+//! encodes to (1, ½).
+//!
+//! The printed form is 0/0 at the blind spot and assumes |r| = 1. Here the distance from the centre is
+//! sin(θ/2), from whichever of h/√(2L(L+z)) and √((L-z)/2L) does not cancel, along the azimuth. Choosing
+//! numerator and denominator before the one division and root keeps it at two roots and one division,
+//! which is what its time goes to; the azimuth as a unit vector cost two divisions and a root more.
+
+use crate::light::solid_angle::{self, Rect};
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::real::{Real, clamp_unit, max, scaled};
+
+/// The mirror ball.
+#[derive(Clone, Copy, Debug)]
+pub struct Sphere;
+
+impl Projection for Sphere {
+    const INFO: Info = Info {
+        name: "sphere",
+        title: "Sphere map (mirror ball)",
+        source: "OpenGL specification, GL_SPHERE_MAP",
+        summary: "A photo of an ideal mirror ball from infinity; exactly Lambert's azimuthal equal-area map.",
+        singular: "The direction behind the ball fills the whole rim; it encodes to (1, 1/2).",
+        axes: "+x -y +z",
+        faces: 1,
+        layouts: &[],
+        aspect: (1, 1),
+        outline: Outline::Disk,
+        equal_area: true,
+        conformal: false,
+        parameters: &[],
+    };
+
+    fn with_parameters(_: &[f64]) -> Self {
+        Sphere
+    }
+
+    fn coverage(self) -> Coverage {
+        Coverage::Sphere
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        (16.0, 16.0)
+    }
+
+    fn seam(self) -> Seam {
+        Seam::RimOpposite
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (xs, ys, _) = scaled(x, y);
+        let hs = xs * xs + ys * ys;
+        let blind = hs <= zero;
+        let length = (x * x + y * y + z * z).sqrt();
+        let near = length + z.abs();
+        let front = z >= zero;
+        // In front (x, y)/√(2L(L+z)); behind (x, y)/h · √((L-z)/2L), with h at the scale of x and y.
+        let a = if front { x } else { xs + if blind { one } else { zero } };
+        let b = if front { y } else { ys };
+        let numerator = if front { one } else { near };
+        let hs = hs + if blind { one } else { zero };
+        let denominator = length * R::new(2.0) * if front { near } else { hs };
+        let factor = (numerator / denominator).sqrt();
+        Uv::centred(clamp_unit(a * factor), clamp_unit(b * factor), zero)
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let (p, q) = uv.pq();
+        let s = p * p + q * q;
+        let one = R::new(1.0);
+        let c = max(one - s, R::new(0.0));
+        let root = c.sqrt() * R::new(2.0);
+        [p * root, q * root, c - (one - c)]
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        16.0 * solid_angle::disk_area(rect)
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, _: Uv<R>) -> R {
+        R::new(16.0)
+    }
+}
+

@@ -1,0 +1,245 @@
+//! numpy arrays in and out.
+
+use crate::frame;
+use crate::image::tuple;
+use crate::kernel::Scalar;
+use glam::DMat3;
+use numpy::{
+    BorrowError, Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn,
+    PyUntypedArray, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyTuple;
+
+/// A float type that numpy arrays hold.
+pub trait Float: Scalar + Element {
+    /// numpy's name for it.
+    const NAME: &'static str;
+}
+impl Float for f32 {
+    const NAME: &'static str = "float32";
+}
+impl Float for f64 {
+    const NAME: &'static str = "float64";
+}
+
+/// A C-contiguous array of one of the two float types.
+pub enum Reals<'py> {
+    F32(PyReadonlyArrayDyn<'py, f32>),
+    F64(PyReadonlyArrayDyn<'py, f64>),
+}
+
+/// Runs the body with the array inside, whichever float type it has.
+macro_rules! with_reals {
+    ($reals:expr, $array:ident => $body:expr) => {
+        match $reals {
+            $crate::py::arrays::Reals::F32($array) => $body,
+            $crate::py::arrays::Reals::F64($array) => $body,
+        }
+    };
+}
+pub(crate) use with_reals;
+
+/// A function of `spheremap._arrays`, imported once.
+pub fn helper<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    static MODULE: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+    let module = MODULE.get_or_try_init(py, || {
+        PyModule::import(py, "spheremap._arrays").map(Bound::unbind)
+    })?;
+    module.bind(py).getattr(name)
+}
+
+/// `object` as an array of T if it is one already, C-contiguous and aligned.
+pub fn contiguous<'py, T: Element>(
+    object: &Bound<'py, PyAny>,
+) -> PyResult<Option<PyReadonlyArrayDyn<'py, T>>> {
+    match object.cast::<PyArrayDyn<T>>() {
+        Ok(array) if array.is_c_contiguous() && is_aligned(array) => {
+            let array = array.try_readonly().map_err(|_| {
+                PyValueError::new_err("an input overlaps an array that another call is writing to")
+            })?;
+            Ok(Some(array))
+        }
+        _ => Ok(None),
+    }
+}
+
+/// Views into packed records need not be aligned.
+fn is_aligned<T: Element>(array: &Bound<'_, PyArrayDyn<T>>) -> bool {
+    array.data().is_aligned()
+}
+
+fn reals_as_they_are<'py>(object: &Bound<'py, PyAny>) -> PyResult<Option<Reals<'py>>> {
+    if let Some(array) = contiguous::<f32>(object)? {
+        return Ok(Some(Reals::F32(array)));
+    }
+    Ok(contiguous::<f64>(object)?.map(Reals::F64))
+}
+
+/// `object` as an array of reals, converted where it has to be.
+pub fn reals<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Reals<'py>> {
+    if let Some(array) = reals_as_they_are(object)? {
+        return Ok(array);
+    }
+    let converted = helper(object.py(), "as_real")?.call1((object, name))?;
+    reals_as_they_are(&converted)?
+        .ok_or_else(|| PyTypeError::new_err(format!("Expected `{name}` to be real numbers.")))
+}
+
+/// A new array, made by numpy so that large ones get its huge pages. The quick way for small ones cannot
+/// report a lack of memory.
+fn new_array<'py, T: Element>(
+    py: Python<'py>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    const SMALL: usize = 1 << 12;
+    let items = shape
+        .iter()
+        .try_fold(1_usize, |items, n| items.checked_mul(*n));
+    if items.is_some_and(|items| items <= SMALL) {
+        return Ok(PyArrayDyn::<T>::zeros(py, shape, false));
+    }
+    let empty = py.import("numpy")?.getattr("empty")?;
+    let array = empty.call1((PyTuple::new(py, shape)?, T::get_dtype(py)))?;
+    Ok(array.cast_into::<PyArrayDyn<T>>()?)
+}
+
+/// The array to write to: `out` if it fits, else a new one.
+pub fn output<'py, T: Element>(
+    py: Python<'py>,
+    out: Option<&Bound<'py, PyAny>>,
+    dtype: &str,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    let Some(out) = out else {
+        return new_array(py, shape);
+    };
+    let wrong_type = |got: String| {
+        PyTypeError::new_err(format!(
+            "Expected `out` to be an array of {dtype}, got {got}."
+        ))
+    };
+    let Ok(array) = out.cast::<PyArrayDyn<T>>() else {
+        return Err(match out.cast::<PyUntypedArray>() {
+            Ok(array) => wrong_type(array.dtype().str()?.to_string()),
+            Err(_) => wrong_type(out.get_type().name()?.to_string()),
+        });
+    };
+    if array.shape() != shape {
+        let (expected, got) = (tuple(shape), tuple(array.shape()));
+        return Err(PyValueError::new_err(format!(
+            "Expected `out` to have shape {expected}, got {got}."
+        )));
+    }
+    if !array.is_c_contiguous() || !is_aligned(array) {
+        return Err(PyValueError::new_err(
+            "Expected `out` to be C-contiguous and aligned.",
+        ));
+    }
+    Ok(array.clone())
+}
+
+/// The right to write to an array; an error where it is read-only or overlaps an input.
+pub fn writable<'py, T: Element>(
+    array: &Bound<'py, PyArrayDyn<T>>,
+) -> PyResult<PyReadwriteArrayDyn<'py, T>> {
+    array.try_readwrite().map_err(|error| {
+        PyValueError::new_err(match error {
+            BorrowError::NotWriteable => "`out` is read-only.",
+            _ => "`out` overlaps an input or an array that another call is using.",
+        })
+    })
+}
+
+/// An error if two slices share memory: arrays over one foreign buffer escape numpy's bookkeeping.
+pub fn disjoint<A, B>(input: &[A], output: &[B]) -> PyResult<()> {
+    let (a, b) = (input.as_ptr_range(), output.as_ptr_range());
+    let apart = a.end as usize <= b.start as usize || b.end as usize <= a.start as usize;
+    if apart || input.is_empty() || output.is_empty() {
+        Ok(())
+    } else {
+        Err(PyValueError::new_err(
+            "`out` overlaps an input or an array that another call is using.",
+        ))
+    }
+}
+
+/// The result of a call: a number where it has no dimensions and nobody gave an array.
+pub fn finish<'py, T: Element>(
+    array: Bound<'py, PyArrayDyn<T>>,
+    given: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    if array.ndim() == 0 && !given {
+        return array.get_item(PyTuple::empty(array.py()));
+    }
+    Ok(array.into_any())
+}
+
+/// The leading axes of an array whose last axis must have `width` entries.
+pub fn leading<'a>(shape: &'a [usize], width: usize, name: &str) -> PyResult<&'a [usize]> {
+    match shape.split_last() {
+        Some((&last, leading)) if last == width => Ok(leading),
+        _ => Err(PyValueError::new_err(format!(
+            "Expected `{name}` to have shape (..., {width}), got {}.",
+            tuple(shape)
+        ))),
+    }
+}
+
+/// Takes `work` over an array of tuples: (..., width) in, (..., *tail) out.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "what a call needs, each independent"
+)]
+pub fn points<'py, A: Element, B: Element>(
+    py: Python<'py>,
+    input: &PyReadonlyArrayDyn<'py, A>,
+    name: &str,
+    width: usize,
+    out: Option<&Bound<'py, PyAny>>,
+    dtype: &str,
+    tail: &[usize],
+    work: impl Fn(&[A], &mut [B]) + Sync,
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape = input.shape();
+    let leading = leading(shape, width, name)?;
+    let mut room = [0; 40];
+    let n = leading.len() + tail.len();
+    let shape = &mut room[..n];
+    shape[..leading.len()].copy_from_slice(leading);
+    shape[leading.len()..].copy_from_slice(tail);
+    let array = output::<B>(py, out, dtype, shape)?;
+    {
+        let mut target = writable(&array)?;
+        let (input, output) = (input.as_slice()?, target.as_slice_mut()?);
+        disjoint(input, output)?;
+        // Giving the interpreter up and taking it back costs more than a few dozen points.
+        if input.len() < 512 {
+            work(input, output);
+        } else {
+            py.detach(|| work(input, output));
+        }
+    }
+    finish(array, out.is_some())
+}
+
+/// The rotation that a caller gave.
+pub fn rotation(object: Option<&Bound<'_, PyAny>>) -> PyResult<Option<DMat3>> {
+    let Some(object) = object else {
+        return Ok(None);
+    };
+    let array = helper(object.py(), "as_rotation")?.call1((object,))?;
+    let array = array
+        .cast::<PyArrayDyn<f64>>()
+        .map_err(|_| PyTypeError::new_err("`rotation` is no array"))?;
+    let array = array
+        .try_readonly()
+        .map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let rows = array.as_slice()?.as_chunks::<3>().0;
+    let rows: [[f64; 3]; 3] = rows
+        .try_into()
+        .map_err(|_| PyValueError::new_err("Expected `rotation` to have shape (3, 3)."))?;
+    Ok(Some(frame::rotation(rows)?))
+}

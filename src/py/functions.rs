@@ -1,0 +1,300 @@
+//! The module's functions.
+
+use super::arrays::{self, Float, Reals, disjoint, finish, leading, output, reals, writable};
+use super::images::{self, Lookup};
+use super::projection::{PyProjection, size};
+use crate::convention;
+use crate::frame;
+use crate::kernel;
+use crate::map::{Map, Options};
+use crate::projection::Projection;
+use crate::projections::{Kind, REGISTRY, Visitor};
+use crate::threads;
+use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+/// A projection by name, with what differs from its defaults.
+#[pyfunction]
+#[pyo3(signature = (name, /, *, convention=None, axes=None, grid=None, layout=None, parameters=None))]
+pub fn projection(
+    name: &str,
+    convention: Option<&str>,
+    axes: Option<&str>,
+    grid: Option<&str>,
+    layout: Option<&str>,
+    parameters: Option<&Bound<'_, PyDict>>,
+) -> PyResult<PyProjection> {
+    let mut values = Vec::new();
+    if let Some(parameters) = parameters {
+        for (name, value) in parameters {
+            values.push((name.extract::<String>()?, value.extract::<f64>()?));
+        }
+    }
+    let options = Options {
+        convention,
+        axes,
+        grid,
+        layout,
+        parameters: &values,
+    };
+    Ok(PyProjection(Map::new(name, options)?))
+}
+
+/// What a pickle calls.
+#[pyfunction]
+#[pyo3(name = "_rebuild", signature = (name, convention, axes, grid, layout, parameters, /))]
+pub fn rebuild(
+    name: &str,
+    convention: Option<&str>,
+    axes: &str,
+    grid: &str,
+    layout: Option<&str>,
+    parameters: &Bound<'_, PyDict>,
+) -> PyResult<PyProjection> {
+    projection(
+        name,
+        convention,
+        Some(axes),
+        Some(grid),
+        layout,
+        Some(parameters),
+    )
+}
+
+/// An image of one projection as an image of another.
+#[pyfunction]
+#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None))]
+#[expect(clippy::too_many_arguments, reason = "the Python signature")]
+pub fn convert<'py>(
+    py: Python<'py>,
+    image: &Bound<'py, PyAny>,
+    src: &PyProjection,
+    dst: &PyProjection,
+    shape: &Bound<'py, PyAny>,
+    rotation: Option<&Bound<'py, PyAny>>,
+    filter: &str,
+    fill: Option<&Bound<'py, PyAny>>,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let rotation = arrays::rotation(rotation)?;
+    let shape = size(&dst.0, shape)?;
+    let zero = 0.0_f64.into_pyobject(py)?.into_any();
+    let options = Lookup {
+        filter,
+        rotation,
+        fill: Some(fill.unwrap_or(&zero)),
+        out,
+    };
+    images::convert(py, image, &src.0, &dst.0, &shape, &options)
+}
+
+/// Mirror reflection of the direction to the eye about a normal.
+#[pyfunction]
+#[pyo3(signature = (view, normal, /, *, out=None))]
+pub fn reflect<'py>(
+    py: Python<'py>,
+    view: &Bound<'py, PyAny>,
+    normal: &Bound<'py, PyAny>,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let pair = (reals(view, "view")?, reals(normal, "normal")?);
+    match &pair {
+        (Reals::F32(v), Reals::F32(n)) if broadcasts(v.shape(), n.shape()) => {
+            return reflect_arrays(py, v, n, out);
+        }
+        (Reals::F64(v), Reals::F64(n)) if broadcasts(v.shape(), n.shape()) => {
+            return reflect_arrays(py, v, n, out);
+        }
+        _ => {}
+    }
+    drop(pair);
+    let pair = arrays::helper(py, "as_pair")?.call1((view, normal))?;
+    match (
+        reals(&pair.get_item(0)?, "view")?,
+        reals(&pair.get_item(1)?, "normal")?,
+    ) {
+        (Reals::F32(v), Reals::F32(n)) => reflect_arrays(py, &v, &n, out),
+        (Reals::F64(v), Reals::F64(n)) => reflect_arrays(py, &v, &n, out),
+        _ => Err(PyValueError::new_err(
+            "`view` and `normal` have no common type",
+        )),
+    }
+}
+
+/// Whether the core can pair these arrays as they are: the same shape, or one vector for all.
+fn broadcasts(a: &[usize], b: &[usize]) -> bool {
+    a == b || a == [3] || b == [3]
+}
+
+fn reflect_arrays<'py, T: Float>(
+    py: Python<'py>,
+    view: &PyReadonlyArrayDyn<'py, T>,
+    normal: &PyReadonlyArrayDyn<'py, T>,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    leading(view.shape(), 3, "view")?;
+    leading(normal.shape(), 3, "normal")?;
+    let shape = if view.ndim() >= normal.ndim() {
+        view.shape()
+    } else {
+        normal.shape()
+    };
+    let array = output::<T>(py, out, T::NAME, shape)?;
+    {
+        let mut target = writable(&array)?;
+        let out = target.as_slice_mut()?;
+        let (view, normal) = (view.as_slice()?, normal.as_slice()?);
+        disjoint(view, out)?;
+        disjoint(normal, out)?;
+        py.detach(|| crate::reflect::reflect(view, normal, out));
+    }
+    finish(array, out.is_some())
+}
+
+/// The rotation of these angles in degrees: roll about +z, then pitch about +x, then yaw about +y.
+#[pyfunction]
+#[pyo3(signature = (yaw, pitch, roll))]
+pub fn rotation(
+    py: Python<'_>,
+    yaw: f64,
+    pitch: f64,
+    roll: f64,
+) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    if !(yaw.is_finite() && pitch.is_finite() && roll.is_finite()) {
+        return Err(PyValueError::new_err(
+            "`yaw`, `pitch` and `roll` must be finite.",
+        ));
+    }
+    let rows = frame::rows(frame::from_angles(yaw, pitch, roll)).map(Vec::from);
+    Ok(PyArray2::from_vec2(py, &rows)?)
+}
+
+/// The claims of every registered projection.
+#[pyfunction]
+pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    struct Claims;
+    impl Visitor for Claims {
+        type Output = (&'static str, (f64, f64));
+        fn visit<P: Projection>(self, p: P) -> Self::Output {
+            (p.coverage().name(), p.density_range())
+        }
+    }
+    let list = PyList::empty(py);
+    for info in REGISTRY {
+        let defaults: Vec<f64> = info.parameters.iter().map(|p| p.default).collect();
+        let Some(kind) = Kind::new(info.name, &defaults) else {
+            continue;
+        };
+        let (coverage, density_range) = kind.visit(Claims);
+        let parameters = PyList::empty(py);
+        for parameter in info.parameters {
+            let dict = PyDict::new(py);
+            dict.set_item("name", parameter.name)?;
+            dict.set_item("default", parameter.default)?;
+            dict.set_item("minimum", parameter.above)?;
+            dict.set_item("maximum", parameter.maximum)?;
+            dict.set_item("unit", parameter.unit)?;
+            dict.set_item("doc", parameter.doc)?;
+            parameters.append(dict)?;
+        }
+        let dict = PyDict::new(py);
+        dict.set_item("name", info.name)?;
+        dict.set_item("title", info.title)?;
+        dict.set_item("source", info.source)?;
+        dict.set_item("summary", info.summary)?;
+        dict.set_item("singular", info.singular)?;
+        dict.set_item("coverage", coverage)?;
+        dict.set_item("faces", info.faces)?;
+        dict.set_item(
+            "layouts",
+            info.layouts.iter().map(|l| l.name).collect::<Vec<_>>(),
+        )?;
+        dict.set_item("axes", info.axes)?;
+        dict.set_item("aspect", info.aspect)?;
+        dict.set_item("equal_area", info.equal_area)?;
+        dict.set_item("conformal", info.conformal)?;
+        dict.set_item("density_range", density_range)?;
+        dict.set_item("parameters", parameters)?;
+        dict.set_item(
+            "conventions",
+            convention::of(info.name)
+                .map(|c| c.name)
+                .collect::<Vec<_>>(),
+        )?;
+        list.append(dict)?;
+    }
+    Ok(list)
+}
+
+/// Every convention.
+#[pyfunction]
+pub fn convention_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let list = PyList::empty(py);
+    for row in convention::TABLE {
+        let parameters = PyDict::new(py);
+        for (name, value) in row.parameters {
+            parameters.set_item(name, value)?;
+        }
+        let dict = PyDict::new(py);
+        dict.set_item("kind", row.kind)?;
+        dict.set_item("name", row.name)?;
+        dict.set_item("axes", row.axes)?;
+        dict.set_item("grid", row.grid.name())?;
+        dict.set_item("layout", row.layout)?;
+        dict.set_item("parameters", parameters)?;
+        dict.set_item("note", row.note)?;
+        dict.set_item("source", row.source)?;
+        dict.set_item("version", row.version)?;
+        dict.set_item("verified", row.verified)?;
+        list.append(dict)?;
+    }
+    Ok(list)
+}
+
+/// Sets how many threads large calls use.
+#[pyfunction]
+#[pyo3(signature = (n, /))]
+pub fn set_num_threads(n: i64) -> PyResult<()> {
+    if !(1..=4096).contains(&n) {
+        return Err(PyValueError::new_err(format!(
+            "Expected between 1 and 4096 threads, got {n}."
+        )));
+    }
+    threads::set_count(n as usize);
+    Ok(())
+}
+
+/// How many threads large calls use.
+#[pyfunction]
+pub fn get_num_threads() -> usize {
+    threads::count()
+}
+
+/// The instruction-set level that kernels run at.
+#[pyfunction]
+pub fn simd_level() -> &'static str {
+    kernel::level()
+}
+
+/// The levels that this CPU runs, weakest first.
+#[pyfunction]
+pub fn simd_levels() -> Vec<&'static str> {
+    kernel::levels().to_vec()
+}
+
+/// Makes kernels run at a level; None for the best.
+#[pyfunction]
+#[pyo3(signature = (name, /))]
+pub fn set_simd_level(name: Option<&str>) -> PyResult<()> {
+    if kernel::force_level(name) {
+        Ok(())
+    } else {
+        let levels = kernel::levels().join(", ");
+        let name = name.unwrap_or_default();
+        Err(PyValueError::new_err(format!(
+            "this CPU has no SIMD level '{name}'; there are {levels}"
+        )))
+    }
+}

@@ -1,0 +1,37 @@
+//! The Python face: parse, match the dtype, detach, call. Nothing else happens here.
+//!
+//! Array types are told apart by looking at the dtype before extracting; an enum of array types derived
+//! for extraction tries each in turn and cost 11 µs a call. Arrays that are not C-contiguous float32 or
+//! float64 take the friendly path through `spheremap._arrays`.
+
+mod arrays;
+mod functions;
+mod images;
+mod projection;
+
+use pyo3::prelude::*;
+
+/// The compiled core of spheremap.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::functions::{
+        convention_table, convert, get_num_threads, projection, rebuild, reflect, registry,
+        rotation, set_num_threads, set_simd_level, simd_level, simd_levels,
+    };
+    #[pymodule_export]
+    use super::projection::PyProjection;
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}
+
+impl From<crate::error::Error> for PyErr {
+    fn from(error: crate::error::Error) -> PyErr {
+        pyo3::exceptions::PyValueError::new_err(error.to_string())
+    }
+}

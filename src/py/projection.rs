@@ -1,0 +1,480 @@
+//! The class `Projection`: a map, with its verbs as methods.
+
+use super::arrays::{self, Float, finish, output, points, reals, with_reals, writable};
+use super::images::{self, Lookup};
+use crate::convert;
+use crate::explain::explain;
+use crate::image::{Raster, shape_of_size};
+use crate::map::{Map, Options};
+use numpy::PyReadonlyArrayDyn;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+/// A map between directions and an image: a projection with its axes, grid, layout and parameters.
+///
+/// Made by `spheremap.projection`. Immutable, hashable, picklable.
+#[pyclass(name = "Projection", module = "spheremap._core", frozen, eq, hash)]
+#[derive(PartialEq, Eq, Hash)]
+pub struct PyProjection(pub Map);
+
+/// Texel centres' directions are float64 unless asked otherwise.
+fn wants_f32(dtype: Option<&Bound<'_, PyAny>>) -> PyResult<bool> {
+    let Some(dtype) = dtype else { return Ok(false) };
+    let dtype = dtype
+        .py()
+        .import("numpy")?
+        .getattr("dtype")?
+        .call1((dtype,))?;
+    match dtype.getattr("name")?.extract::<String>()?.as_str() {
+        "float32" => Ok(true),
+        "float64" => Ok(false),
+        name => Err(PyTypeError::new_err(format!(
+            "Expected `dtype` to be float32 or float64, got {name}."
+        ))),
+    }
+}
+
+/// A size (one number) or a whole shape.
+pub fn size<'py>(map: &Map, size: &Bound<'py, PyAny>) -> PyResult<Vec<usize>> {
+    let shape = match size.extract::<i64>() {
+        Ok(n) if n >= 1 => shape_of_size(map, n as usize),
+        Ok(n) => {
+            return Err(PyValueError::new_err(format!(
+                "Expected a size of at least 1, got {n}."
+            )));
+        }
+        Err(_) => size
+            .extract::<Vec<i64>>()
+            .map_err(|_| {
+                PyTypeError::new_err(
+                    "Expected a size: one integer, or a shape as a tuple of integers.",
+                )
+            })?
+            .into_iter()
+            .map(|n| usize::try_from(n).unwrap_or(0))
+            .collect(),
+    };
+    Raster::new(map, &shape)?;
+    Ok(shape)
+}
+
+impl PyProjection {
+    fn directions_as<'py, T: Float>(
+        &self,
+        py: Python<'py>,
+        shape: &[usize],
+        rotation: Option<glam::DMat3>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut whole = shape.to_vec();
+        whole.push(3);
+        let array = output::<T>(py, None, T::NAME, &whole)?;
+        {
+            let mut target = writable(&array)?;
+            let out = target.as_slice_mut()?;
+            py.detach(|| convert::directions(&self.0, shape, rotation, out))?;
+        }
+        finish(array, false)
+    }
+}
+
+#[pymethods]
+impl PyProjection {
+    /// Image coordinates of directions: (..., 3) -> (..., 2), or (..., 3) as (u, v, face).
+    #[pyo3(signature = (directions, /, *, rotation=None, out=None))]
+    fn encode<'py>(
+        &self,
+        py: Python<'py>,
+        directions: &Bound<'py, PyAny>,
+        rotation: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rotation = arrays::rotation(rotation)?;
+        fn typed<'py, T: Float>(
+            map: &Map,
+            input: &PyReadonlyArrayDyn<'py, T>,
+            rotation: Option<glam::DMat3>,
+            out: Option<&Bound<'py, PyAny>>,
+            py: Python<'py>,
+        ) -> PyResult<Bound<'py, PyAny>> {
+            points(
+                py,
+                input,
+                "directions",
+                3,
+                out,
+                T::NAME,
+                &[map.uv_width()],
+                |d, uv| {
+                    map.encode::<T>(rotation, d, uv);
+                },
+            )
+        }
+        with_reals!(&reals(directions, "directions")?, d => typed(&self.0, d, rotation, out, py))
+    }
+
+    /// Unit directions at image coordinates; NaN outside the valid image.
+    #[pyo3(signature = (uv, /, *, rotation=None, out=None))]
+    fn decode<'py>(
+        &self,
+        py: Python<'py>,
+        uv: &Bound<'py, PyAny>,
+        rotation: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rotation = arrays::rotation(rotation)?;
+        fn typed<'py, T: Float>(
+            map: &Map,
+            input: &PyReadonlyArrayDyn<'py, T>,
+            rotation: Option<glam::DMat3>,
+            out: Option<&Bound<'py, PyAny>>,
+            py: Python<'py>,
+        ) -> PyResult<Bound<'py, PyAny>> {
+            points(
+                py,
+                input,
+                "uv",
+                map.uv_width(),
+                out,
+                T::NAME,
+                &[3],
+                |uv, d| {
+                    map.decode::<T>(rotation, uv, d);
+                },
+            )
+        }
+        with_reals!(&reals(uv, "uv")?, uv => typed(&self.0, uv, rotation, out, py))
+    }
+
+    /// Derivatives of the direction by u and v: (..., 3, 2).
+    #[pyo3(signature = (uv, /, *, rotation=None, out=None))]
+    fn jacobian<'py>(
+        &self,
+        py: Python<'py>,
+        uv: &Bound<'py, PyAny>,
+        rotation: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rotation = arrays::rotation(rotation)?;
+        fn typed<'py, T: Float>(
+            map: &Map,
+            input: &PyReadonlyArrayDyn<'py, T>,
+            rotation: Option<glam::DMat3>,
+            out: Option<&Bound<'py, PyAny>>,
+            py: Python<'py>,
+        ) -> PyResult<Bound<'py, PyAny>> {
+            points(
+                py,
+                input,
+                "uv",
+                map.uv_width(),
+                out,
+                T::NAME,
+                &[3, 2],
+                |uv, j| {
+                    map.jacobian::<T>(rotation, uv, j);
+                },
+            )
+        }
+        with_reals!(&reals(uv, "uv")?, uv => typed(&self.0, uv, rotation, out, py))
+    }
+
+    /// Steradians per unit of image area, dω/(du dv).
+    #[pyo3(signature = (uv, /, *, out=None))]
+    fn density<'py>(
+        &self,
+        py: Python<'py>,
+        uv: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        fn typed<'py, T: Float>(
+            map: &Map,
+            input: &PyReadonlyArrayDyn<'py, T>,
+            out: Option<&Bound<'py, PyAny>>,
+            py: Python<'py>,
+        ) -> PyResult<Bound<'py, PyAny>> {
+            points(
+                py,
+                input,
+                "uv",
+                map.uv_width(),
+                out,
+                T::NAME,
+                &[],
+                |uv, density| {
+                    map.density::<T>(uv, density);
+                },
+            )
+        }
+        with_reals!(&reals(uv, "uv")?, uv => typed(&self.0, uv, out, py))
+    }
+
+    /// Whether image coordinates lie in the valid image.
+    #[pyo3(signature = (uv, /))]
+    fn valid<'py>(&self, py: Python<'py>, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let map = &self.0;
+        with_reals!(&reals(uv, "uv")?, uv => {
+            points(py, uv, "uv", map.uv_width(), None, "bool", &[], |uv, valid| map.valid(uv, valid))
+        })
+    }
+
+    /// Whether directions lie in the coverage.
+    #[pyo3(signature = (directions, /, *, rotation=None))]
+    fn covers<'py>(
+        &self,
+        py: Python<'py>,
+        directions: &Bound<'py, PyAny>,
+        rotation: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rotation = arrays::rotation(rotation)?;
+        let map = &self.0;
+        with_reals!(&reals(directions, "directions")?, d => {
+            points(py, d, "directions", 3, None, "bool", &[], |d, covered| map.covers(rotation, d, covered))
+        })
+    }
+
+    /// The exact solid angle of every texel of an image of this shape (or size), in steradians.
+    #[pyo3(signature = (shape, /))]
+    fn solid_angle<'py>(
+        &self,
+        py: Python<'py>,
+        shape: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let shape = size(&self.0, shape)?;
+        let array = output::<f64>(py, None, "float64", &shape)?;
+        {
+            let mut target = writable(&array)?;
+            let out = target.as_slice_mut()?;
+            py.detach(|| convert::solid_angles(&self.0, &shape, out))?;
+        }
+        finish(array, false)
+    }
+
+    /// The direction of every texel centre of an image of this size; NaN outside the valid image.
+    #[pyo3(signature = (size, /, *, rotation=None, dtype=None))]
+    fn directions<'py>(
+        &self,
+        py: Python<'py>,
+        size: &Bound<'py, PyAny>,
+        rotation: Option<&Bound<'py, PyAny>>,
+        dtype: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rotation = arrays::rotation(rotation)?;
+        let shape = self::size(&self.0, size)?;
+        if wants_f32(dtype)? {
+            self.directions_as::<f32>(py, &shape, rotation)
+        } else {
+            self.directions_as::<f64>(py, &shape, rotation)
+        }
+    }
+
+    /// The shape of an image of this size, or this shape if it is one.
+    #[pyo3(signature = (size, /))]
+    fn shape<'py>(
+        &self,
+        py: Python<'py>,
+        size: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self::size(&self.0, size)?)
+    }
+
+    /// What an image of this projection shows in directions.
+    #[pyo3(signature = (image, directions, /, *, filter="bilinear", rotation=None, fill=None, out=None))]
+    #[expect(clippy::too_many_arguments, reason = "the Python signature")]
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        image: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        filter: &str,
+        rotation: Option<&Bound<'py, PyAny>>,
+        fill: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rotation = arrays::rotation(rotation)?;
+        images::sample(
+            py,
+            &self.0,
+            image,
+            directions,
+            &Lookup {
+                filter,
+                rotation,
+                fill,
+                out,
+            },
+        )
+    }
+
+    /// What `explain` prints.
+    fn explanation(&self) -> String {
+        explain(&self.0)
+    }
+
+    /// Prints where the axes land, which way is up, chirality, grid, coverage and density.
+    fn explain(&self, py: Python<'_>) -> PyResult<()> {
+        let print = py.import("builtins")?.getattr("print")?;
+        print.call1((explain(&self.0).trim_end(),))?;
+        Ok(())
+    }
+
+    /// The projection's name.
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.0.info().name
+    }
+
+    /// The convention it was made with.
+    #[getter]
+    fn convention(&self) -> Option<&'static str> {
+        self.0.convention()
+    }
+
+    /// Which world axes point right, down and forward.
+    #[getter]
+    fn axes(&self) -> String {
+        self.0.axes().to_string()
+    }
+
+    /// Where texel centres lie.
+    #[getter]
+    fn grid(&self) -> &'static str {
+        self.0.grid().name()
+    }
+
+    /// How several faces are laid out.
+    #[getter]
+    fn layout(&self) -> Option<&'static str> {
+        self.0.layout()
+    }
+
+    /// How many faces the image coordinates tell apart.
+    #[getter]
+    fn faces(&self) -> usize {
+        self.0.faces()
+    }
+
+    /// The parameters by name.
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (parameter, value) in self.0.info().parameters.iter().zip(self.0.parameters()) {
+            dict.set_item(parameter.name, value)?;
+        }
+        Ok(dict)
+    }
+
+    /// The part of the sphere it holds: "sphere", "hemisphere" or "cap".
+    #[getter]
+    fn coverage(&self) -> &'static str {
+        self.0.coverage().name()
+    }
+
+    /// The solid angle it holds, in steradians.
+    #[getter]
+    fn covered_solid_angle(&self) -> f64 {
+        self.0.coverage().solid_angle()
+    }
+
+    /// Whether all texels see the same solid angle.
+    #[getter]
+    fn equal_area(&self) -> bool {
+        self.0.info().equal_area
+    }
+
+    /// Whether small circles stay circles.
+    #[getter]
+    fn conformal(&self) -> bool {
+        self.0.info().conformal
+    }
+
+    /// Smallest and largest density over the valid image.
+    #[getter]
+    fn density_range(&self) -> (f64, f64) {
+        self.0.density_range()
+    }
+
+    /// Its full name.
+    #[getter]
+    fn title(&self) -> &'static str {
+        self.0.info().title
+    }
+
+    /// Where the formula comes from.
+    #[getter]
+    fn source(&self) -> &'static str {
+        self.0.info().source
+    }
+
+    /// What it is, in one line.
+    #[getter]
+    fn summary(&self) -> &'static str {
+        self.0.info().summary
+    }
+
+    /// Its singular points.
+    #[getter]
+    fn singular(&self) -> &'static str {
+        self.0.info().singular
+    }
+
+    /// Whether its pictures (the first face's) are mirrored as seen from inside a right-handed world.
+    #[getter]
+    fn mirrored(&self) -> bool {
+        self.0.mirrored()[0]
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        let map = &self.0;
+        let plain = Map::new(
+            map.info().name,
+            Options {
+                convention: map.convention(),
+                ..Options::default()
+            },
+        )?;
+        let mut text = format!("Projection(\"{}\"", map.info().name);
+        let mut add = |name: &str, value: &str| text.push_str(&format!(", {name}={value}"));
+        if let Some(name) = map.convention() {
+            add("convention", &format!("\"{name}\""));
+        }
+        if map.axes() != plain.axes() {
+            add("axes", &format!("\"{}\"", map.axes()));
+        }
+        if map.grid() != plain.grid() {
+            add("grid", &format!("\"{}\"", map.grid().name()));
+        }
+        if let Some(layout) = map.layout()
+            && map.layout() != plain.layout()
+        {
+            add("layout", &format!("\"{layout}\""));
+        }
+        let defaults = plain.parameters().iter();
+        for ((parameter, value), default) in map
+            .info()
+            .parameters
+            .iter()
+            .zip(map.parameters())
+            .zip(defaults)
+        {
+            if value != default {
+                add(parameter.name, &format!("{value:?}"));
+            }
+        }
+        text.push(')');
+        Ok(text)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let rebuild = py.import("spheremap._core")?.getattr("_rebuild")?;
+        let arguments = (
+            self.name(),
+            self.convention(),
+            self.axes(),
+            self.grid(),
+            self.layout(),
+            self.parameters(py)?,
+        );
+        (rebuild, arguments).into_pyobject(py)
+    }
+}

@@ -1,0 +1,217 @@
+//! The scalars a formula may be written in.
+//!
+//! Every projection is one generic formula over [`Real`], and the compiler makes of it the f32 and
+//! f64 kernels, at every instruction-set level, and (through [`crate::dual::Dual`]) its Jacobian.
+//! For that to give the same bits everywhere, a `Real` offers only operations that IEEE 754 rounds
+//! correctly (`+ - * / sqrt`, comparison, sign and exponent surgery) and functions built from them
+//! in [`crate::math`]. There is no `mul_add` and no call into the platform's math library: the first
+//! is a library call where the CPU lacks it, the second differs between platforms, and neither
+//! vectorises.
+//!
+//! Formulas choose with a plain `if` between two values that are both already computed; that is
+//! what the vectoriser turns into a select.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number a formula can be written in: `f32`, `f64`, or a dual number over one of them.
+pub trait Real:
+    Copy
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
+    /// Distance from 1 to the next larger number.
+    const EPSILON: f64;
+
+    /// The constant nearest to `x`.
+    fn new(x: f64) -> Self;
+
+    /// The nearest f64, for the few decisions that are taken once a call.
+    fn to_f64(self) -> f64;
+
+    /// Whether it is no number.
+    fn is_nan(self) -> bool;
+
+    /// |self|.
+    fn abs(self) -> Self;
+
+    /// The correctly rounded square root.
+    fn sqrt(self) -> Self;
+
+    /// The power of two that brings a positive `self` into [1, 2), or a subnormal one as near as a
+    /// power of two can. Zero and infinity give a finite power as well. Of a power of two it is the
+    /// inverse, but for the largest, where it is the smallest normal number. A constant to
+    /// derivatives.
+    fn binade_scale(self) -> Self;
+
+    /// The largest integer not above `self`, for |self| below a quarter of 1/ε. A constant to
+    /// derivatives.
+    fn floor(self) -> Self;
+
+    /// The angle of the point (x, y), y ≥ 0, in half turns: atan2(y, x)/π in [0, 1]. (0, 0) gives 0
+    /// and the sign of a zero does not count.
+    fn half_turns(y: Self, x: Self) -> Self;
+
+    /// (sin πr, cos πr) for |r| ≤ 2²⁰.
+    fn sin_cos_half_turns(r: Self) -> (Self, Self);
+
+    /// sin(πr)/r as a smooth even function of r, given s = r² and r = √s ≤ 1.
+    fn sinc_half_turns(s: Self, r: Self) -> Self;
+
+    /// cos πr as a smooth even function of r, given s = r² and r = √s ≤ 1.
+    fn cos_half_turns(s: Self, r: Self) -> Self;
+}
+
+/// The smaller of two numbers; `b` where either is NaN.
+#[inline(always)]
+pub fn min<R: Real>(a: R, b: R) -> R {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers; `b` where either is NaN.
+#[inline(always)]
+pub fn max<R: Real>(a: R, b: R) -> R {
+    if a > b { a } else { b }
+}
+
+/// +1 for x ≥ 0 and for both zeros, else -1. A fold that used sign(0) = 0 would send -z to +z.
+#[inline(always)]
+pub fn sign<R: Real>(x: R) -> R {
+    if x < R::new(0.0) {
+        R::new(-1.0)
+    } else {
+        R::new(1.0)
+    }
+}
+
+/// (x, y) times the power of two that brings the larger one near 1, and the inverse of that power. It
+/// keeps squares from under- and overflowing and azimuths right down to the smallest subnormal.
+#[inline(always)]
+pub fn scaled<R: Real>(x: R, y: R) -> (R, R, R) {
+    let scale = max(x.abs(), y.abs()).binade_scale();
+    (x * scale, y * scale, scale.binade_scale())
+}
+
+/// x between -1 and 1.
+#[inline(always)]
+pub fn clamp_unit<R: Real>(x: R) -> R {
+    max(min(x, R::new(1.0)), R::new(-1.0))
+}
+
+macro_rules! real {
+    ($t:ty, $bits:ty, $exponent_mask:expr, $top:expr) => {
+        impl Real for $t {
+            const EPSILON: f64 = <$t>::EPSILON as f64;
+
+            #[inline(always)]
+            fn new(x: f64) -> Self {
+                x as $t
+            }
+
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self as f64
+            }
+
+            #[inline(always)]
+            fn is_nan(self) -> bool {
+                self.is_nan()
+            }
+
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.abs()
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                self.sqrt()
+            }
+
+            #[inline(always)]
+            fn binade_scale(self) -> Self {
+                let exponent = self.to_bits() & $exponent_mask;
+                let scale = <$t>::from_bits(<$bits>::wrapping_sub($top, exponent));
+                // The largest binade would give 0 and infinity a negative number.
+                if scale > <$t>::MIN_POSITIVE {
+                    scale
+                } else {
+                    <$t>::MIN_POSITIVE
+                }
+            }
+
+            #[inline(always)]
+            fn floor(self) -> Self {
+                // The library's floor is a call below SSE4.1; adding 1.5·2^(digits-1) rounds too.
+                const ROUND: $t = 1.5 / <$t>::EPSILON;
+                let nearest = (self + ROUND) - ROUND;
+                if nearest > self {
+                    nearest - 1.0
+                } else {
+                    nearest
+                }
+            }
+
+            #[inline(always)]
+            fn half_turns(y: Self, x: Self) -> Self {
+                <$t as crate::math::Polynomials>::half_turns(y, x)
+            }
+
+            #[inline(always)]
+            fn sin_cos_half_turns(r: Self) -> (Self, Self) {
+                <$t as crate::math::Polynomials>::sin_cos_half_turns(r)
+            }
+
+            #[inline(always)]
+            fn sinc_half_turns(s: Self, r: Self) -> Self {
+                crate::math::sinc_half_turns(s, r)
+            }
+
+            #[inline(always)]
+            fn cos_half_turns(_s: Self, r: Self) -> Self {
+                <$t as crate::math::Polynomials>::sin_cos_half_turns(r).1
+            }
+        }
+    };
+}
+
+real!(f32, u32, 0x7f80_0000, 0x7f00_0000);
+real!(f64, u64, 0x7ff0_0000_0000_0000, 0x7fe0_0000_0000_0000);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn binade_scale_brings_every_positive_number_near_one() {
+        for exponent in -149..=127 {
+            let m = (exponent as f64).exp2() as f32
+                * 1.5_f32.min(if exponent < -148 { 1.0 } else { 1.5 });
+            let scaled = m * m.binade_scale();
+            assert!(
+                (2f32.powi(-22)..4.0).contains(&scaled),
+                "2^{exponent}: {scaled}"
+            );
+            if exponent >= -126 {
+                assert!(scaled >= 1.0, "2^{exponent}: {scaled}");
+            }
+        }
+        for m in [0.0, f64::INFINITY, f64::MAX] {
+            let scale = m.binade_scale();
+            assert!(scale.is_finite() && scale > 0.0);
+        }
+    }
+
+    #[test]
+    fn floor_agrees_with_the_library() {
+        for i in -4000..4000 {
+            let x = i as f64 / 8.0;
+            assert_eq!(Real::floor(x), x.floor());
+            assert_eq!(Real::floor(x as f32), (x as f32).floor());
+        }
+    }
+}

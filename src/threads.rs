@@ -1,0 +1,141 @@
+//! Threads: one pool, safe across `fork`, and only where they pay.
+//!
+//! Waking the pool costs 15 to 60 µs, so small calls stay on the caller's thread. The pool belongs to the
+//! process that made it: a forked child has none of its parent's threads, and rayon's global pool would
+//! wait for them for ever. So the pool is ours, kept with the id of its process, and a child makes
+//! its own at its first large call.
+//!
+//! Work is split into blocks whose borders depend on nothing but the size of the work, and no block's result
+//! depends on another's, so the number of threads never shows in a result.
+
+use rayon::ThreadPool;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Points from which a call is spread over threads.
+pub const PARALLEL_FROM: usize = 1 << 17;
+
+/// Points a block.
+const BLOCK: usize = 1 << 13;
+
+/// 0 until somebody asks or sets.
+static THREADS: AtomicUsize = AtomicUsize::new(0);
+
+struct Pool {
+    process: u32,
+    threads: usize,
+    pool: Arc<ThreadPool>,
+}
+
+static POOL: Mutex<Option<Pool>> = Mutex::new(None);
+
+/// How many threads large calls use: what was set, else `SPHEREMAP_NUM_THREADS`, else one a core.
+pub fn count() -> usize {
+    match THREADS.load(Ordering::Relaxed) {
+        0 => {
+            let threads = std::env::var("SPHEREMAP_NUM_THREADS")
+                .ok()
+                .and_then(|text| text.trim().parse().ok())
+                .filter(|threads| *threads > 0)
+                .or_else(|| std::thread::available_parallelism().ok().map(usize::from))
+                .unwrap_or(1);
+            THREADS.store(threads, Ordering::Relaxed);
+            threads
+        }
+        threads => threads,
+    }
+}
+
+/// Sets how many threads large calls use; at least one.
+pub fn set_count(threads: usize) {
+    THREADS.store(threads.max(1), Ordering::Relaxed);
+}
+
+/// The pool of this process, or none where one thread is asked for or threads cannot be had.
+fn pool() -> Option<Arc<ThreadPool>> {
+    let threads = count();
+    if threads < 2 {
+        return None;
+    }
+    let process = std::process::id();
+    let mut slot = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(pool) = slot.as_ref()
+        && pool.process == process
+        && pool.threads == threads
+    {
+        return Some(Arc::clone(&pool.pool));
+    }
+    if let Some(old) = slot.take()
+        && old.process != process
+    {
+        // Its threads live in the parent: waiting for them would never end.
+        std::mem::forget(old);
+    }
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    let pool = Arc::new(
+        builder
+            .thread_name(|i| format!("spheremap-{i}"))
+            .build()
+            .ok()?,
+    );
+    *slot = Some(Pool {
+        process,
+        threads,
+        pool: Arc::clone(&pool),
+    });
+    Some(pool)
+}
+
+/// Calls `work` on matching blocks of `input` (I numbers a point) and `output` (O items a point).
+pub fn blocks<A: Sync, B: Send>(
+    input: &[A],
+    per_input: usize,
+    output: &mut [B],
+    per_output: usize,
+    work: impl Fn(&[A], &mut [B]) + Sync,
+) {
+    let points = output.len() / per_output;
+    match if points >= PARALLEL_FROM {
+        pool()
+    } else {
+        None
+    } {
+        None => work(input, output),
+        Some(pool) => pool.install(|| {
+            input
+                .par_chunks(BLOCK * per_input)
+                .zip(output.par_chunks_mut(BLOCK * per_output))
+                .for_each(|(input, output)| work(input, output));
+        }),
+    }
+}
+
+/// Calls `work(number, row)` on each row of `width` items, spread over threads where there are
+/// enough points in all.
+pub fn rows<T: Send>(
+    output: &mut [T],
+    width: usize,
+    points: usize,
+    work: impl Fn(usize, &mut [T]) + Sync,
+) {
+    if width == 0 {
+        return;
+    }
+    match if points >= PARALLEL_FROM {
+        pool()
+    } else {
+        None
+    } {
+        None => output
+            .chunks_mut(width)
+            .enumerate()
+            .for_each(|(row, out)| work(row, out)),
+        Some(pool) => pool.install(|| {
+            output
+                .par_chunks_mut(width)
+                .enumerate()
+                .for_each(|(row, out)| work(row, out));
+        }),
+    }
+}

@@ -85,6 +85,8 @@ struct Rows<R, const N: usize>([[R; W]; N]);
 
 struct Scratch<R, const I: usize, const O: usize> {
     input: Rows<R, I>,
+    view: Rows<R, I>,
+    result: Rows<R, O>,
     output: Rows<R, O>,
 }
 
@@ -139,9 +141,12 @@ pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     output: &mut [R],
 ) {
     let zero = R::default();
+    let (rows_in, rows_out) = (Rows([[zero; W]; I]), Rows([[zero; W]; O]));
     let mut scratch = Scratch {
-        input: Rows([[zero; W]; I]),
-        output: Rows([[zero; W]; O]),
+        input: rows_in,
+        view: rows_in,
+        result: rows_out,
+        output: rows_out,
     };
     dispatch(
         point,
@@ -219,6 +224,8 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
 ) {
     let Scratch {
         input: Rows(input),
+        view: Rows(view),
+        result: Rows(result),
         output: Rows(output),
     } = scratch;
     for i in 0..W {
@@ -229,27 +236,33 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     if let Some(matrix) = &frame.rotate_input {
         rotate::<R, I, 1>(matrix, input, 0);
     }
-    let rows: [&[R; W]; I] = std::array::from_fn(|k| &input[frame.input.order[k] % I]);
-    let signs = frame.input.signs;
+    // Whole rows change places, so that every loop over points has fixed addresses: with rows chosen
+    // inside the loop the compiler kept a scalar copy of the formula, for rows that might overlap.
+    for k in 0..I {
+        view[k] = input[frame.input.order[k] % I];
+    }
+    // Copies: behind a reference they might change with each result that is stored.
+    let (signs_in, signs_out) = (frame.input.signs, frame.output.signs);
     for i in 0..W {
-        let result = point.apply(std::array::from_fn(|k| signs[k] * rows[k][i]));
+        let point = point.apply(std::array::from_fn(|k| signs_in[k] * view[k][i]));
         for k in 0..O {
-            output[k][i] = result[k];
+            result[k][i] = point[k];
         }
     }
     if let Some(matrix) = &frame.rotate_output {
         if O == 6 {
-            rotate::<R, O, 2>(matrix, output, 0);
-            rotate::<R, O, 2>(matrix, output, 1);
+            rotate::<R, O, 2>(matrix, result, 0);
+            rotate::<R, O, 2>(matrix, result, 1);
         } else {
-            rotate::<R, O, 1>(matrix, output, 0);
+            rotate::<R, O, 1>(matrix, result, 0);
         }
     }
-    let rows: [&[R; W]; O] = std::array::from_fn(|k| &output[frame.output.order[k] % O]);
-    let signs = frame.output.signs;
+    for k in 0..O {
+        output[k] = result[frame.output.order[k] % O];
+    }
     for i in 0..W {
         for k in 0..O {
-            target[i][k] = signs[k] * rows[k][i];
+            target[i][k] = signs_out[k] * output[k][i];
         }
     }
 }

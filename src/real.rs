@@ -96,10 +96,11 @@ pub fn scaled<R: Real>(x: R, y: R) -> (R, R, R) {
     (x * scale, y * scale, scale.binade_scale())
 }
 
-/// x between -1 and 1.
+/// x between -1 and 1; NaN stays.
 #[inline(always)]
 pub fn clamp_unit<R: Real>(x: R) -> R {
-    max(min(x, R::new(1.0)), R::new(-1.0))
+    // The operand that a comparison with NaN chooses is the second.
+    max(R::new(-1.0), min(R::new(1.0), x))
 }
 
 macro_rules! real {

@@ -11,7 +11,7 @@
 
 use crate::light::solid_angle::{self, Rect};
 use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
-use crate::real::{Real, scaled};
+use crate::real::{Real, clamp_unit, scaled};
 use std::f64::consts::PI;
 
 /// The light probe, or equidistant fisheye.
@@ -75,13 +75,11 @@ impl Projection for Angular {
         // On the axis the azimuth is that of (1, 0).
         let on_axis = if hs <= zero { one } else { zero };
         let factor = radius / (hs + on_axis);
-        let (p, q) = ((xs + on_axis) * factor, ys * factor);
-        // NaN compares false and stays.
-        let p = if p > one { one } else { p };
-        let q = if q > one { one } else { q };
-        let p = if p < -one { -one } else { p };
-        let q = if q < -one { -one } else { q };
-        Uv::centred(p, q, zero)
+        Uv::centred(
+            clamp_unit((xs + on_axis) * factor),
+            clamp_unit(ys * factor),
+            zero,
+        )
     }
 
     #[inline(always)]

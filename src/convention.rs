@@ -1,8 +1,9 @@
 //! The table of conventions: one row per program and projection.
 //!
 //! A row says how a named program lays out a kind of map: axes, grid, layout, face order and
-//! parameters, with the source of the fact and the version it was seen in. `verified` rows are checked by a
-//! test that runs the program or, where the row restates a published specification, its formula.
+//! parameters, with the source of the fact and the version it was seen in. A row is `verified` where a test
+//! runs the program or, for a published specification, its formula; other rows are read from source and
+//! held to that formula.
 
 use crate::error::Error;
 use crate::faces::FaceTable;
@@ -108,7 +109,7 @@ pub const TABLE: &[Convention] = &[
     Convention {
         kind: "angular",
         name: "openimageio",
-        axes: "+x +y +z",
+        axes: "+x -y +z",
         note: "The gallery's second sentence taken literally, centre +z: real probes come out mirrored.",
         source: "OpenImageIO, maketx --lightprobe",
         version: "3.2.2",
@@ -141,6 +142,46 @@ pub const TABLE: &[Convention] = &[
         note: "y up, files with oiio:sampleborder, as every .exr that maketx writes.",
         source: "OpenImageIO, TextureSystem::environment",
         version: "3.2.2",
+        ..ROW
+    },
+    Convention {
+        kind: "sphere",
+        name: "skylibs",
+        axes: "+x -y -z",
+        note: "The view from inside; its own solid angles of this map do not sum to 4 pi.",
+        source: "skylibs, envmap.projections",
+        version: "0.7.7",
+        verified: false,
+        ..ROW
+    },
+    Convention {
+        kind: "angular",
+        name: "skylibs",
+        axes: "+x -y -z",
+        note: "The same as Debevec's.",
+        source: "skylibs, envmap.projections",
+        version: "0.7.7",
+        verified: false,
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "skylibs",
+        axes: "+x -y -z",
+        note: "Centre -z, unmirrored, as nvdiffrec and the USC-ICT probes.",
+        source: "skylibs, envmap.projections",
+        version: "0.7.7",
+        verified: false,
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "blender",
+        axes: "-y -z +x",
+        note: "World z up; centre +x, -y to the right.",
+        source: "Blender, Cycles equirectangular mapping",
+        version: "4",
+        verified: false,
         ..ROW
     },
 ];

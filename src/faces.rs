@@ -263,6 +263,86 @@ impl Arrangement {
     }
 }
 
+/// How one coordinate of a face lies along one side of the joined image.
+///
+/// place = start + sign · coordinate / cells. The start, a multiple of 1/cells, is kept in two parts, and the
+/// place is held to the numbers that fall into its own cell when they are multiplied by the number of
+/// cells: so a coordinate on the border of a cell comes back on the face that it left from, and
+/// joining faces costs one rounding.
+#[derive(Clone, Copy, Default)]
+struct Side<R> {
+    sign: R,
+    high: R,
+    low: R,
+    first: R,
+    last: R,
+    cell: R,
+}
+
+/// The sides of a face along u and v, for each float type.
+#[derive(Clone, Copy, Default)]
+struct Sides {
+    single: [Side<f32>; 2],
+    double: [Side<f64>; 2],
+}
+
+macro_rules! side {
+    ($name:ident, $t:ty) => {
+        fn $name(cell: usize, cells: usize, flip: bool) -> Side<$t> {
+            let n = cells as $t;
+            let start = (cell + usize::from(flip)) as $t;
+            let high = start / n;
+            // The remainder of the division is a float, so this is its exact quotient, rounded.
+            let low = -high.mul_add(n, -start) / n;
+            // In this arithmetic and in exact arithmetic, so that any other decoder agrees.
+            let holds = |x: $t| {
+                let (from, to) = (cell as $t, (cell + 1) as $t);
+                (x * n) as usize == cell && x.mul_add(n, -from) >= 0.0 && x.mul_add(n, -to) < 0.0
+            };
+            let (mut first, mut last) = (cell as $t / n, (cell + 1) as $t / n);
+            while !holds(first) {
+                first = first.next_up();
+            }
+            while cell + 1 < cells && !holds(last) {
+                last = last.next_down();
+            }
+            Side {
+                sign: if flip { -1.0 } else { 1.0 },
+                high,
+                low,
+                first,
+                last,
+                cell: cell as $t,
+            }
+        }
+    };
+}
+side!(side_f32, f32);
+side!(side_f64, f64);
+
+impl Sides {
+    #[inline(always)]
+    fn of<R: Real>(&self, axis: usize) -> Side<R> {
+        let convert = |sign: f64, high: f64, low: f64, first: f64, last: f64, cell: f64| Side {
+            sign: R::new(sign),
+            high: R::new(high),
+            low: R::new(low),
+            first: R::new(first),
+            last: R::new(last),
+            cell: R::new(cell),
+        };
+        if R::EPSILON > 1e-10 {
+            let s = &self.single[axis];
+            let [sign, high, low] = [s.sign, s.high, s.low].map(f64::from);
+            let [first, last, cell] = [s.first, s.last, s.cell].map(f64::from);
+            convert(sign, high, low, first, last, cell)
+        } else {
+            let s = &self.double[axis];
+            convert(s.sign, s.high, s.low, s.first, s.last, s.cell)
+        }
+    }
+}
+
 /// A projection whose faces are arranged: JOINED in one image, or apart in another order.
 #[derive(Clone, Copy)]
 pub struct Arranged<P, const JOINED: bool> {
@@ -270,37 +350,45 @@ pub struct Arranged<P, const JOINED: bool> {
     columns: f64,
     rows: f64,
     stored: [f64; MAX_FACES],
-    // Along u and v: place = sign · (face coordinate) + offset, in cells.
-    sign: [[f64; 2]; MAX_FACES],
-    offset: [[f64; 2]; MAX_FACES],
+    sides: [Sides; MAX_FACES],
     swap: [f64; MAX_FACES],
 }
 
 impl<P: Projection, const JOINED: bool> Arranged<P, JOINED> {
     /// `projection` in an arrangement.
     pub fn new(projection: P, arrangement: &Arrangement) -> Self {
+        let (columns, rows) = match JOINED {
+            true => (arrangement.columns, arrangement.rows),
+            false => (1, 1),
+        };
         let mut arranged = Arranged {
             projection,
-            columns: arrangement.columns as f64,
-            rows: arrangement.rows as f64,
+            columns: columns as f64,
+            rows: rows as f64,
             stored: [-1.0; MAX_FACES],
-            sign: [[1.0; 2]; MAX_FACES],
-            offset: [[0.0; 2]; MAX_FACES],
+            sides: [Sides::default(); MAX_FACES],
             swap: [0.0; MAX_FACES],
         };
         for face in 0..P::INFO.faces {
-            let Place {
-                stored,
-                column,
-                row,
-                orientation,
-            } = arrangement.places[face];
-            let flips = [orientation.flip_u, orientation.flip_v];
-            let cell = if JOINED { [column, row] } else { [0, 0] };
-            arranged.stored[face] = stored as f64;
-            arranged.sign[face] = flips.map(|flip| if flip { -1.0 } else { 1.0 });
-            arranged.offset[face] = [0, 1].map(|k| cell[k] as f64 + f64::from(u8::from(flips[k])));
-            arranged.swap[face] = f64::from(u8::from(orientation.swap));
+            let place = arrangement.places[face];
+            let o = place.orientation;
+            let (column, row) = if JOINED {
+                (place.column, place.row)
+            } else {
+                (0, 0)
+            };
+            arranged.stored[face] = place.stored as f64;
+            arranged.sides[face] = Sides {
+                single: [
+                    side_f32(column, columns, o.flip_u),
+                    side_f32(row, rows, o.flip_v),
+                ],
+                double: [
+                    side_f64(column, columns, o.flip_u),
+                    side_f64(row, rows, o.flip_v),
+                ],
+            };
+            arranged.swap[face] = f64::from(u8::from(o.swap));
         }
         arranged
     }
@@ -308,13 +396,23 @@ impl<P: Projection, const JOINED: bool> Arranged<P, JOINED> {
     /// The face at `uv` and the place on it, or false.
     #[inline(always)]
     fn locate<R: Real>(self, uv: Uv<R>) -> (Uv<R>, bool) {
-        let (zero, one, half) = (R::new(0.0), R::new(1.0), R::new(0.5));
-        // A cell's edge is a rounded number where the grid's columns are no power of two.
-        let slack = R::new(4.0 * R::EPSILON * self.columns.max(self.rows));
-        let (x, y) = if JOINED {
-            (uv.u * R::new(self.columns), uv.v * R::new(self.rows))
-        } else {
-            (uv.u, uv.v)
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (columns, rows) = (R::new(self.columns), R::new(self.rows));
+        let cell = |x: R, cells: R| {
+            let cell = (x * cells).floor();
+            if cell > cells - one {
+                cells - one
+            } else {
+                cell
+            }
+        };
+        let (column, row) = (cell(uv.u, columns), cell(uv.v, rows));
+        let unit = |x: R| {
+            if x > zero {
+                if x > one { one } else { x }
+            } else {
+                zero
+            }
         };
         let nan = R::new(f64::NAN);
         let mut place = Uv {
@@ -326,14 +424,14 @@ impl<P: Projection, const JOINED: bool> Arranged<P, JOINED> {
         macro_rules! try_face {
             ($($face:literal),+) => {$(
                 if $face < P::INFO.faces {
-                    let a = (x - R::new(self.offset[$face][0])) * R::new(self.sign[$face][0]);
-                    let b = (y - R::new(self.offset[$face][1])) * R::new(self.sign[$face][1]);
+                    let (along, down) = (self.sides[$face].of::<R>(0), self.sides[$face].of::<R>(1));
                     let here = if JOINED {
-                        ((a - half).abs() <= half + slack) & ((b - half).abs() <= half + slack)
+                        (column == along.cell) & (row == down.cell)
                     } else {
                         uv.face == R::new(self.stored[$face])
                     };
-                    let here = here & !found;
+                    let a = unit(((uv.u - along.high) - along.low) * columns * along.sign);
+                    let b = unit(((uv.v - down.high) - down.low) * rows * down.sign);
                     let swap = R::new(self.swap[$face]) > zero;
                     place.u = if here { if swap { b } else { a } } else { place.u };
                     place.v = if here { if swap { a } else { b } } else { place.v };
@@ -343,12 +441,6 @@ impl<P: Projection, const JOINED: bool> Arranged<P, JOINED> {
             )+};
         }
         try_face!(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
-        if JOINED {
-            let u = if place.u < zero { zero } else { place.u };
-            let v = if place.v < zero { zero } else { place.v };
-            place.u = if u > one { one } else { u };
-            place.v = if v > one { one } else { v };
-        }
         (place, found)
     }
 }
@@ -385,18 +477,15 @@ impl<P: Projection, const JOINED: bool> Projection for Arranged<P, JOINED> {
     #[inline(always)]
     fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
         let uv = self.projection.encode(d);
-        let mut sign = [R::new(self.sign[0][0]), R::new(self.sign[0][1])];
-        let mut offset = [R::new(self.offset[0][0]), R::new(self.offset[0][1])];
+        let (mut along, mut down) = (self.sides[0].of::<R>(0), self.sides[0].of::<R>(1));
         let mut swap = R::new(self.swap[0]);
         let mut stored = R::new(self.stored[0]);
         macro_rules! choose {
             ($($face:literal),+) => {$(
                 if $face < P::INFO.faces {
                     let here = uv.face == R::new($face as f64);
-                    sign[0] = if here { R::new(self.sign[$face][0]) } else { sign[0] };
-                    sign[1] = if here { R::new(self.sign[$face][1]) } else { sign[1] };
-                    offset[0] = if here { R::new(self.offset[$face][0]) } else { offset[0] };
-                    offset[1] = if here { R::new(self.offset[$face][1]) } else { offset[1] };
+                    along = choose_side(here, self.sides[$face].of(0), along);
+                    down = choose_side(here, self.sides[$face].of(1), down);
                     swap = if here { R::new(self.swap[$face]) } else { swap };
                     stored = if here { R::new(self.stored[$face]) } else { stored };
                 }
@@ -408,9 +497,14 @@ impl<P: Projection, const JOINED: bool> Projection for Arranged<P, JOINED> {
             if swapped { uv.v } else { uv.u },
             if swapped { uv.u } else { uv.v },
         );
-        let (u, v) = (sign[0] * u + offset[0], sign[1] * v + offset[1]);
+        let at = |x: R, side: Side<R>, cells: f64| {
+            let x = side.high + (side.low + side.sign * x / R::new(cells));
+            let x = if x > side.last { side.last } else { x };
+            if x < side.first { side.first } else { x }
+        };
+        let (u, v) = (at(u, along, self.columns), at(v, down, self.rows));
         if JOINED {
-            Uv::flat(u / R::new(self.columns), v / R::new(self.rows))
+            Uv::flat(u, v)
         } else {
             Uv { u, v, face: stored }
         }
@@ -441,6 +535,18 @@ impl<P: Projection, const JOINED: bool> Projection for Arranged<P, JOINED> {
             1.0
         };
         self.projection.density(self.locate(uv).0) * R::new(cells)
+    }
+}
+
+#[inline(always)]
+fn choose_side<R: Real>(first: bool, a: Side<R>, b: Side<R>) -> Side<R> {
+    Side {
+        sign: if first { a.sign } else { b.sign },
+        high: if first { a.high } else { b.high },
+        low: if first { a.low } else { b.low },
+        first: if first { a.first } else { b.first },
+        last: if first { a.last } else { b.last },
+        cell: b.cell,
     }
 }
 

@@ -98,6 +98,9 @@ pub struct Run {
     pub face: Option<(usize, [isize; 2], [isize; 2])>,
 }
 
+/// The longest side that an image may have; products of two sides then fit any counter.
+pub const LONGEST_SIDE: usize = 1 << 28;
+
 /// The geometry of an image in a map's layout.
 #[derive(Clone, Copy, Debug)]
 pub struct Raster {
@@ -139,6 +142,12 @@ impl Raster {
             || columns % arrangement.columns != 0
         {
             return Err(expected());
+        }
+        if rows > LONGEST_SIDE || columns > LONGEST_SIDE {
+            return Err(Error::Shape(format!(
+                "Expected an image with sides of at most {LONGEST_SIDE}, got {}.",
+                tuple(shape)
+            )));
         }
         let (height, width) = (rows / arrangement.rows, columns / arrangement.columns);
         if arrangement.faces > 1 && height != width {

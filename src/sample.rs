@@ -9,12 +9,12 @@
 //! Texels whose centre lies outside the valid image (the corners around a disk, where photographers
 //! print their credits; the empty cells of a cross) never take part.
 //!
-//! At a cube's corner three texels meet and there is no fourth; a plane through the three stands for
-//! it, which has no negative weight. At a disk's rim the value is interpolated along the meridian between the
-//! nearest places on both sides that have all four texels. What did not help: continuing the image
-//! by its nearest texels (an error of first order at every seam), and a padded copy of the source (a copy a
-//! call, for the few lookups that need it).
+//! Cubes have rules of their own, in `edges`. A texel beyond a disk's rim is interpolated along its meridian
+//! between the nearest places on both sides that have all four texels. What did not help: continuing
+//! the image by its nearest texels (an error of first order at every seam), and a padded copy of the
+//! source (a copy a call, for the few lookups that need it).
 
+use crate::edges;
 use crate::error::Error;
 use crate::image::{Raster, Texel};
 use crate::kernel::Scalar;
@@ -64,13 +64,13 @@ pub struct Source<'a, T> {
 }
 
 /// Stored texels and their weights.
-struct Taps {
+pub(crate) struct Taps {
     list: [(usize, f64); 48],
     count: usize,
 }
 
 impl Taps {
-    fn push(&mut self, index: usize, weight: f64) {
+    pub(crate) fn push(&mut self, index: usize, weight: f64) {
         if weight != 0.0 && self.count < self.list.len() {
             self.list[self.count] = (index, weight);
             self.count += 1;
@@ -222,11 +222,7 @@ impl<'a, T: Texel> Source<'a, T> {
             list: [(0, 0.0); 48],
             count: 0,
         };
-        if self.raster.disk && !self.all_valid(uv) {
-            self.across_rim(&mut taps, face, uv);
-        } else {
-            self.resolve(&mut taps, face, uv, 1.0, 3);
-        }
+        self.resolve(&mut taps, face, uv, 1.0);
         let list = &taps.list[..taps.count];
         let heaviest = list
             .iter()
@@ -243,65 +239,78 @@ impl<'a, T: Texel> Source<'a, T> {
         }
     }
 
-    /// The four texels around a place: the first one, and the place among them.
-    fn corner(&self, [u, v]: [f64; 2]) -> ([isize; 2], [f64; 2]) {
+    /// A place in texels: 0 at the first centre, `width - 1` at the last.
+    fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let ((su, ou), (sv, ov)) = (self.raster.along_u.index(), self.raster.along_v.index());
-        let (x, y) = (u * su + ou, v * sv + ov);
-        (
-            [x.floor() as isize, y.floor() as isize],
-            [x - x.floor(), y - y.floor()],
-        )
+        [u * su + ou, v * sv + ov]
     }
 
-    fn all_valid(&self, uv: [f64; 2]) -> bool {
-        let ([i, j], [tx, ty]) = self.corner(uv);
-        let needed = |t: f64, i, j| t == 0.0 || self.raster.holds(i, j);
-        self.raster.holds(i, j)
-            && needed(tx, i + 1, j)
-            && needed(ty, i, j + 1)
-            && needed(tx * ty, i + 1, j + 1)
+    /// Adds what stands for a place near an edge.
+    fn resolve(&self, taps: &mut Taps, face: usize, uv: [f64; 2], weight: f64) {
+        if self.seam == Seam::Faces {
+            return edges::FaceEdge {
+                raster: &self.raster,
+                map: self.map,
+            }
+            .resolve(taps, face, self.place(uv), weight);
+        }
+        self.four(taps, face, self.place(uv), weight, |taps, i, j, weight| {
+            self.beyond(taps, face, i, j, weight);
+        });
     }
 
-    /// Adds the four texels around a place. `depth` bounds how often a texel beyond an edge may be
-    /// looked for in another place, which itself may touch an edge.
-    fn resolve(&self, taps: &mut Taps, face: usize, uv: [f64; 2], weight: f64, depth: u32) {
-        let ([i, j], [tx, ty]) = self.corner(uv);
+    /// Adds the four texels around a place; `beyond` stands in for those that the image does not hold.
+    fn four(
+        &self,
+        taps: &mut Taps,
+        face: usize,
+        [x, y]: [f64; 2],
+        weight: f64,
+        beyond: impl Fn(&mut Taps, isize, isize, f64),
+    ) {
+        let (left, top) = (x.floor(), y.floor());
+        let (tx, ty) = (x - left, y - top);
         for (di, dj, share) in [
             (0, 0, (1.0 - tx) * (1.0 - ty)),
             (1, 0, tx * (1.0 - ty)),
             (0, 1, (1.0 - tx) * ty),
             (1, 1, tx * ty),
         ] {
-            if share != 0.0 {
-                self.texel(taps, face, [i + di, j + dj], weight * share, depth);
+            let (i, j) = (left as isize + di, top as isize + dj);
+            if share == 0.0 {
+                continue;
+            }
+            if self.raster.holds(i, j) {
+                let index = self.raster.view(face).index(i as usize, j as usize);
+                taps.push(index, weight * share);
+            } else {
+                beyond(taps, i, j, weight * share);
             }
         }
     }
 
-    /// Adds one texel, which may lie beyond an edge.
-    fn texel(&self, taps: &mut Taps, face: usize, [i, j]: [isize; 2], weight: f64, depth: u32) {
+    /// Adds a texel that lies beyond an edge.
+    fn beyond(&self, taps: &mut Taps, face: usize, i: isize, j: isize, weight: f64) {
         let (w, h) = (self.raster.width as isize, self.raster.height as isize);
-        let inside = |i: isize, j: isize| (0..w).contains(&i) && (0..h).contains(&j);
-        let stored = |i: isize, j: isize| self.raster.view(face).index(i as usize, j as usize);
-        let clamped = || stored(i.clamp(0, w - 1), j.clamp(0, h - 1));
-        if inside(i, j) {
-            return taps.push(stored(i, j), weight);
-        }
+        let stored = |i: isize, j: isize| {
+            let (i, j) = (i.clamp(0, w - 1), j.clamp(0, h - 1));
+            self.raster.view(face).index(i as usize, j as usize)
+        };
         match self.seam {
+            _ if self.raster.disk => self.across_rim(taps, face, i, j, weight),
             Seam::Latlong => {
                 let wrapped = |i: isize| i.rem_euclid(w);
                 if (0..h).contains(&j) {
-                    taps.push(stored(wrapped(i), j), weight);
+                    return taps.push(stored(wrapped(i), j), weight);
+                }
+                let j = if j < 0 { -1 - j } else { 2 * h - 1 - j };
+                // Half a turn around lies between two columns where their number is odd.
+                let around = i + w / 2;
+                if w % 2 == 0 {
+                    taps.push(stored(wrapped(around), j), weight);
                 } else {
-                    let j = if j < 0 { -1 - j } else { 2 * h - 1 - j }.clamp(0, h - 1);
-                    // Half a turn around lies between two columns where their number is odd.
-                    let around = i + w / 2;
-                    if w % 2 == 0 {
-                        taps.push(stored(wrapped(around), j), weight);
-                    } else {
-                        taps.push(stored(wrapped(around), j), 0.5 * weight);
-                        taps.push(stored(wrapped(around + 1), j), 0.5 * weight);
-                    }
+                    taps.push(stored(wrapped(around), j), 0.5 * weight);
+                    taps.push(stored(wrapped(around + 1), j), 0.5 * weight);
                 }
             }
             Seam::Octahedral => {
@@ -312,71 +321,42 @@ impl<'a, T: Texel> Source<'a, T> {
                 if !(0..h).contains(&j) {
                     (i, j) = (w - 1 - i, if j < 0 { -1 - j } else { 2 * h - 1 - j });
                 }
-                taps.push(stored(i.clamp(0, w - 1), j.clamp(0, h - 1)), weight);
+                taps.push(stored(i, j), weight);
             }
-            Seam::Faces if depth > 0 => {
-                let (ci, cj) = (i.clamp(0, w - 1), j.clamp(0, h - 1));
-                if ci != i && cj != j {
-                    // Three texels meet at the corner; the plane through them gives the fourth.
-                    self.texel(taps, face, [i, cj], weight, depth);
-                    self.texel(taps, face, [ci, j], weight, depth);
-                    self.texel(taps, face, [ci, cj], -weight, depth);
-                } else {
-                    let u = self.raster.along_u.centre(i as f64);
-                    let v = self.raster.along_v.centre(j as f64);
-                    let place = self.map.visit_canonical(Continue(Uv {
-                        u,
-                        v,
-                        face: face as f64,
-                    }));
-                    // The row next to the edge, at the place along it: the neighbour's texels are not
-                    // opposite ours.
-                    let within = |axis: crate::map::GridAxis, x: f64, n: isize| {
-                        x.clamp(axis.centre(0.0), axis.centre((n - 1) as f64))
-                    };
-                    let u = within(self.raster.along_u, place.u, w);
-                    let v = within(self.raster.along_v, place.v, h);
-                    self.resolve(taps, place.face as usize, [u, v], weight, depth - 1);
-                }
-            }
-            Seam::Faces | Seam::Ends | Seam::RimOpposite | Seam::RimOtherFace => {
-                taps.push(clamped(), weight);
-            }
+            _ => taps.push(stored(i, j), weight),
         }
     }
 
-    /// Interpolates along the meridian through a place near the rim of a disk.
-    fn across_rim(&self, taps: &mut Taps, face: usize, [u, v]: [f64; 2]) {
-        let (p, q) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+    /// Adds a texel beyond the rim of a disk: interpolated along its meridian, between the nearest
+    /// places on both sides of the rim that have all four texels.
+    fn across_rim(&self, taps: &mut Taps, face: usize, i: isize, j: isize, weight: f64) {
+        let p = 2.0 * self.raster.along_u.centre(i as f64) - 1.0;
+        let q = 2.0 * self.raster.along_v.centre(j as f64) - 1.0;
         let r = (p * p + q * q).sqrt();
-        let (cos, sin) = if r > 0.0 { (p / r, q / r) } else { (1.0, 0.0) };
-        let at = |r: f64| [0.5 + 0.5 * r * cos, 0.5 + 0.5 * r * sin];
+        let (cos, sin) = (p / r, q / r);
+        let at = |r: f64| self.place([0.5 + 0.5 * r * cos, 0.5 + 0.5 * r * sin]);
+        // All four are valid there, but for a share of rounding.
+        let add = |taps: &mut Taps, face, place, weight| {
+            self.four(taps, face, place, weight, |_, _, _, _| ());
+        };
         let near = self.safe;
         let (face_across, across) = match self.seam {
             Seam::RimOpposite => (face, at(-near)),
             Seam::RimOtherFace => (1 - face, at(near)),
-            _ => return self.resolve(taps, face, at(near), 1.0, 0),
+            _ => return add(taps, face, at(near), weight),
         };
         let angle = |r: f64| {
-            let uv = Uv::flat(0.5 + 0.5 * r.min(1.0), 0.5);
-            let [x, y, z] = self.map.visit_canonical(Direction(uv));
+            let [x, y, z] = self
+                .map
+                .visit_canonical(Direction(Uv::flat(0.5 + 0.5 * r, 0.5)));
             x.hypot(y).atan2(z)
         };
         let (from, to) = (angle(near), angle(1.0));
-        let share = (angle(r) - from) / (2.0 * (to - from));
-        let share = share.clamp(0.0, 0.5);
-        self.resolve(taps, face, at(near), 1.0 - share, 0);
-        self.resolve(taps, face_across, across, share, 0);
-    }
-}
-
-/// The place of the direction that the formula gives for coordinates beyond the face.
-struct Continue(Uv<f64>);
-
-impl Visitor for Continue {
-    type Output = Uv<f64>;
-    fn visit<P: Projection>(self, p: P) -> Uv<f64> {
-        p.encode(p.decode(self.0))
+        // As far beyond the rim as the mirrored place is before it.
+        let beyond = 2.0 * to - angle((2.0 - r).clamp(near, 1.0));
+        let share = ((beyond - from) / (2.0 * (to - from))).clamp(0.0, 1.0);
+        add(taps, face, at(near), weight * (1.0 - share));
+        add(taps, face_across, across, weight * share);
     }
 }
 

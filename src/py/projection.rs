@@ -4,7 +4,7 @@ use super::arrays::{self, Float, finish, output, points, reals, with_reals, writ
 use super::images::{self, Lookup};
 use crate::convert;
 use crate::explain::explain;
-use crate::image::{Raster, shape_of_size};
+use crate::image::{LONGEST_SIDE, Raster, shape_of_size};
 use crate::map::{Map, Options};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -38,7 +38,7 @@ fn wants_f32(dtype: Option<&Bound<'_, PyAny>>) -> PyResult<bool> {
 /// A size (one number) or a whole shape.
 pub fn size<'py>(map: &Map, size: &Bound<'py, PyAny>) -> PyResult<Vec<usize>> {
     let shape = match size.extract::<i64>() {
-        Ok(n) if n >= 1 => shape_of_size(map, n as usize),
+        Ok(n) if n >= 1 => shape_of_size(map, (n as usize).min(LONGEST_SIDE + 1)),
         Ok(n) => {
             return Err(PyValueError::new_err(format!(
                 "Expected a size of at least 1, got {n}."

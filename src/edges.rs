@@ -1,0 +1,179 @@
+//! Bilinear lookups across the edges and corners of a cube.
+//!
+//! The texels of two faces that meet at an edge are not opposite each other: seen from one face, the
+//! neighbour's spacing widens toward the corner, by up to half a texel. So between the last row of
+//! centres and the edge the value runs linearly from the row to the edge itself, and the edge has a value
+//! that both faces compute alike:
+//!
+//! - on the edge, the mean of the two rows next to it, each read at the place from which the edge point lies
+//!   halfway to its mirror image in the other row;
+//! - at the corner, the mean of the three texels that meet there; between the corner and the last centre along
+//!   an edge, linear.
+//!
+//! That is continuous over every edge, of second order in the texel size, and all its weights are positive, so
+//! it never overshoots. What did not help: reading the neighbour's texel of the same number (continuous, as
+//! graphics hardware does it, but of first order), and continuing the face's plane into its neighbour
+//! (second order, but the two faces disagreed on the edge).
+
+use crate::image::Raster;
+use crate::map::Map;
+use crate::projection::{Projection, Uv};
+use crate::projections::Visitor;
+use crate::sample::Taps;
+
+/// The geometry that edges need.
+pub(crate) struct FaceEdge<'a> {
+    pub(crate) raster: &'a Raster,
+    pub(crate) map: &'a Map,
+}
+
+/// A side of a face: which axis it is an end of, and which end.
+#[derive(Clone, Copy)]
+struct Side {
+    axis: usize,
+    high: bool,
+}
+
+impl FaceEdge<'_> {
+    /// Adds what stands for a place, in texels, that may lie outside the square of texel centres.
+    pub(crate) fn resolve(&self, taps: &mut Taps, face: usize, place: [f64; 2], weight: f64) {
+        let last = (self.raster.width - 1) as f64;
+        let within = place.map(|x| x.clamp(0.0, last));
+        // How far from the last row of centres toward the edge, 1 on the edge itself.
+        let depth = [0, 1].map(|k| ((place[k] - within[k]).abs() * 2.0).min(1.0));
+        let side = |axis: usize| Side {
+            axis,
+            high: place[axis] > within[axis],
+        };
+        let [s, t] = depth;
+        match (s > 0.0, t > 0.0) {
+            (false, false) => self.inside(taps, face, within, weight),
+            (true, false) => {
+                self.inside(taps, face, within, weight * (1.0 - s));
+                self.on_edge(taps, face, side(0), within[1], weight * s);
+            }
+            (false, true) => {
+                self.inside(taps, face, within, weight * (1.0 - t));
+                self.on_edge(taps, face, side(1), within[0], weight * t);
+            }
+            (true, true) => {
+                self.inside(taps, face, within, weight * (1.0 - s) * (1.0 - t));
+                self.on_edge(taps, face, side(0), within[1], weight * s * (1.0 - t));
+                self.on_edge(taps, face, side(1), within[0], weight * (1.0 - s) * t);
+                self.corner(taps, face, within, [side(0), side(1)], weight * s * t);
+            }
+        }
+    }
+
+    /// Adds the texels around a place within the square of centres.
+    fn inside(&self, taps: &mut Taps, face: usize, [x, y]: [f64; 2], weight: f64) {
+        let last = self.raster.width - 1;
+        let (i, j) = (x.floor() as usize, y.floor() as usize);
+        let (tx, ty) = (x - x.floor(), y - y.floor());
+        let view = self.raster.view(face);
+        let (i1, j1) = ((i + 1).min(last), (j + 1).min(last));
+        taps.push(view.index(i, j), weight * (1.0 - tx) * (1.0 - ty));
+        taps.push(view.index(i1, j), weight * tx * (1.0 - ty));
+        taps.push(view.index(i, j1), weight * (1.0 - tx) * ty);
+        taps.push(view.index(i1, j1), weight * tx * ty);
+    }
+
+    /// Half a texel, in a face's coordinate from -1 to 1.
+    fn half_texel(&self) -> f64 {
+        1.0 / self.raster.width as f64
+    }
+
+    /// Adds the value of a side at `along`, in texels.
+    fn on_edge(&self, taps: &mut Taps, face: usize, side: Side, along: f64, weight: f64) {
+        let n = self.raster.width as f64;
+        let h = self.half_texel();
+        let q = (2.0 * along + 1.0) / n - 1.0;
+        // The mirror images (1 - h, q') and (1, q', 1 - h) have their middle at q'/(1 - h/2).
+        let q = q * (1.0 - 0.5 * h);
+        let row = ((q + 1.0) * n - 1.0) * 0.5;
+        let mut own = [row; 2];
+        own[side.axis] = if side.high { n - 1.0 } else { 0.0 };
+        self.inside(taps, face, own.map(|x| x.clamp(0.0, n - 1.0)), 0.5 * weight);
+        let (face, place) = self.across(face, side, q);
+        self.inside(taps, face, place, 0.5 * weight);
+    }
+
+    /// The place on the neighbour's first row that mirrors (1 - h, q) over a side.
+    fn across(&self, face: usize, side: Side, q: f64) -> (usize, [f64; 2]) {
+        let n = self.raster.width as f64;
+        // The plane of this face, continued to the direction (1, q, 1 - h); a face of one texel has its
+        // row in the middle, where the plane would be infinitely far.
+        let inset = (1.0 - self.half_texel()).max(1e-6);
+        let mut at = [q / inset; 2];
+        at[side.axis] = if side.high { 1.0 / inset } else { -1.0 / inset };
+        let [u, v] = at.map(|x| 0.5 * x + 0.5);
+        let there = self.map.visit_canonical(Continue(Uv {
+            u,
+            v,
+            face: face as f64,
+        }));
+        let place = [there.u, there.v].map(|x| (x * n - 0.5).clamp(0.0, n - 1.0));
+        (there.face as usize, place)
+    }
+
+    /// Adds the mean of the three texels at a corner.
+    fn corner(&self, taps: &mut Taps, face: usize, own: [f64; 2], sides: [Side; 2], weight: f64) {
+        let third = weight / 3.0;
+        self.inside(taps, face, own, third);
+        for (side, other) in [(sides[0], sides[1]), (sides[1], sides[0])] {
+            let q = 1.0 - self.half_texel();
+            let (face, place) = self.across(face, side, if other.high { q } else { -q });
+            self.inside(taps, face, place.map(f64::round), third);
+        }
+    }
+}
+
+/// The place of the direction that the formula gives for coordinates beyond the face.
+struct Continue(Uv<f64>);
+
+impl Visitor for Continue {
+    type Output = Uv<f64>;
+    fn visit<P: Projection>(self, p: P) -> Uv<f64> {
+        p.encode(p.decode(self.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::map::{Map, Options};
+    use crate::sample::{Filter, Source};
+
+    #[test]
+    fn values_are_continuous_over_every_edge_and_corner() {
+        let map = Map::new("cube", Options::default()).unwrap();
+        for n in [1, 2, 3, 16] {
+            let texels: Vec<f64> = (0..6 * n * n)
+                .map(|i| (i * 7919 % 1009) as f64 / 1009.0)
+                .collect();
+            let source = Source::new(&map, &[6, n, n], &texels, 1).unwrap();
+            let look = |d: [f64; 3]| {
+                let mut out = [0.0];
+                source.sample(None, Filter::Bilinear, &[0.0], &d, &mut out);
+                out[0]
+            };
+            for k in 0..=200 {
+                let t = k as f64 / 100.0 - 1.0;
+                for (a, b) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                    for axes in [[0, 1, 2], [1, 2, 0], [2, 0, 1]] {
+                        let at = |e: f64| {
+                            let mut d = [0.0; 3];
+                            d[axes[0]] = a * (1.0 + e);
+                            d[axes[1]] = b * (1.0 - e);
+                            d[axes[2]] = t;
+                            look(d)
+                        };
+                        assert!(
+                            (at(1e-9) - at(-1e-9)).abs() < 1e-6,
+                            "{n} {t} {a} {b} {axes:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

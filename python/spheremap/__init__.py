@@ -1,0 +1,54 @@
+"""Directions on the unit sphere to flat images and back, at memory speed.
+
+>>> import spheremap as sm
+>>> sm.encode([0.0, 0.0, 1.0], "octahedral").tolist()
+[0.5, 0.5]
+"""
+
+from ._api import (
+    Projection,
+    __version__,
+    conventions,
+    convert,
+    covers,
+    decode,
+    density,
+    directions,
+    encode,
+    explain,
+    get_num_threads,
+    jacobian,
+    projection,
+    projections,
+    reflect,
+    rotation,
+    sample,
+    set_num_threads,
+    simd_level,
+    solid_angle,
+    valid,
+)
+
+__all__ = [
+    "Projection",
+    "__version__",
+    "conventions",
+    "convert",
+    "covers",
+    "decode",
+    "density",
+    "directions",
+    "encode",
+    "explain",
+    "get_num_threads",
+    "jacobian",
+    "projection",
+    "projections",
+    "reflect",
+    "rotation",
+    "sample",
+    "set_num_threads",
+    "simd_level",
+    "solid_angle",
+    "valid",
+]

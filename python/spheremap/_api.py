@@ -1,0 +1,713 @@
+"""The public functions: each resolves a name and calls one method of the core."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+
+from . import _core
+from ._core import (
+    Projection,
+    __version__,
+    get_num_threads,
+    set_num_threads,
+    simd_level,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+    from ._names import LayoutName, ProjectionName, QualifiedName
+
+    # `str` is there for names that arrive in variables; the literals are what editors complete.
+    ProjectionLike: TypeAlias = Projection | ProjectionName | QualifiedName | str
+    Filter: TypeAlias = Literal["nearest", "bilinear"]
+    Size: TypeAlias = int | tuple[int, ...]
+
+__all__ = [
+    "Projection",
+    "__version__",
+    "conventions",
+    "convert",
+    "covers",
+    "decode",
+    "density",
+    "directions",
+    "encode",
+    "explain",
+    "get_num_threads",
+    "jacobian",
+    "projection",
+    "projections",
+    "reflect",
+    "rotation",
+    "sample",
+    "set_num_threads",
+    "simd_level",
+    "solid_angle",
+    "valid",
+]
+
+# Only names that resolved get in, so it cannot grow beyond the registry.
+_named: dict[str, Projection] = {}
+
+
+def _resolve(projection: ProjectionLike, axes: str | None = None) -> Projection:
+    if axes is not None:
+        return _with_axes(_resolve(projection), axes)
+    if type(projection) is Projection:
+        return projection
+    try:
+        return _named[projection]
+    except (KeyError, TypeError):
+        return _first_time(projection)
+
+
+def _first_time(projection: object) -> Projection:
+    if not isinstance(projection, str):
+        raise TypeError(
+            f"Expected a Projection or the name of one, got {type(projection).__name__}."
+        )
+    name, colon, convention = projection.partition(":")
+    found = _core.projection(name, convention=convention if colon else None)
+    _named[projection] = found
+    return found
+
+
+@lru_cache(maxsize=256)
+def _with_axes(base: Projection, axes: str) -> Projection:
+    return _core.projection(
+        base.name,
+        convention=base.convention,
+        axes=axes,
+        grid=base.grid,
+        layout=base.layout,
+        parameters=base.parameters,
+    )
+
+
+def projection(
+    name: ProjectionName | QualifiedName | str,
+    /,
+    *,
+    convention: str | None = None,
+    axes: str | None = None,
+    grid: str | None = None,
+    layout: LayoutName | str | None = None,
+    **parameters: float,
+) -> Projection:
+    """Return a projection: a frozen, hashable, picklable value with the verbs as methods.
+
+    Parameters
+    ----------
+    name : str
+        ``"latlong"``, or with a convention ``"latlong:mitsuba"``. `projections` lists the names.
+    convention : str, optional
+        The program whose axes, grid, layout and parameters to use, as in ``"mitsuba"``.
+        `conventions` lists them.
+    axes : str, optional
+        Which signed world axes point right, down and forward (into the image centre), as in
+        ``"+x -y -z"``.
+    grid : {"centers", "corners", "corners-v"}, optional
+        Where the texels lie: at (i + 1/2)/n, at i/(n - 1), or the latter in v alone.
+    layout : str, optional
+        How several faces lie in an image: ``"faces"`` (an array of faces), ``"strip"``,
+        ``"column"``, ``"cross"``, ``"vertical_cross"`` or ``"dice"``.
+    **parameters : float
+        The projection's own parameters, as ``fov`` (degrees) of ``"angular"``.
+
+    Returns
+    -------
+    Projection
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, convention or parameter, or a value out of range.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> p = sm.projection("angular", fov=180)
+    >>> p.coverage
+    'cap'
+    >>> p.encode([0.0, 0.0, -1.0]).tolist()
+    [0.5, 0.5]
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"Expected the name of a projection, got {type(name).__name__}.")
+    if convention is None and ":" in name:
+        name, _, convention = name.partition(":")
+    return _core.projection(
+        name,
+        convention=convention,
+        axes=axes,
+        grid=grid,
+        layout=layout,
+        parameters=parameters or None,
+    )
+
+
+def encode(
+    directions: ArrayLike,
+    projection: ProjectionLike,
+    /,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+    out: NDArray[Any] | None = None,
+) -> NDArray[np.floating[Any]]:
+    """Map directions to image coordinates.
+
+    Parameters
+    ----------
+    directions : array_like, shape (..., 3)
+        World directions of any length.
+    projection : Projection or str
+        As for `projection`.
+    axes : str, optional
+        Replaces the axes of the projection.
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+        Turns the map, with its content, in the world.
+    out : ndarray, optional
+        Where to put the result: C-contiguous, of the result's shape and dtype.
+
+    Returns
+    -------
+    uv : ndarray, shape (..., 2), or (..., 3) for a projection of several faces
+        u in [0, 1] runs right, v in [0, 1] runs down from row 0; the third is the face.
+        float32 for float16 and float32 input, else float64. NaN for a direction outside the
+        coverage, zero, or not finite.
+
+    Raises
+    ------
+    ValueError
+        For a wrong shape, an unknown name, a matrix that is no rotation, or an unfit `out`.
+    TypeError
+        For complex numbers and objects, or an `out` of another dtype.
+
+    Notes
+    -----
+    The formula of each projection and where it comes from: ``Projection.source``.
+
+    Examples
+    --------
+    The default latlong looks along -z:
+
+    >>> import spheremap as sm
+    >>> sm.encode([[0, 0, -1], [1, 0, 0]], "latlong").tolist()
+    [[0.5, 0.5], [0.75, 0.5]]
+    """
+    return _resolve(projection, axes).encode(directions, rotation=rotation, out=out)
+
+
+def decode(
+    uv: ArrayLike,
+    projection: ProjectionLike,
+    /,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+    out: NDArray[Any] | None = None,
+) -> NDArray[np.floating[Any]]:
+    """Map image coordinates to directions: the inverse of `encode`.
+
+    Parameters
+    ----------
+    uv : array_like, shape (..., 2), or (..., 3) for a projection of several faces
+        As `encode` returns.
+    projection, axes, rotation, out
+        As for `encode`.
+
+    Returns
+    -------
+    directions : ndarray, shape (..., 3)
+        World directions of unit length; NaN outside the valid image.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `encode`.
+
+    Notes
+    -----
+    The formula of each projection and where it comes from: ``Projection.source``.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> sm.decode([[0.0, 0.0], [0.5, 0.5]], "sphere").round(6).tolist()
+    [[nan, nan, nan], [0.0, -0.0, 1.0]]
+    """
+    return _resolve(projection, axes).decode(uv, rotation=rotation, out=out)
+
+
+def jacobian(
+    uv: ArrayLike,
+    projection: ProjectionLike,
+    /,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+    out: NDArray[Any] | None = None,
+) -> NDArray[np.floating[Any]]:
+    """Return the derivative of the direction by the image coordinates.
+
+    Parameters
+    ----------
+    uv : array_like, shape (..., 2), or (..., 3) for a projection of several faces
+        Image coordinates.
+    projection, axes, rotation, out
+        As for `encode`.
+
+    Returns
+    -------
+    jacobian : ndarray, shape (..., 3, 2)
+        Column 0 is the derivative of `decode` by u, column 1 by v (radians per unit of uv).
+        NaN outside the valid image.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `encode`.
+
+    Notes
+    -----
+    It is computed from the formula of `decode` itself by dual numbers.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> np.round(sm.jacobian([0.5, 0.5], "latlong") + 0.0, 6).tolist()
+    [[6.283185, 0.0], [0.0, -3.141593], [0.0, 0.0]]
+    """
+    return _resolve(projection, axes).jacobian(uv, rotation=rotation, out=out)
+
+
+def density(
+    uv: ArrayLike,
+    projection: ProjectionLike,
+    /,
+    *,
+    out: NDArray[Any] | None = None,
+) -> NDArray[np.floating[Any]]:
+    """Return the solid angle per unit of image area, dω/(du dv).
+
+    Parameters
+    ----------
+    uv : array_like, shape (..., 2), or (..., 3) for a projection of several faces
+        Image coordinates.
+    projection, out
+        As for `encode`.
+
+    Returns
+    -------
+    density : ndarray, shape (...)
+        Steradians per unit of uv area; NaN outside the valid image.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `encode`.
+
+    Notes
+    -----
+    It is the length of the cross product of the two columns of `jacobian`.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> np.round(sm.density([[0.5, 0.5], [0.3, 0.4]], "sphere"), 6).tolist()
+    [16.0, 16.0]
+    """
+    return _resolve(projection).density(uv, out=out)
+
+
+def valid(uv: ArrayLike, projection: ProjectionLike, /) -> NDArray[np.bool_]:
+    """Tell which image coordinates hold a part of the sphere.
+
+    Parameters
+    ----------
+    uv : array_like, shape (..., 2), or (..., 3) for a projection of several faces
+        Image coordinates.
+    projection : Projection or str
+        As for `projection`.
+
+    Returns
+    -------
+    valid : ndarray of bool, shape (...)
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `encode`.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> sm.valid([[0.5, 0.5], [0.0, 0.0]], "angular").tolist()
+    [True, False]
+    """
+    return _resolve(projection).valid(uv)
+
+
+def covers(
+    directions: ArrayLike, projection: ProjectionLike, /, *, rotation: Any | None = None
+) -> NDArray[np.bool_]:
+    """Tell which directions the image holds.
+
+    Parameters
+    ----------
+    directions : array_like, shape (..., 3)
+        World directions of any length.
+    projection, rotation
+        As for `encode`.
+
+    Returns
+    -------
+    covered : ndarray of bool, shape (...)
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `encode`.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> sm.covers([[0, 0, 1], [0, 0, -1]], "matcap").tolist()
+    [True, False]
+    """
+    return _resolve(projection).covers(directions, rotation=rotation)
+
+
+def solid_angle(projection: ProjectionLike, shape: Size, /) -> NDArray[np.float64]:
+    """Return the solid angle of each texel.
+
+    Parameters
+    ----------
+    projection : Projection or str
+        As for `projection`.
+    shape : int or tuple of int
+        One number (the height of a latlong, the side of a square, the face of a cube) or the
+        whole shape without channels.
+
+    Returns
+    -------
+    solid_angle : ndarray of float64, shape (H, W), or (F, N, N) for an array of faces
+        In steradians. A texel across the rim counts with its covered part; the sum is the
+        covered solid angle, 4π for the whole sphere.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a shape that the projection cannot have.
+
+    Examples
+    --------
+    >>> import math, spheremap as sm
+    >>> w = sm.solid_angle("latlong", (4, 8))
+    >>> w.shape, math.isclose(w.sum(), 4 * math.pi, rel_tol=1e-12)
+    ((4, 8), True)
+    """
+    return _resolve(projection).solid_angle(shape)
+
+
+def directions(
+    projection: ProjectionLike,
+    size: Size,
+    /,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+    dtype: DTypeLike = np.float64,
+) -> NDArray[np.floating[Any]]:
+    """Return the direction of every texel.
+
+    Parameters
+    ----------
+    projection, axes, rotation
+        As for `encode`.
+    size : int or tuple of int
+        As for `solid_angle`.
+    dtype : float32 or float64
+        Of the result.
+
+    Returns
+    -------
+    directions : ndarray, the image's shape + (3,)
+        Unit length; NaN for texels whose centre lies outside the valid image.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a size that the projection cannot have, or another dtype.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> sm.directions("octahedral", 1).tolist()
+    [[[0.0, 0.0, 1.0]]]
+    >>> sm.directions("latlong", 256).shape
+    (256, 512, 3)
+    """
+    return _resolve(projection, axes).directions(size, rotation=rotation, dtype=dtype)
+
+
+def sample(
+    image: ArrayLike,
+    directions: ArrayLike,
+    projection: ProjectionLike,
+    /,
+    *,
+    filter: Filter = "bilinear",
+    axes: str | None = None,
+    rotation: Any | None = None,
+    fill: float | None = None,
+    out: NDArray[Any] | None = None,
+) -> NDArray[Any]:
+    """Look directions up in an image.
+
+    Parameters
+    ----------
+    image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
+        Of dtype uint8, uint16, float16, float32 or float64.
+    directions : array_like, shape (..., 3)
+        World directions of any length.
+    projection, axes, rotation
+        As for `encode`: how the image maps the sphere.
+    filter : {"bilinear", "nearest"}
+        Both know what lies beyond an edge: seams do not show.
+    fill : float, optional
+        The value for directions that the image does not hold. By default NaN, or 0 for integer
+        images.
+    out : ndarray, optional
+        Where to put the result.
+
+    Returns
+    -------
+    values : ndarray, shape (...) or (..., C), of the image's dtype
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `encode`, and for an image of an unfit shape or dtype.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> height = sm.directions("latlong", 64)[..., 1]
+    >>> np.round(sm.sample(height, [[0, 1, 1], [0, -1, 1]], "latlong"), 2).tolist()
+    [0.71, -0.71]
+    """
+    return _resolve(projection, axes).sample(
+        image, directions, filter=filter, rotation=rotation, fill=fill, out=out
+    )
+
+
+def convert(
+    image: ArrayLike,
+    src: ProjectionLike,
+    dst: ProjectionLike,
+    /,
+    *,
+    size: Size | None = None,
+    rotation: Any | None = None,
+    filter: Filter = "bilinear",
+    fill: float = 0.0,
+    out: NDArray[Any] | None = None,
+) -> NDArray[Any]:
+    """Turn an image from one projection into another.
+
+    Parameters
+    ----------
+    image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
+        Of dtype uint8, uint16, float16, float32 or float64.
+    src, dst : Projection or str
+        The projection of `image`, and that of the result.
+    size : int or tuple of int, optional
+        As for `solid_angle`. By default the size that holds about as many texels per covered
+        steradian as the source.
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+        Turns the content in the world.
+    filter : {"bilinear", "nearest"}
+    fill : float
+        The value where the result has no sphere, or the source does not hold the direction.
+    out : ndarray, optional
+        Where to put the result.
+
+    Returns
+    -------
+    image : ndarray of the same dtype and channels
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `sample`.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> probe = np.ones((64, 64, 3), np.float32)
+    >>> sm.convert(probe, "angular", "cube", size=16).shape
+    (6, 16, 16, 3)
+    >>> sm.convert(probe, "angular", "latlong").shape
+    (40, 80, 3)
+    """
+    source, target = _resolve(src), _resolve(dst)
+    if size is None:
+        size = _matching_size(np.shape(image), source, target)
+    return _core.convert(
+        image,
+        source,
+        target,
+        target.shape(size),
+        rotation=rotation,
+        filter=filter,
+        fill=fill,
+        out=out,
+    )
+
+
+def _matching_size(image_shape: tuple[int, ...], src: Projection, dst: Projection) -> int:
+    spatial = image_shape[: 2 if src.faces == 1 else 3]
+    held = math.prod(src.shape(spatial)) * used_part(src) / src.covered_solid_angle
+    unit = math.prod(dst.shape(_PROBE)) / _PROBE**2
+    wanted = held * dst.covered_solid_angle / (unit * used_part(dst))
+    return max(1, round(math.sqrt(wanted)))
+
+
+_PROBE = 256
+
+
+@lru_cache(maxsize=256)
+def used_part(p: Projection) -> float:
+    """Return which part of an image holds sphere: 1, π/4 for a disk, 1/2 for a cross."""
+    return float(np.isfinite(p.directions(_PROBE, dtype=np.float32)[..., 0]).mean())
+
+
+def reflect(
+    view: ArrayLike, normal: ArrayLike, /, *, out: NDArray[Any] | None = None
+) -> NDArray[np.floating[Any]]:
+    """Reflect view vectors about normals: r = 2(v·n)n/(n·n) - v.
+
+    Parameters
+    ----------
+    view : array_like, shape (..., 3)
+        From the surface toward the eye; the result keeps its length.
+    normal : array_like, shape (..., 3)
+        Of any length. The two broadcast.
+    out : ndarray, optional
+        Where to put the result.
+
+    Returns
+    -------
+    reflected : ndarray, shape (..., 3)
+        The direction to look up in an environment map.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `encode`.
+
+    Notes
+    -----
+    The law of reflection: what GLSL calls ``reflect(-v, n)``, for a normal of any length.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> sm.reflect([1.0, 1.0, 0.0], [0.0, 2.0, 0.0]).tolist()
+    [-1.0, 1.0, 0.0]
+    """
+    return _core.reflect(view, normal, out=out)
+
+
+def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
+    """Return the matrix Ry(yaw) Rx(pitch) Rz(roll), for `rotation=`.
+
+    Parameters
+    ----------
+    yaw, pitch, roll : float
+        Right-handed turns about +y, +x and +z, in degrees. The roll comes first.
+
+    Returns
+    -------
+    matrix : ndarray of float64, shape (3, 3)
+
+    Raises
+    ------
+    ValueError
+        For an angle that is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> np.round(sm.rotation(90, 0, 0) @ [0, 0, 1] + 0.0, 12).tolist()
+    [1.0, 0.0, 0.0]
+    """
+    return _core.rotation(yaw, pitch, roll)
+
+
+def explain(projection: ProjectionLike, /) -> None:
+    """Print where ±x, ±y and ±z land, which way is up, the grid, the coverage and the density.
+
+    Parameters
+    ----------
+    projection : Projection or str
+        As for `projection`.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> sm.explain("latlong")  # doctest: +ELLIPSIS, +NORMALIZE_WHITESPACE
+    projection latlong: ...
+    """
+    _resolve(projection).explain()
+
+
+def projections() -> tuple[str, ...]:
+    """Return the names of all projections.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> "octahedral" in sm.projections()
+    True
+    """
+    return tuple(entry["name"] for entry in _core.registry())
+
+
+def conventions(kind: ProjectionName | str | None = None) -> list[dict[str, Any]]:
+    """Return what named programs use: one row for each program and projection.
+
+    Parameters
+    ----------
+    kind : str, optional
+        The name of a projection, to get its rows alone.
+
+    Returns
+    -------
+    rows : list of dict
+        With ``kind``, ``name``, ``axes``, ``grid``, ``layout``, ``parameters``, ``note``,
+        ``source``, ``version`` and ``verified``.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> [row["axes"] for row in sm.conventions("latlong") if row["name"] == "mitsuba"]
+    ['-x -y +z']
+    """
+    rows = _core.convention_table()
+    if kind is None:
+        return rows
+    name = _resolve(kind).name
+    return [row for row in rows if row["kind"] == name]

@@ -1,0 +1,347 @@
+"""The subcommands of `spheremap`: they parse, report and leave the work to the library."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+import spheremap as sm
+from spheremap import _core, _fit, io
+
+app = typer.Typer(
+    name="spheremap",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Environment maps, light probes and 360° images from one projection to another.",
+)
+
+
+class Filter(StrEnum):
+    """How an image is looked up between its texels."""
+
+    nearest = "nearest"
+    bilinear = "bilinear"
+
+
+class UsageError(Exception):
+    """The command line asks for something that does not exist or does not go together."""
+
+
+FileIn = Annotated[Path, typer.Argument(metavar="FILE", help="An image file.")]
+Name = Annotated[
+    str, typer.Argument(metavar="NAME", help="A projection, as latlong or latlong:mitsuba.")
+]
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command and return its exit code; every failure is one line on stderr."""
+    command = typer.main.get_command(app)
+    try:
+        result = command.main(list(arguments), prog_name="spheremap", standalone_mode=False)
+        sys.stdout.flush()
+        return result if isinstance(result, int) else 0
+    except BrokenPipeError:
+        # Whoever read our output has left, as `head` does; the flush at exit must not complain.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (KeyboardInterrupt, typer.Abort):
+        return _fail("interrupted", 130)
+    except UsageError as error:
+        return _fail(str(error), 2)
+    except MemoryError as error:
+        return _fail(str(error) or "out of memory", 1)
+    except (OSError, ValueError, TypeError, ImportError, ArithmeticError) as error:
+        return _fail(str(error), 1)
+    except Exception as error:
+        # The parser's own exceptions; typer keeps their class in different places by version.
+        message = getattr(error, "format_message", None)
+        if message is None:
+            raise
+        text = message()
+        # Without arguments it says "help" by way of an exception with the whole help in it.
+        if type(error).__name__ == "NoArgsIsHelpError":
+            print(text, file=sys.stderr)
+            return 2
+        return _fail(text, 2)
+
+
+def _fail(message: str, code: int) -> int:
+    print("error: " + " ".join(message.split()), file=sys.stderr)
+    return code
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"spheremap {sm.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def convert(
+    source: Annotated[Path, typer.Argument(metavar="IN", help="The image to read.")],
+    target: Annotated[Path, typer.Argument(metavar="OUT", help="The image to write.")],
+    from_: Annotated[str, typer.Option("--from", metavar="NAME", help="Projection of IN.")],
+    to: Annotated[str, typer.Option("--to", metavar="NAME", help="Projection of OUT.")],
+    height: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Rows of OUT. [by default as IN]")
+    ] = None,
+    size: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Height of a latlong, side of a square or face."),
+    ] = None,
+    layout: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="How OUT lays out its faces. [default: cross or strip]"),
+    ] = None,
+    from_layout: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="How IN lays out its faces. [by default from its size]"),
+    ] = None,
+    rotate: Annotated[
+        tuple[float, float, float],
+        typer.Option(
+            metavar="YAW PITCH ROLL",
+            help="Turn the content about +y, +x and +z, in degrees.",
+            show_default=False,
+        ),
+    ] = (0.0, 0.0, 0.0),
+    filter: Annotated[Filter, typer.Option(help="The lookup.")] = Filter.bilinear,
+    fill: Annotated[float, typer.Option(metavar="X", help="Value where nothing is known.")] = 0.0,
+    preview: Annotated[
+        Path | None, typer.Option(metavar="PNG", help="Write a tone-mapped picture as well.")
+    ] = None,
+    exposure: Annotated[
+        float, typer.Option(metavar="STOPS", help="Of the preview, and of floats in .png and .jpg.")
+    ] = 0.0,
+    compression: Annotated[
+        str | None, typer.Option(metavar="NAME", help="As zip, piz or dwaa:45 for .exr.")
+    ] = None,
+    any_aspect: Annotated[
+        bool, typer.Option("--any-aspect", help="Take an image of the wrong aspect as it is.")
+    ] = False,
+) -> None:
+    """Turn an image from one projection into another.
+
+    Floats stay floats. For .png and .jpg they are tone-mapped; integers keep their values.
+    """
+    _usage(from_)
+    _usage(to)
+    if height is not None and size is not None:
+        raise UsageError("give --height or --size, not both")
+    with _as_usage():
+        dst = _fit.flat(to, layout)
+        if from_layout is not None:
+            _fit.flat(from_, from_layout)
+        wanted = size if height is None else _fit.size_of_height(dst, height)
+    if preview is not None and io.STORED.get(preview.suffix.lower(), ("",))[0] != "uint8":
+        raise UsageError(f"--preview is a .png or .jpg, got {str(preview)!r}")
+    for place in (target, preview):
+        if place is not None:
+            io.check_target(place)
+
+    with _progress() as step:
+        step(f"reading {source.name}")
+        image = io.read(source)
+        names = io.channel_names(source)
+        src = _fit.of_file(from_, from_layout, *image.shape[:2], any_aspect=any_aspect)
+        step(f"converting {_fit.described(src)} to {_fit.described(dst)}")
+        start = time.perf_counter()
+        result = sm.convert(
+            image,
+            src,
+            dst,
+            size=wanted,
+            rotation=None if not any(rotate) else sm.rotation(*rotate),
+            filter=filter.value,
+            fill=fill,
+        )
+        seconds = time.perf_counter() - start
+        step(f"writing {target.name}")
+        _write(target, result, exposure, compression, names)
+        if preview is not None:
+            step(f"writing {preview.name}")
+            _write(preview, result, exposure, None, names)
+    texels = result.shape[0] * result.shape[1]
+    print(
+        f"{target}: {_fit.described(dst)}, {result.shape[1]} x {result.shape[0]}, "
+        f"{', '.join(names)}, {result.dtype}; converted in {seconds:.3f} s "
+        f"({texels / seconds / 1e6:.0f} Mtexel/s)"
+    )
+
+
+@app.command()
+def info(file: FileIn) -> None:
+    """Tell what an image holds and which projections it may be."""
+    with _progress() as step:
+        step(f"reading {file.name}")
+        image = io.read(file)
+        names = io.channel_names(file)
+        height, width, count = image.shape
+        heads = "channel", "min", "max", "mean", "NaN", "infinite", "negative"
+        table = Table(*heads, box=SIMPLE_HEAD)
+        for column in table.columns[1:]:
+            column.justify = "right"
+        for name, values in zip(names, np.moveaxis(image, -1, 0), strict=True):
+            finite = values[np.isfinite(values)]
+            numbers = (
+                [f"{finite.min():g}", f"{finite.max():g}", f"{finite.mean(dtype=np.float64):.6g}"]
+                if finite.size
+                else ["-"] * 3
+            )
+            counts = [np.isnan(values), np.isinf(values), values < 0]
+            table.add_row(escape(name), *numbers, *(str(np.count_nonzero(c)) for c in counts))
+    console = _console()
+    print(file)
+    print(f"  size      {width} x {height}")
+    print(f"  channels  {count} ({', '.join(names)})")
+    print(f"  dtype     {image.dtype}")
+    print(f"  fits      {', '.join(_fit.fitting(height, width)) or 'no projection as it is'}")
+    console.print(table)
+
+
+@app.command()
+def projections() -> None:
+    """List the projections."""
+    table = Table("name", "what", "coverage", "keeps", "layouts", "conventions", box=SIMPLE_HEAD)
+    for entry in _core.registry():
+        keeps = [word for word, kept in _claims(entry) if kept]
+        table.add_row(
+            f"[bold]{escape(entry['name'])}[/]",
+            escape(entry["title"]),
+            entry["coverage"],
+            ", ".join(keeps),
+            ", ".join(entry["layouts"]),
+            ", ".join(entry["conventions"]),
+        )
+    _console().print(table)
+
+
+@app.command()
+def explain(name: Name) -> None:
+    """Tell where ±x, ±y, ±z land in an image, which way is up, and more."""
+    _usage(name)
+    print(sm.projection(name).explanation().rstrip("\n"))
+
+
+@app.command()
+def demo(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where to put the pictures.")],
+    input: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A real image instead of our own sky.")
+    ] = None,
+    from_: Annotated[
+        str, typer.Option("--from", metavar="NAME", help="Projection of the input.")
+    ] = "latlong",
+    size: Annotated[int, typer.Option(min=16, metavar="N", help="Rows of our own sky.")] = 1024,
+) -> None:
+    """Show a sky, or an image of yours, in every projection, and measure."""
+    _usage(from_)
+    from spheremap import _demo
+
+    with _progress() as step:
+        report = _demo.run(folder, input, from_, size, step)
+    table = Table(
+        "projection", "image", "covers", "convert", "encode", "round trip", box=SIMPLE_HEAD
+    )
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for row in report.rows:
+        table.add_row(
+            row.name,
+            f"{row.width} x {row.height}",
+            f"{row.covers:.0%}",
+            f"{row.mtexels:.0f} Mtexel/s",
+            f"{row.mdirections:.0f} Mdirection/s",
+            f"{row.error:.2%}",
+        )
+    console = _console()
+    print(f"source    {report.source}")
+    console.print(table)
+    print("round trip: latlong to the projection and back, mean |error| / mean |value|")
+    print("over what the projection covers")
+    print(f"wrote     {report.sheet} and {len(report.rows)} .exr files beside it")
+
+
+def _usage(name: str) -> None:
+    with _as_usage():
+        sm.projection(name)
+
+
+@contextmanager
+def _as_usage() -> Iterator[None]:
+    try:
+        yield
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _claims(entry: dict[str, Any]) -> tuple[tuple[str, bool], ...]:
+    return ("area", entry["equal_area"]), ("angles", entry["conformal"])
+
+
+def _write(
+    path: Path,
+    image: np.ndarray[Any, Any],
+    exposure: float,
+    compression: str | None,
+    names: tuple[str, ...],
+) -> None:
+    if image.dtype.kind == "f" and "float32" not in io.STORED[path.suffix.lower()]:
+        io.write(path, io.tonemap(image, exposure=exposure), compression=compression)
+    else:
+        io.write(path, image, compression=compression, channels=names)
+
+
+def _console() -> Console:
+    # In a pipe there is no width to fit: rows stay whole.
+    return Console(width=None if sys.stdout.isatty() else 1000, highlight=False)
+
+
+class _Step:
+    """Names the work in hand beside the spinner."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._task = progress.add_task("", total=None)
+
+    def __call__(self, description: str) -> None:
+        self._progress.update(self._task, description=escape(description))
+
+
+@contextmanager
+def _progress() -> Iterator[_Step]:
+    console = Console(stderr=True)
+    with Progress(
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ) as progress:
+        yield _Step(progress)

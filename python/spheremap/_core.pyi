@@ -1,0 +1,160 @@
+from typing import Any, Literal, final
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+__all__ = [
+    "Projection",
+    "__version__",
+    "_rebuild",
+    "convention_table",
+    "convert",
+    "get_num_threads",
+    "projection",
+    "reflect",
+    "registry",
+    "rotation",
+    "set_num_threads",
+    "set_simd_level",
+    "simd_level",
+    "simd_levels",
+]
+
+__version__: str
+
+@final
+class Projection:
+    @property
+    def name(self) -> str: ...
+    @property
+    def convention(self) -> str | None: ...
+    @property
+    def axes(self) -> str: ...
+    @property
+    def grid(self) -> str: ...
+    @property
+    def layout(self) -> str | None: ...
+    @property
+    def faces(self) -> int: ...
+    @property
+    def parameters(self) -> dict[str, float]: ...
+    @property
+    def coverage(self) -> str: ...
+    @property
+    def covered_solid_angle(self) -> float: ...
+    @property
+    def equal_area(self) -> bool: ...
+    @property
+    def conformal(self) -> bool: ...
+    @property
+    def density_range(self) -> tuple[float, float]: ...
+    @property
+    def title(self) -> str: ...
+    @property
+    def source(self) -> str: ...
+    @property
+    def summary(self) -> str: ...
+    @property
+    def singular(self) -> str: ...
+    @property
+    def mirrored(self) -> bool: ...
+    def encode(
+        self,
+        directions: ArrayLike,
+        /,
+        *,
+        rotation: Any | None = None,
+        out: NDArray[Any] | None = None,
+    ) -> NDArray[np.floating[Any]]: ...
+    def decode(
+        self,
+        uv: ArrayLike,
+        /,
+        *,
+        rotation: Any | None = None,
+        out: NDArray[Any] | None = None,
+    ) -> NDArray[np.floating[Any]]: ...
+    def jacobian(
+        self,
+        uv: ArrayLike,
+        /,
+        *,
+        rotation: Any | None = None,
+        out: NDArray[Any] | None = None,
+    ) -> NDArray[np.floating[Any]]: ...
+    def density(
+        self, uv: ArrayLike, /, *, out: NDArray[Any] | None = None
+    ) -> NDArray[np.floating[Any]]: ...
+    def valid(self, uv: ArrayLike, /) -> NDArray[np.bool_]: ...
+    def covers(
+        self, directions: ArrayLike, /, *, rotation: Any | None = None
+    ) -> NDArray[np.bool_]: ...
+    def solid_angle(self, shape: int | tuple[int, ...], /) -> NDArray[np.float64]: ...
+    def directions(
+        self,
+        size: int | tuple[int, ...],
+        /,
+        *,
+        rotation: Any | None = None,
+        dtype: DTypeLike | None = None,
+    ) -> NDArray[np.floating[Any]]: ...
+    def shape(self, size: int | tuple[int, ...], /) -> tuple[int, ...]: ...
+    def sample(
+        self,
+        image: ArrayLike,
+        directions: ArrayLike,
+        /,
+        *,
+        filter: Literal["nearest", "bilinear"] = "bilinear",
+        rotation: Any | None = None,
+        fill: float | None = None,
+        out: NDArray[Any] | None = None,
+    ) -> NDArray[Any]: ...
+    def explain(self) -> None: ...
+    def explanation(self) -> str: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+def _rebuild(
+    name: str,
+    convention: str | None,
+    axes: str,
+    grid: str,
+    layout: str | None,
+    parameters: dict[str, float],
+    /,
+) -> Projection: ...
+def projection(
+    name: str,
+    /,
+    *,
+    convention: str | None = None,
+    axes: str | None = None,
+    grid: str | None = None,
+    layout: str | None = None,
+    parameters: dict[str, float] | None = None,
+) -> Projection: ...
+def convert(
+    image: ArrayLike,
+    src: Projection,
+    dst: Projection,
+    shape: tuple[int, ...],
+    /,
+    *,
+    rotation: Any | None = None,
+    filter: Literal["nearest", "bilinear"] = "bilinear",
+    fill: float | None = None,
+    out: NDArray[Any] | None = None,
+) -> NDArray[Any]: ...
+def reflect(
+    view: ArrayLike, normal: ArrayLike, /, *, out: NDArray[Any] | None = None
+) -> NDArray[np.floating[Any]]: ...
+def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]: ...
+def registry() -> list[dict[str, Any]]: ...
+def convention_table() -> list[dict[str, Any]]: ...
+def set_num_threads(n: int, /) -> None: ...
+def get_num_threads() -> int: ...
+def simd_level() -> str: ...
+def simd_levels() -> list[str]: ...
+def set_simd_level(name: str | None, /) -> None: ...

@@ -1,0 +1,96 @@
+"""How projections and the images of files fit: layouts, sizes, aspects."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import spheremap as sm
+from spheremap import _core
+
+# Of the layouts that make one image, the one a person sees most in.
+_LEGIBLE = ("cross", "strip")
+# Large enough that every aspect comes out whole.
+_UNIT = 64
+
+
+@cache
+def layouts(name: str) -> tuple[str, ...]:
+    """Return the layouts of a projection that make one image of its faces."""
+    (entry,) = (entry for entry in _core.registry() if entry["name"] == name)
+    return tuple(layout for layout in entry["layouts"] if layout != "faces")
+
+
+def flat(name: str, layout: str | None = None) -> sm.Projection:
+    """Return the named projection as one image: a cube as a cross, two disks as a strip."""
+    plain = sm.projection(name, layout=layout)
+    if plain.faces == 1:
+        return plain
+    if layout is not None:
+        raise ValueError(
+            f"a file holds one image: the layout is one of {', '.join(layouts(plain.name))}"
+        )
+    legible = next(layout for layout in _LEGIBLE if layout in layouts(plain.name))
+    return sm.projection(name, layout=legible)
+
+
+def size_of_height(projection: sm.Projection, height: int) -> int:
+    """Return the size at which a flat image has that many rows."""
+    rows = projection.shape(_UNIT)[0]
+    size, rest = divmod(height * _UNIT, rows)
+    if rest:
+        raise ValueError(
+            f"the height of {described(projection)} is a multiple of {rows // _UNIT}, got {height}"
+        )
+    return size
+
+
+def fits(projection: sm.Projection, height: int, width: int) -> bool:
+    """Tell whether an image of this size has the aspect of the projection."""
+    rows, columns = projection.shape(_UNIT)
+    return height * columns == width * rows and height * _UNIT % rows == 0
+
+
+def of_file(
+    name: str, layout: str | None, height: int, width: int, *, any_aspect: bool
+) -> sm.Projection:
+    """Return the projection of an image that has been read, of a layout that fits it."""
+    plain = sm.projection(name, layout=layout)
+    if plain.faces == 1:
+        candidates = [plain]
+    else:
+        candidates = [flat(name, found) for found in ([layout] if layout else layouts(plain.name))]
+    for candidate in candidates:
+        if fits(candidate, height, width) or any_aspect:
+            return candidate
+    wanted = " or ".join(
+        f"{columns} x {rows} ({described(candidate)})"
+        for candidate in candidates
+        for rows, columns in [_nearest_shape(candidate, height)]
+    )
+    raise ValueError(
+        f"the image is {width} x {height} (width x height), expected for example {wanted}; "
+        "--any-aspect takes it as it is"
+    )
+
+
+def fitting(height: int, width: int) -> list[str]:
+    """Return what an image of this size may be, as ``"cube (cross, dice)"``."""
+    found = []
+    for name in sm.projections():
+        if layouts(name):
+            fit = [n for n in layouts(name) if fits(sm.projection(name, layout=n), height, width)]
+            if fit:
+                found.append(f"{name} ({', '.join(fit)})")
+        elif fits(sm.projection(name), height, width):
+            found.append(name)
+    return found
+
+
+def described(projection: sm.Projection) -> str:
+    """Return the name with the layout, as ``"cube cross"``."""
+    return f"{projection.name} {projection.layout}" if projection.layout else projection.name
+
+
+def _nearest_shape(projection: sm.Projection, height: int) -> tuple[int, ...]:
+    rows = projection.shape(_UNIT)[0]
+    return projection.shape(max(1, round(height * _UNIT / rows)))

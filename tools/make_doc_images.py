@@ -1,0 +1,226 @@
+"""Draw the pictures of docs/images: one sky in every projection, and shading right and wrong.
+
+python tools/make_doc_images.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import spheremap as sm
+from spheremap import _fit, _sky, io
+
+IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
+
+
+def save(name: str, image: np.ndarray) -> None:
+    """Write an image with values in [0, 1]."""
+    io.write(IMAGES / name, np.rint(np.clip(image, 0, 1) * 255).astype(np.uint8))
+
+
+def shrink(image: np.ndarray, factor: int) -> np.ndarray:
+    """Average blocks of factor × factor pixels; transparent ones count for their share only."""
+    if image.shape[-1] == 4:
+        color = shrink(image[..., :3] * image[..., 3:], factor)
+        alpha = shrink(image[..., 3:], factor)
+        return np.concatenate([color / np.maximum(alpha, 1e-9), alpha], axis=-1)
+    h, w, channels = image.shape
+    return image.reshape(h // factor, factor, w // factor, factor, channels).mean(axis=(1, 3))
+
+
+def sky(d: np.ndarray) -> np.ndarray:
+    """Return the demo's sky as a screen shows it."""
+    return io.tonemap(_sky.radiance(d), exposure=0.7) / np.float32(255)
+
+
+# --- One picture for each projection
+
+
+def picture(name: str, height: int, detail: int = 4) -> np.ndarray:
+    """Return the sky in a projection as an RGBA image; what is not valid is transparent."""
+    p = _fit.flat(name)
+    d = p.directions(_fit.size_of_height(p, height) * detail)
+    valid = ~np.isnan(d[..., 0])
+    color = sky(np.where(valid[..., None], d, 1.0))
+    return shrink(np.concatenate([color, valid[..., None]], axis=-1), detail)
+
+
+def projections() -> None:
+    names = sm.projections()
+    for name in names:
+        save(f"projection-{name}.png", picture(name, 192))
+    gap, height = 12, 144
+    rows: list[list[np.ndarray]] = [[]]
+    for name in names:
+        if sum(i.shape[1] + gap for i in rows[-1]) > 800:
+            rows.append([])
+        rows[-1].append(picture(name, height))
+    width = max(sum(i.shape[1] + gap for i in row) - gap for row in rows)
+    sheet = np.zeros((len(rows) * (height + gap) - gap, width, 4))
+    for r, row in enumerate(rows):
+        space = (width - sum(i.shape[1] for i in row)) / max(len(row) - 1, 1)
+        left = 0.0 if len(row) > 1 else (width - row[0].shape[1]) / 2
+        for image in row:
+            top = r * (height + gap) + (height - image.shape[0]) // 2
+            column = round(left)
+            sheet[top : top + image.shape[0], column : column + image.shape[1]] = image
+            left += image.shape[1] + space
+    save("projections.png", sheet)
+
+
+# --- A small rasterizer: which triangle a pixel shows, and where in it
+
+
+def grid(columns: int, rows: int) -> np.ndarray:
+    """Return the triangles of a (rows + 1) × (columns + 1) net of vertices."""
+    i = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
+    j = i + columns + 1
+    return np.concatenate(
+        [np.stack([i, j, i + 1], axis=1), np.stack([i + 1, j, j + 1], axis=1)], axis=0
+    )
+
+
+def ball(center: np.ndarray, columns: int):
+    rows = columns // 2
+    theta, phi = np.meshgrid(
+        np.linspace(0, np.pi, rows + 1), np.linspace(0, 2 * np.pi, columns + 1), indexing="ij"
+    )
+    n = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], axis=-1)
+    n = n.reshape(-1, 3)
+    return center + n, n, grid(columns, rows)
+
+
+def torus(center: np.ndarray, columns: int):
+    columns, rows = columns * 3 // 2, columns * 3 // 4
+    a, b = np.meshgrid(
+        np.linspace(0, 2 * np.pi, rows + 1), np.linspace(0, 2 * np.pi, columns + 1), indexing="ij"
+    )
+    ring = np.stack([np.sin(b), np.cos(b), np.zeros_like(b)], axis=-1)
+    n = ring * np.cos(a)[..., None] + np.array([0, 0, 1.0]) * np.sin(a)[..., None]
+    n, ring = n.reshape(-1, 3), ring.reshape(-1, 3)
+    turn = sm.rotation(25, -35, 0)
+    return center + (0.72 * ring + 0.36 * n) @ turn.T, n @ turn.T, grid(columns, rows)
+
+
+class View:
+    """Two objects seen from `eye`: for every pixel a triangle and the weights of its corners."""
+
+    def __init__(self, eye: np.ndarray, height: int = 260, net: int = 20, detail: int = 3) -> None:
+        self.detail, self.eye = detail, eye
+        forward = -eye / np.linalg.norm(eye)
+        right = np.cross(forward, [0.0, 1.0, 0.0])
+        right /= np.linalg.norm(right)
+        self.frame = np.stack(
+            [right, np.cross(right, forward), -forward]
+        )  # rows: x, y, z of the eye
+        meshes = (ball(-1.15 * right, net), torus(1.15 * right, net))
+        offsets = np.cumsum([0] + [len(m[0]) for m in meshes])
+        self.position = np.concatenate([m[0] for m in meshes])
+        self.normal = np.concatenate([m[1] for m in meshes])
+        self.triangles = np.concatenate([m[2] + o for m, o in zip(meshes, offsets, strict=False)])
+
+        h, w = height * detail, 2 * height * detail
+        seen = (self.position - eye) @ self.frame.T
+        depth = -seen[:, 2]
+        zoom = h / 2 * np.linalg.norm(eye) / 1.3
+        sx, sy = w / 2 + zoom * seen[:, 0] / depth, h / 2 - zoom * seen[:, 1] / depth
+        nearest = np.full((h, w), np.inf)
+        self.which = np.full((h, w), -1)
+        self.weights = np.zeros((h, w, 3))
+        for index, corners in enumerate(self.triangles):
+            x, y, d = sx[corners], sy[corners], depth[corners]
+            area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])
+            if abs(area) < 1e-9:
+                continue
+            left, top = max(int(x.min()), 0), max(int(y.min()), 0)
+            px, py = np.meshgrid(
+                np.arange(left, min(int(x.max()) + 2, w)) + 0.5,
+                np.arange(top, min(int(y.max()) + 2, h)) + 0.5,
+            )
+            b1 = ((px - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (py - y[0])) / area
+            b2 = ((x[1] - x[0]) * (py - y[0]) - (px - x[0]) * (y[1] - y[0])) / area
+            b = np.stack([1 - b1 - b2, b1, b2], axis=-1) / d  # linear in the picture
+            at = 1 / b.sum(axis=-1)
+            here = (slice(top, top + px.shape[0]), slice(left, left + px.shape[1]))
+            front = (b >= -1e-12).all(axis=-1) & (at < nearest[here])
+            nearest[here][front] = at[front]
+            self.which[here][front] = index
+            self.weights[here][front] = (b * at[..., None])[front]
+        self.hit = self.which >= 0
+
+    def interpolate(self, values: np.ndarray) -> np.ndarray:
+        """Return what a value at each vertex is in the pixels that show an object."""
+        corners = values[self.triangles[self.which[self.hit]]]
+        return (corners * self.weights[self.hit][..., None]).sum(axis=1)
+
+    def finish(self, color: np.ndarray) -> np.ndarray:
+        image = np.ones((*self.hit.shape, 3))
+        image[self.hit] = color
+        return shrink(image, self.detail)
+
+
+def reflected(eye: np.ndarray, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    view = eye - position
+    view /= np.linalg.norm(view, axis=-1, keepdims=True)
+    return sm.reflect(view, normal)
+
+
+def pair(view: View, image: np.ndarray, name: str, at_vertices: np.ndarray, at_pixels: np.ndarray):
+    """Return the right picture (a look-up per pixel) beside the wrong one (uv across triangles)."""
+    right = sm.sample(image, at_pixels, name)
+    uv = view.interpolate(sm.encode(at_vertices, name))
+    wrong = sm.sample(image, sm.decode(uv, name), name)
+    gap = np.ones((view.finish(right).shape[0], 8, 3))
+    return np.concatenate([view.finish(right), gap, view.finish(wrong)], axis=1)
+
+
+def tinted_sky(d: np.ndarray) -> np.ndarray:
+    """Return the sky, redder to the east and bluer to the south, so that places tell apart."""
+    x, _, z = np.moveaxis(d, -1, 0)
+    return sky(d) * (1 + 0.6 * np.stack([x, 0 * x, z], axis=-1)) / 1.3
+
+
+def ball_material(n: np.ndarray) -> np.ndarray:
+    """Return the colors of a made-up lit material as seen on a ball, for its matcap."""
+    light = np.array([-0.5, 0.65, 0.57])
+    lit = np.clip(n @ light, 0, 1)[..., None]
+    half = light + np.array([0, 0, 1.0])
+    shine = np.clip(n @ (half / np.linalg.norm(half)), 0, 1)[..., None] ** 60
+    rim = (1 - np.clip(n[..., 2:], 0, 1)) ** 3
+    color = np.array([0.16, 0.06, 0.05]) + lit * np.array([0.75, 0.3, 0.2]) + shine * 0.8
+    return np.clip(color + rim * np.array([0.1, 0.2, 0.4]), 0, 1)
+
+
+def shading() -> None:
+    def material(name: str, size: int, color) -> np.ndarray:
+        d = sm.directions(name, size)
+        return color(np.nan_to_num(d, nan=0.5))
+
+    front = View(np.array([0.6, 0.9, 6.0]))
+    behind = View(np.array([1.6, 0.7, -5.8]))
+
+    for view, name, size, file in (
+        (front, "latlong", 512, "shading-latlong.png"),
+        (behind, "sphere", 1024, "shading-sphere.png"),
+    ):
+        at_vertices = reflected(view.eye, view.position, view.normal)
+        at_pixels = reflected(
+            view.eye, view.interpolate(view.position), view.interpolate(view.normal)
+        )
+        environment = material(name, size, tinted_sky)
+        save(file, pair(view, environment, name, at_vertices, at_pixels))
+
+    front = View(front.eye, net=10)
+    at_vertices = front.normal @ front.frame.T
+    at_pixels = front.interpolate(front.normal) @ front.frame.T
+    for n in (at_vertices, at_pixels):  # in perspective a normal may point just away from the eye
+        n[..., 2] = np.maximum(n[..., 2], 0)
+    image = material("matcap", 512, ball_material)
+    save("shading-matcap.png", pair(front, image, "matcap", at_vertices, at_pixels))
+
+
+if __name__ == "__main__":
+    IMAGES.mkdir(parents=True, exist_ok=True)
+    projections()
+    shading()

@@ -1,0 +1,141 @@
+"""What the tests share: the registry turned into cases, the profiles, the data folder."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import reference
+import spheremap as sm
+from hypothesis import settings
+from spheremap import _core
+
+settings.register_profile(
+    "spheremap", derandomize=True, database=None, deadline=None, max_examples=60
+)
+settings.load_profile("spheremap")
+
+REGISTRY: list[dict[str, Any]] = _core.registry()
+NAMES: list[str] = [entry["name"] for entry in REGISTRY]
+
+# Axes that no default uses: a cyclic one, a mirrored one, and one with every sign negative.
+ODD_AXES = ("+y +z +x", "-z -x +y", "-x -y -z")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One projection to be tested, and how its test is called."""
+
+    name: str
+    options: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def id(self) -> str:
+        words = [f"{key}={value}" for key, value in self.options.items()]
+        return ",".join([self.name, *words]).replace(" ", "")
+
+    def make(self, **more: Any) -> sm.Projection:
+        return sm.projection(self.name, **{**self.options, **more})
+
+    def reference(self, **more: Any) -> reference.Reference:
+        return reference.of(self.make(**more))
+
+
+def _cases() -> list[Case]:
+    out: list[Case] = []
+    for entry in REGISTRY:
+        name = entry["name"]
+        out.append(Case(name))
+        default_layout = sm.projection(name).layout
+        out += [Case(name, {"layout": x}) for x in entry["layouts"] if x != default_layout]
+        out += [Case(name, {"convention": x}) for x in entry["conventions"]]
+        out += [Case(name, {"axes": x}) for x in ODD_AXES]
+        for p in entry["parameters"]:
+            lo, hi = p["minimum"], p["maximum"]
+            out += [Case(name, {p["name"]: lo + (hi - lo) * f}) for f in (0.125, 0.5, 0.75)]
+    return out
+
+
+CASES: list[Case] = _cases()
+DEFAULTS: list[Case] = [c for c in CASES if not c.options]
+LAYOUTS: list[Case] = [c for c in CASES if set(c.options) <= {"layout"}]
+PARAMETERS: list[Case] = [
+    c for c in CASES if c.options and not set(c.options) & {"layout", "convention", "axes"}
+]
+GRIDS: tuple[str, ...] = ("centers", "corners", "corners-v")
+
+
+def each(cases: list[Case]) -> pytest.MarkDecorator:
+    """Parametrize a test over cases, each under a name that can be read."""
+    return pytest.mark.parametrize("case", cases, ids=[c.id for c in cases])
+
+
+def random_directions(n: int, seed: int, dtype: Any = np.float64) -> np.ndarray:
+    d = np.random.default_rng(seed).normal(size=(n, 3))
+    return (d / np.linalg.norm(d, axis=-1, keepdims=True)).astype(dtype)
+
+
+def valid_uv(r: reference.Reference, n: int, seed: int, margin: float = 1e-6) -> np.ndarray:
+    """Random uv inside the valid image, none within `margin` of a border, rim or cell edge."""
+    rng = np.random.default_rng(seed)
+    uv = rng.random((4 * n, 2))
+    if r.faces > 1:
+        uv = np.concatenate([uv, rng.integers(0, r.faces, (4 * n, 1)).astype(float)], -1)
+    ok = r.valid(uv)
+    for du, dv in ((margin, 0), (-margin, 0), (0, margin), (0, -margin)):
+        moved = uv.copy()
+        moved[:, 0] += du
+        moved[:, 1] += dv
+        ok &= r.valid(moved)
+        # Still on the same face: a neighbour in another cell is not a neighbour on the sphere.
+        ok &= r.local(moved)[2] == r.local(uv)[2]
+    return uv[ok][:n]
+
+
+def bits(a: Any) -> np.ndarray:
+    """Give the bytes of an array, to compare NaN and signed zero too."""
+    a = np.ascontiguousarray(a)
+    return a.view(np.uint8) if a.ndim else a.reshape(1).view(np.uint8)
+
+
+def assert_same_bits(a: Any, b: Any, what: str = "") -> None:
+    a, b = np.asarray(a), np.asarray(b)
+    assert a.dtype == b.dtype and a.shape == b.shape, (what, a.dtype, b.dtype, a.shape, b.shape)
+    # All NaN are one value here: which payload a NaN carries is nobody's promise.
+    if a.dtype.kind == "f":
+        same = (np.isnan(a) & np.isnan(b)) | ((a == b) & (np.signbit(a) == np.signbit(b)))
+        assert np.all(same), f"{what}: {np.count_nonzero(~same)} of {same.size} values differ"
+    else:
+        assert np.array_equal(a, b), what
+
+
+def find_data() -> Path | None:
+    """Give the folder of real HDR images, or None."""
+    places = [os.environ.get("SPHEREMAP_DATA")]
+    places.append(str(Path(__file__).resolve().parents[1].parent / "shared" / "data"))
+    for place in places:
+        if place and (Path(place) / "grace_probe.hdr").is_file():
+            return Path(place)
+    return None
+
+
+@pytest.fixture(scope="session")
+def data_folder() -> Path:
+    folder = find_data()
+    if folder is None:
+        pytest.skip("no real HDR images: set SPHEREMAP_DATA to the folder that has them")
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def _settings_restored() -> Any:
+    """No test leaves another thread count or SIMD level behind."""
+    threads = sm.get_num_threads()
+    yield
+    if sm.get_num_threads() != threads:
+        sm.set_num_threads(threads)
+    _core.set_simd_level(None)

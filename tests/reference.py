@@ -1,0 +1,718 @@
+"""An independent NumPy reference of every projection.
+
+Nothing here imports the package under test. The formulas are written from their sources, in the
+view frame (x right, y down, z forward), with p = 2u - 1 and q = 2v - 1. Every function computes in
+the precision of its input, so a caller who passes ``numpy.longdouble`` gets a reference that is
+three digits better than float64.
+
+The forms are chosen for accuracy near the singular points: an azimuth is always taken from the
+two small components alone, and no 1 - |z| is ever formed by subtraction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray
+
+DEFAULT_AXES = {
+    "sphere": "+x -y +z",
+    "matcap": "+x -y +z",
+    "dual_paraboloid": "+x -y +z",
+    "cube": "+x -y +z",
+    "angular": "+x -y -z",
+    "octahedral": "+x +y +z",
+    "hemioctahedral": "+x +y +z",
+    "latlong": "+x -y -z",
+}
+DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", "angular"})
+FACES = {"cube": 6, "dual_paraboloid": 2}
+
+# layout -> (rows, columns, [(row, column, turned by 180°) for each face in face order])
+# Cube faces in the view frame: right, left, up, down, front, back.
+LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
+    "cube": {
+        "strip": (1, 6, [(0, i, False) for i in range(6)]),
+        "column": (6, 1, [(i, 0, False) for i in range(6)]),
+        "cross": (
+            3,
+            4,
+            [
+                (1, 2, False),
+                (1, 0, False),
+                (0, 1, False),
+                (2, 1, False),
+                (1, 1, False),
+                (1, 3, False),
+            ],
+        ),
+        "vertical_cross": (
+            4,
+            3,
+            [
+                (1, 2, False),
+                (1, 0, False),
+                (0, 1, False),
+                (2, 1, False),
+                (1, 1, False),
+                (3, 1, True),
+            ],
+        ),
+        "dice": (
+            3,
+            4,
+            [
+                (1, 2, False),
+                (1, 0, False),
+                (0, 1, False),
+                (2, 1, False),
+                (1, 1, False),
+                (1, 3, False),
+            ],
+        ),
+    },
+    "dual_paraboloid": {
+        "strip": (1, 2, [(0, 0, False), (0, 1, False)]),
+        "column": (2, 1, [(0, 0, False), (1, 0, False)]),
+    },
+}
+
+
+def real(a: Any) -> Array:
+    """Give a float64 or longdouble array."""
+    a = np.asarray(a)
+    return a if a.dtype == np.longdouble else a.astype(np.float64)
+
+
+def axes_matrix(axes: str) -> Array:
+    """Signed permutation A with view = A @ world, from a string such as ``"+x -y -z"``."""
+    a = np.zeros((3, 3))
+    for row, word in enumerate(axes.split()):
+        a[row, "xyz".index(word[1])] = -1.0 if word[0] == "-" else 1.0
+    return a
+
+
+def _permute(axes: str, d: Array, back: bool) -> Array:
+    """World to view (or back), component by component, so that no zero changes its sign twice."""
+    out = np.empty_like(d)
+    for row, word in enumerate(axes.split()):
+        k = "xyz".index(word[1])
+        i, j = (row, k) if not back else (k, row)
+        out[..., i] = -d[..., j] if word[0] == "-" else d[..., j]
+    return out
+
+
+def unscale(d: Array) -> Array:
+    """Bring the largest component into [0.5, 1) by a power of two; NaN for zero, NaN, infinite."""
+    with np.errstate(all="ignore"):
+        m = np.max(np.abs(d), axis=-1, keepdims=True)
+        good = np.isfinite(m) & (m > 0) & np.all(np.isfinite(d), axis=-1, keepdims=True)
+        _, e = np.frexp(np.where(good, m, 1))
+        return np.where(good, np.ldexp(d, -e), np.nan)
+
+
+def unit(d: Any) -> Array:
+    """Unit vectors, for any finite non-zero input."""
+    d = unscale(real(d))
+    return d / np.sqrt(np.sum(d * d, axis=-1, keepdims=True))
+
+
+def angle(a: Any, b: Any) -> Array:
+    """Angle between directions in longdouble, from atan2(|a × b|, a · b): good at every angle."""
+    a = unit(np.asarray(a).astype(np.longdouble))
+    b = unit(np.asarray(b).astype(np.longdouble))
+    c = np.cross(a, b)
+    return np.arctan2(np.sqrt(np.sum(c * c, axis=-1)), np.sum(a * b, axis=-1))
+
+
+def _azimuth(x: Array, y: Array) -> tuple[Array, Array, Array]:
+    """Cosine and sine of the azimuth and the radius h; (1, 0, 0) where x = y = 0."""
+    m = np.maximum(np.abs(x), np.abs(y))
+    zero = m == 0
+    _, e = np.frexp(np.where(zero | np.isnan(m), 1, m))
+    xs, ys = np.ldexp(x, -e), np.ldexp(y, -e)
+    h = np.sqrt(xs * xs + ys * ys)
+    safe = np.where(zero, 1, h)
+    return np.where(zero, 1, xs / safe), np.where(zero, 0, ys / safe), np.ldexp(h, e)
+
+
+# --- encode, in the view frame: unit vectors -> p, q, face -----------------------------------
+
+
+def _encode_sphere(x: Array, y: Array, z: Array, _: dict[str, float]) -> tuple[Array, Array, Array]:
+    # n = (x, y, z + 1)/|.|. |(x, y, z+1)|² = 2(1 + z), and 1 + z = h²/(1 - z) where z < 0.
+    c, s, _h = _azimuth(x, y)
+    near = np.sqrt(2 * (1 + np.maximum(z, 0)))
+    far = np.sqrt((1 - np.minimum(z, 0)) / 2)
+    p = np.where(z >= 0, x / near, c * far)
+    q = np.where(z >= 0, y / near, s * far)
+    return p, q, np.zeros_like(p)
+
+
+def _encode_matcap(x: Array, y: Array, z: Array, _: dict[str, float]) -> tuple[Array, Array, Array]:
+    bad = z < 0
+    return np.where(bad, np.nan, x), np.where(bad, np.nan, y), np.zeros_like(x)
+
+
+def _encode_dual(x: Array, y: Array, z: Array, _: dict[str, float]) -> tuple[Array, Array, Array]:
+    m = 1 + np.abs(z)
+    return x / m, y / m, np.where(z >= 0, 0.0, 1.0)
+
+
+def _encode_cube(x: Array, y: Array, z: Array, _: dict[str, float]) -> tuple[Array, Array, Array]:
+    ax, ay, az = np.abs(x), np.abs(y), np.abs(z)
+    on_x = (ax >= ay) & (ax >= az)
+    on_y = ~on_x & (ay >= az)
+    conditions = [on_x & (x > 0), on_x, on_y & (y < 0), on_y, z > 0]
+    p = np.select(conditions, [-z, z, x, x, x], -x)
+    q = np.select(conditions, [y, y, z, -z, y], y)
+    face = np.select(conditions, [0.0, 1.0, 2.0, 3.0, 4.0], 5.0)
+    m = np.maximum(ax, np.maximum(ay, az))
+    return p / m, q / m, face
+
+
+def _encode_angular(
+    x: Array, y: Array, z: Array, parameters: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    fov = _radians(parameters.get("fov", 360.0), x.dtype)
+    c, s, h = _azimuth(x, y)
+    r = 2 * np.arctan2(h, z) / fov
+    bad = r > 1 + 8 * np.finfo(x.dtype).eps
+    return np.where(bad, np.nan, r * c), np.where(bad, np.nan, r * s), np.zeros_like(x)
+
+
+def _l1(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
+    m = np.abs(x) + np.abs(y) + np.abs(z)
+    return x / m, y / m
+
+
+def _encode_octahedral(
+    x: Array, y: Array, z: Array, _: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    p, q = _l1(x, y, z)
+    # 1 - |y| written without a subtraction: |x| + |z| over the L1 length.
+    m = np.abs(x) + np.abs(y) + np.abs(z)
+    fp = (np.abs(x) + np.abs(z)) / m * np.where(x >= 0, 1, -1)
+    fq = (np.abs(y) + np.abs(z)) / m * np.where(y >= 0, 1, -1)
+    return np.where(z < 0, fp, p), np.where(z < 0, fq, q), np.zeros_like(p)
+
+
+def _encode_hemioctahedral(
+    x: Array, y: Array, z: Array, _: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    p, q = _l1(x, y, z)
+    bad = z < 0
+    return np.where(bad, np.nan, p + q), np.where(bad, np.nan, p - q), np.zeros_like(p)
+
+
+def _encode_latlong(
+    x: Array, y: Array, z: Array, _: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    pi = _pi(x.dtype)
+    pole = (x == 0) & (z == 0)
+    p = np.where(pole, 0, np.arctan2(x, z) / pi)
+    p = np.where((x == 0) & (z < 0), -1, p)  # the seam itself is u = 0
+    _c, _s, h = _azimuth(x, z)
+    return p, 2 * np.arctan2(h, -y) / pi - 1, np.zeros_like(p)
+
+
+# --- decode: p, q, face -> unit vectors, NaN outside the valid image ------------------------
+
+
+def _disk(p: Array, q: Array) -> tuple[Array, Array]:
+    r2 = p * p + q * q
+    with np.errstate(invalid="ignore"):
+        return r2, r2 <= 1 + 8 * np.finfo(p.dtype).eps
+
+
+def _decode_sphere(p: Array, q: Array, _f: Array, _: dict[str, float]) -> Array:
+    # r = 2 (n·z) n - z with n = (p, q, √c): twice the slope of the ball.
+    r2, ok = _disk(p, q)
+    c = np.maximum(1 - r2, 0)
+    s = np.sqrt(c)
+    return _mask(np.stack([2 * p * s, 2 * q * s, 2 * c - 1], -1), ok)
+
+
+def _decode_matcap(p: Array, q: Array, _f: Array, _: dict[str, float]) -> Array:
+    r2, ok = _disk(p, q)
+    return _mask(np.stack([p, q, np.sqrt(np.maximum(1 - r2, 0))], -1), ok)
+
+
+def _decode_dual(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
+    r2, ok = _disk(p, q)
+    z = np.maximum(1 - r2, 0) * np.where(f == 0, 1, -1)
+    return _mask(np.stack([2 * p, 2 * q, z], -1), ok)
+
+
+def _decode_cube(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
+    one = np.ones_like(p)
+    table = [(one, q, -p), (-one, q, p), (p, -one, q), (p, one, -q), (p, q, one), (-p, q, -one)]
+    out = np.full((*p.shape, 3), np.nan, p.dtype)
+    for i, v in enumerate(table):
+        out = np.where((f == i)[..., None], np.stack(v, -1), out)
+    return out
+
+
+def _decode_angular(p: Array, q: Array, _f: Array, parameters: dict[str, float]) -> Array:
+    fov = _radians(parameters.get("fov", 360.0), p.dtype)
+    c, s, r = _azimuth(p, q)
+    _, ok = _disk(p, q)
+    theta = np.minimum(r, 1) * fov / 2
+    sin = np.sin(theta)
+    return _mask(np.stack([c * sin, s * sin, np.cos(theta)], -1), ok)
+
+
+def _decode_octahedral(p: Array, q: Array, _f: Array, _: dict[str, float]) -> Array:
+    ap, aq = np.abs(p), np.abs(q)
+    z = 1 - ap - aq
+    x = np.where(z < 0, (1 - aq) * np.where(p >= 0, 1, -1), p)
+    y = np.where(z < 0, (1 - ap) * np.where(q >= 0, 1, -1), q)
+    return np.stack([x, y, z], -1)
+
+
+def _decode_hemioctahedral(p: Array, q: Array, _f: Array, _: dict[str, float]) -> Array:
+    x, y = (p + q) / 2, (p - q) / 2
+    return np.stack([x, y, 1 - np.maximum(np.abs(p), np.abs(q))], -1)
+
+
+def _decode_latlong(p: Array, q: Array, _f: Array, _: dict[str, float]) -> Array:
+    pi = _pi(p.dtype)
+    theta, phi = (q + 1) / 2 * pi, p * pi
+    sin = np.sin(theta)
+    return np.stack([sin * np.sin(phi), -np.cos(theta), sin * np.cos(phi)], -1)
+
+
+def _mask(d: Array, ok: Array) -> Array:
+    return np.where(ok[..., None], d, np.nan)
+
+
+# --- density dω/(dp dq), four of which are one dω/(du dv) -----------------------------------
+
+
+def _density_sphere(p: Array, q: Array, _: dict[str, float]) -> Array:
+    return np.full_like(p, 4.0)
+
+
+def _density_matcap(p: Array, q: Array, _: dict[str, float]) -> Array:
+    with np.errstate(divide="ignore"):
+        return 1 / np.sqrt(np.maximum(1 - p * p - q * q, 0))
+
+
+def _density_dual(p: Array, q: Array, _: dict[str, float]) -> Array:
+    return 4 / (1 + p * p + q * q) ** 2
+
+
+def _density_cube(p: Array, q: Array, _: dict[str, float]) -> Array:
+    return (1 + p * p + q * q) ** -1.5
+
+
+def _density_angular(p: Array, q: Array, parameters: dict[str, float]) -> Array:
+    half = _radians(parameters.get("fov", 360.0), p.dtype) / 2
+    pi = _pi(p.dtype)
+    return half * half * np.sinc(half * np.sqrt(p * p + q * q) / pi)
+
+
+def _density_octahedral(p: Array, q: Array, parameters: dict[str, float]) -> Array:
+    d = _decode_octahedral(p, q, p, parameters)
+    return np.sum(d * d, -1) ** -1.5
+
+
+def _density_hemioctahedral(p: Array, q: Array, parameters: dict[str, float]) -> Array:
+    d = _decode_hemioctahedral(p, q, p, parameters)
+    return np.sum(d * d, -1) ** -1.5 / 2
+
+
+def _density_latlong(p: Array, q: Array, _: dict[str, float]) -> Array:
+    pi = _pi(p.dtype)
+    return pi * pi / 2 * np.sin((q + 1) / 2 * pi)
+
+
+def _pi(dtype: Any) -> Any:
+    return np.arctan(np.ones((), dtype)) * 4
+
+
+def _radians(degrees: float, dtype: Any) -> Any:
+    return np.asarray(degrees, dtype) * _pi(dtype) / 180
+
+
+@dataclass(frozen=True)
+class Formulas:
+    """What the reference knows of one projection."""
+
+    encode: Callable[..., tuple[Array, Array, Array]]
+    decode: Callable[..., Array]
+    density: Callable[..., Array]
+
+
+FORMULAS: dict[str, Formulas] = {
+    "sphere": Formulas(_encode_sphere, _decode_sphere, _density_sphere),
+    "matcap": Formulas(_encode_matcap, _decode_matcap, _density_matcap),
+    "dual_paraboloid": Formulas(_encode_dual, _decode_dual, _density_dual),
+    "cube": Formulas(_encode_cube, _decode_cube, _density_cube),
+    "angular": Formulas(_encode_angular, _decode_angular, _density_angular),
+    "octahedral": Formulas(_encode_octahedral, _decode_octahedral, _density_octahedral),
+    "hemioctahedral": Formulas(
+        _encode_hemioctahedral, _decode_hemioctahedral, _density_hemioctahedral
+    ),
+    "latlong": Formulas(_encode_latlong, _decode_latlong, _density_latlong),
+}
+
+
+@dataclass(frozen=True)
+class Reference:
+    """One projection with its axes, grid, layout and parameters."""
+
+    name: str
+    axes: str
+    grid: str = "centers"
+    layout: str | None = None
+    parameters: dict[str, float] = field(default_factory=dict)
+
+    # -- shape of the uv space
+
+    @property
+    def faces(self) -> int:
+        """Number of faces that uv carries a third coordinate for (1: none)."""
+        return FACES[self.name] if self.layout == "faces" else 1
+
+    @property
+    def is_disk(self) -> bool:
+        return self.name in DISKS
+
+    @property
+    def _atlas(self) -> tuple[int, int, list[tuple[int, int, bool]]] | None:
+        if self.layout in (None, "faces"):
+            return None
+        return LAYOUTS[self.name][self.layout]
+
+    @property
+    def covered_solid_angle(self) -> float:
+        if self.name in ("matcap", "hemioctahedral"):
+            return 2 * math.pi
+        if self.name == "angular":
+            return 4 * math.pi * math.sin(math.radians(self.parameters.get("fov", 360.0)) / 4) ** 2
+        return 4 * math.pi
+
+    def shape(self, size: int) -> tuple[int, ...]:
+        if self.name == "latlong":
+            return (size, 2 * size)
+        if self.layout == "faces":
+            return (self.faces, size, size)
+        if self._atlas is not None:
+            rows, columns, _ = self._atlas
+            return (rows * size, columns * size)
+        return (size, size)
+
+    # -- the map
+
+    def encode(self, directions: Any) -> Array:
+        """Directions (..., 3) to (..., 2), or (..., 3) with the face."""
+        d = _permute(self.axes, unit(directions), back=False)
+        with np.errstate(all="ignore"):
+            p, q, f = FORMULAS[self.name].encode(d[..., 0], d[..., 1], d[..., 2], self.parameters)
+        bad = np.isnan(p) | np.isnan(q) | np.isnan(d[..., 0])
+        u = np.where(bad, np.nan, np.clip((p + 1) / 2, 0, 1))
+        v = np.where(bad, np.nan, np.clip((q + 1) / 2, 0, 1))
+        f = np.where(bad, np.nan, f)
+        if self.faces > 1:
+            return np.stack([u, v, f], -1)
+        if self._atlas is None:
+            return np.stack([u, v], -1)
+        rows, columns, cells = self._atlas
+        ou, ov = np.full_like(u, np.nan), np.full_like(v, np.nan)
+        for i, (row, column, turned) in enumerate(cells):
+            here = f == i
+            s, t = (1 - u, 1 - v) if turned else (u, v)
+            ou = np.where(here, _inside_cell(s, column, columns), ou)
+            ov = np.where(here, _inside_cell(t, row, rows), ov)
+        return np.stack([ou, ov], -1)
+
+    def local(self, uv: Any) -> tuple[Array, Array, Array]:
+        """Give uv as (p, q, face) of its face; NaN outside [0, 1] and outside the cells."""
+        uv = real(uv)
+        u, v = uv[..., 0], uv[..., 1]
+        with np.errstate(invalid="ignore"):
+            inside = (u >= 0) & (u <= 1) & (v >= 0) & (v <= 1)
+        if self.faces > 1:
+            f = uv[..., 2]
+            with np.errstate(invalid="ignore"):
+                inside = inside & (f >= 0) & (f < self.faces) & (np.floor(f) == f)
+            s, t = u, v
+        elif self._atlas is None:
+            f, s, t = np.zeros_like(u), u, v
+        else:
+            rows, columns, cells = self._atlas
+            x, y = u * columns, v * rows
+            with np.errstate(invalid="ignore"):
+                i = np.clip(np.nan_to_num(np.floor(x), nan=-1), 0, columns - 1)
+                j = np.clip(np.nan_to_num(np.floor(y), nan=-1), 0, rows - 1)
+            f = np.full_like(u, np.nan)
+            s, t = x - i, y - j
+            for k, (row, column, turned) in enumerate(cells):
+                here = (i == column) & (j == row)
+                f = np.where(here, k, f)
+                if turned:
+                    s, t = np.where(here, 1 - s, s), np.where(here, 1 - t, t)
+            inside = inside & ~np.isnan(f)
+        p = np.where(inside, 2 * s - 1, np.nan)
+        q = np.where(inside, 2 * t - 1, np.nan)
+        return p, q, np.where(inside, f, np.nan)
+
+    def decode(self, uv: Any) -> Array:
+        p, q, f = self.local(uv)
+        with np.errstate(all="ignore"):
+            d = FORMULAS[self.name].decode(p, q, f, self.parameters)
+        d = np.where(np.isnan(p)[..., None], np.nan, d)
+        with np.errstate(all="ignore"):
+            d = d / np.sqrt(np.sum(d * d, axis=-1, keepdims=True))
+        return _permute(self.axes, d, back=True)
+
+    def valid(self, uv: Any) -> Array:
+        return ~np.isnan(self.decode(uv)[..., 0])
+
+    def covers(self, directions: Any) -> Array:
+        return ~np.isnan(self.encode(directions)[..., 0])
+
+    def density(self, uv: Any) -> Array:
+        p, q, _f = self.local(uv)
+        out = 4 * FORMULAS[self.name].density(p, q, self.parameters)
+        if self._atlas is not None:
+            out = out * (self._atlas[0] * self._atlas[1])
+        if self.is_disk:
+            out = np.where(_disk(p, q)[1], out, np.nan)
+        return np.where(np.isnan(p), np.nan, out)
+
+    def jacobian(self, uv: Any, step: float = 1e-4) -> Array:
+        """∂d/∂(u, v) by a fourth-order central difference in longdouble: error about step⁴."""
+        uv = np.asarray(uv).astype(np.longdouble)
+        out = []
+        for k in (0, 1):
+            e = np.zeros(uv.shape[-1], np.longdouble)
+            e[k] = step
+            near = self.decode(uv + e) - self.decode(uv - e)
+            far = self.decode(uv + 2 * e) - self.decode(uv - 2 * e)
+            out.append((8 * near - far) / (12 * np.longdouble(step)))
+        return np.stack(out, -1)
+
+    # -- images
+
+    def _coordinates(self, n: int, vertical: bool) -> Array:
+        on_corners = self.grid == "corners" or (self.grid == "corners-v" and vertical)
+        return np.arange(n) / (n - 1) if on_corners else (np.arange(n) + 0.5) / n
+
+    def texel_uv(self, shape: tuple[int, ...]) -> Array:
+        """Give uv of every texel centre, shape (H, W, 2) or (F, H, W, 3)."""
+        h, w = shape[-2:]
+        v, u = np.meshgrid(self._coordinates(h, True), self._coordinates(w, False), indexing="ij")
+        uv = np.stack([u, v], -1)
+        if len(shape) == 2:
+            return uv
+        f = np.broadcast_to(np.arange(shape[0], dtype=float)[:, None, None, None], (*shape, 1))
+        return np.concatenate([np.broadcast_to(uv, (*shape, 2)), f], -1)
+
+    def directions(self, size: int) -> Array:
+        return self.decode(self.texel_uv(self.shape(size)))
+
+    def edges(self, n: int, vertical: bool) -> Array:
+        """Boundaries of the n texel cells of one side, clipped to [0, 1]."""
+        on_corners = self.grid == "corners" or (self.grid == "corners-v" and vertical)
+        if on_corners:
+            return np.clip((np.arange(n + 1) - 0.5) / (n - 1), 0, 1)
+        return np.arange(n + 1) / n
+
+    def solid_angle(self, shape: tuple[int, ...], order: int = 12) -> Array:
+        """Solid angle of every texel by quadrature; for small sizes only."""
+        h, w = shape[-2:]
+        ue, ve = self.edges(w, False), self.edges(h, True)
+        if self.faces > 1:
+            one = self._face_solid_angle(2 * ue - 1, 2 * ve - 1, order)
+            return np.broadcast_to(one, shape).copy()
+        if self._atlas is None:
+            return self._face_solid_angle(2 * ue - 1, 2 * ve - 1, order)
+        if self.grid != "centers":
+            raise NotImplementedError("the reference has atlas layouts on texel centres only")
+        rows, _, cells = self._atlas
+        n = h // rows
+        e = 2 * self.edges(n, False) - 1
+        one = self._face_solid_angle(e, e, order)
+        out = np.zeros(shape)
+        for row, column, turned in cells:
+            block = one[::-1, ::-1] if turned else one
+            out[row * n : (row + 1) * n, column * n : (column + 1) * n] = block
+        return out
+
+    def _face_solid_angle(self, pe: Array, qe: Array, order: int) -> Array:
+        if self.is_disk:
+            return np.array(
+                [[self._disk_cell(a, b, c, d) for a, b in pairwise(pe)] for c, d in pairwise(qe)]
+            )
+        return self._smooth_cells(pe, qe, order)
+
+    def _smooth_cells(self, pe: Array, qe: Array, order: int) -> Array:
+        """Tensor Gauss rules on four triangles a half cell, which follow every crease."""
+        # Whole fractions of a cell: then p = 0, q = 0 and the lines |p| ± |q| = 1 run along edges
+        # and diagonals of square parts. (Only corners-v has oblong parts; there a crease crosses
+        # some of them, and the result is good to about 1e-6.)
+        (pf, pi), (qf, qi) = _refine(pe), _refine(qe)
+        (p0, p1), (q0, q1) = (pf[:-1], pf[1:]), (qf[:-1], qf[1:])
+        cp, cq = (p0 + p1) / 2, (q0 + q1) / 2
+        dp, dq = (p1 - p0) / 2, (q1 - q0) / 2
+        x, wx = np.polynomial.legendre.leggauss(order)
+        x, wx = (x + 1) / 2, wx / 2
+        r, t = np.meshgrid(x, x, indexing="ij")  # Duffy: r from the centre out, t along an edge
+        weight = np.outer(wx * x, wx) * 2
+        total = np.zeros((len(cq), len(cp)))
+        side = r * (2 * t - 1)
+        for lp, lq in ((r, side), (-r, side), (side, r), (side, -r)):
+            p = cp[None, :, None, None] + dp[None, :, None, None] * lp
+            q = cq[:, None, None, None] + dq[:, None, None, None] * lq
+            d = FORMULAS[self.name].density(p, q, self.parameters)
+            total += np.sum(d * weight, axis=(-2, -1)) * dp[None, :] * dq[:, None]
+        return np.add.reduceat(np.add.reduceat(total, qi, axis=0), pi, axis=1)
+
+    def _cap(self, r: Array) -> Array:
+        """1 - cos θ(r): the solid angle inside radius r of the disk, over 2π."""
+        r = np.minimum(r, 1)
+        if self.name == "sphere":
+            return 2 * r * r
+        if self.name == "matcap":
+            return r * r / (1 + np.sqrt(1 - r * r))
+        if self.name == "dual_paraboloid":
+            return 2 * r * r / (1 + r * r)
+        half = math.radians(self.parameters.get("fov", 360.0)) / 2
+        return 2 * np.sin(half * r / 2) ** 2
+
+    def _disk_cell(self, p0: float, p1: float, q0: float, q1: float) -> float:
+        """Integrate [cap(r_out) - cap(r_in)] dφ around the cell, its rim part cut off."""
+        if p0 < 0 < p1:
+            return self._disk_cell(p0, 0.0, q0, q1) + self._disk_cell(0.0, p1, q0, q1)
+        if q0 < 0 < q1:
+            return self._disk_cell(p0, p1, q0, 0.0) + self._disk_cell(p0, p1, 0.0, q1)
+        # One quadrant: mirror into the first.
+        a, b = sorted((abs(p0), abs(p1)))
+        c, d = sorted((abs(q0), abs(q1)))
+        if a * a + c * c >= 1 or a == b or c == d:
+            return 0.0
+        cuts = {math.atan2(c, b), math.atan2(d, a), math.atan2(c, a), math.atan2(d, b)}
+        for s in (a, b):
+            if 0 < s < 1:
+                cuts.add(math.acos(s))
+        for s in (c, d):
+            if 0 < s < 1:
+                cuts.add(math.asin(s))
+        lo, hi = math.atan2(c, b), math.atan2(d, a)
+        points = sorted(x for x in cuts if lo <= x <= hi)
+        total = 0.0
+        for start, stop in pairwise(points):
+            if stop - start < 1e-15:
+                continue
+            # φ = start + (stop - start) sin²: takes the square root away at either end.
+            psi = (_GAUSS_X + 1) * (math.pi / 4)
+            phi = start + (stop - start) * np.sin(psi) ** 2
+            dphi = (stop - start) * np.sin(2 * psi) * _GAUSS_W * (math.pi / 4)
+            cos, sin = np.cos(phi), np.sin(phi)
+            with np.errstate(divide="ignore"):
+                inner = np.maximum(a / cos, c / sin)
+                outer = np.minimum(b / cos, d / sin)
+            inner = np.minimum(inner, 1)
+            outer = np.maximum(np.minimum(outer, 1), inner)
+            total += float(np.sum((self._cap(outer) - self._cap(inner)) * dphi))
+        return total
+
+    def sample_interior(self, image: Array, directions: Any, filter: str) -> tuple[Array, Array]:
+        """Filtered values in float64 of a one-face image, and where all four taps are plain."""
+        uv = self.encode(directions)
+        h, w = image.shape[:2]
+        corner_u = self.grid == "corners"
+        corner_v = self.grid in ("corners", "corners-v")
+        x = uv[..., 0] * (w - 1) if corner_u else uv[..., 0] * w - 0.5
+        y = uv[..., 1] * (h - 1) if corner_v else uv[..., 1] * h - 0.5
+        bad = np.isnan(x)
+        x, y = np.where(bad, 0, x), np.where(bad, 0, y)
+        centre_ok = self.valid(self.texel_uv((h, w)))
+        i0, j0 = np.floor(x).astype(int), np.floor(y).astype(int)
+        plain = ~bad & (i0 >= 0) & (j0 >= 0) & (i0 + 1 < w) & (j0 + 1 < h)
+        i0, j0 = np.clip(i0, 0, w - 2), np.clip(j0, 0, h - 2)
+        for dj in (0, 1):
+            for di in (0, 1):
+                plain = plain & centre_ok[j0 + dj, i0 + di]
+        fx, fy = x - i0, y - j0
+        image = image.astype(np.float64)
+        if filter == "nearest":
+            i, j = i0 + (fx >= 0.5), j0 + (fy >= 0.5)
+            on_edge = (np.abs(fx - 0.5) < 1e-5) | (np.abs(fy - 0.5) < 1e-5)
+            return image[j, i], plain & ~on_edge
+        shape = fx.shape + (1,) * (image.ndim - 2)
+        fx, fy = fx.reshape(shape), fy.reshape(shape)
+        top = image[j0, i0] * (1 - fx) + image[j0, i0 + 1] * fx
+        bottom = image[j0 + 1, i0] * (1 - fx) + image[j0 + 1, i0 + 1] * fx
+        return top * (1 - fy) + bottom * fy, plain
+
+
+_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(48)
+
+
+def _inside_cell(s: Array, k: int, n: int) -> Array:
+    """(k + s)/n, kept where floor(n x) = k: a border belongs to the cell to its right or below."""
+    x = (k + s) / n
+    low, high = x.dtype.type(k) / n, x.dtype.type(k + 1) / n
+    while low * n < k:
+        low = np.nextafter(low, np.inf)
+    if k + 1 < n:
+        while np.floor(high * n) > k:
+            high = np.nextafter(high, -np.inf)
+    return np.clip(x, low, high)
+
+
+def _refine(edges: Array) -> tuple[Array, Array]:
+    """Split [-1, 1] evenly, keeping every edge; give the parts and the first part of each cell."""
+    step = float(np.min(np.diff(edges)))
+    parts = round(2 / step)
+    parts *= 2 * max(1, round(8 / parts))
+    fine = np.linspace(-1, 1, parts + 1)
+    first = np.rint((edges[:-1] + 1) / 2 * parts).astype(int)
+    assert np.allclose(fine[first], edges[:-1], rtol=0, atol=1e-12)
+    return fine, first
+
+
+def of(projection: Any) -> Reference:
+    """Build the reference of any object with name, axes, grid, layout and parameters."""
+    if projection.name not in FORMULAS:
+        raise LookupError(
+            f"projection {projection.name!r} is registered but tests/reference.py has no formula "
+            "for it: write one from its source"
+        )
+    return Reference(
+        projection.name,
+        projection.axes,
+        projection.grid,
+        projection.layout,
+        dict(projection.parameters),
+    )
+
+
+def make(name: str, **options: Any) -> Reference:
+    """Build the reference of a projection by name, with default axes and layout."""
+    options.setdefault("axes", DEFAULT_AXES[name])
+    if name in FACES:
+        options.setdefault("layout", "faces")
+    return Reference(name, **options)
+
+
+def smooth_function(d: Array) -> Array:
+    """Three low-order polynomials of direction, different everywhere, gradient below 2.9."""
+    x, y, z = d[..., 0], d[..., 1], d[..., 2]
+    return np.stack(
+        [
+            1 + x / 2 + y * z + z / 4,
+            1 + y / 2 - x * y + (3 * z * z - 1) / 4,
+            1 - z / 2 + x * z + x * y * z,
+        ],
+        -1,
+    )

@@ -1,0 +1,311 @@
+"""Arrays as numpy has them: dtypes, shapes, strides, out, overlap, empty, large."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import reference
+import spheremap as sm
+from conftest import DEFAULTS, LAYOUTS, each, random_directions, valid_uv
+
+VERBS = ("encode", "decode", "jacobian", "density")
+
+
+def inputs(case, verb: str, n: int, seed: int, dtype=np.float64) -> np.ndarray:
+    r = case.reference()
+    if verb == "encode":
+        d = random_directions(2 * n + 100, seed)
+        return d[r.covers(d)][:n].astype(dtype)
+    return valid_uv(r, n, seed, margin=1e-3).astype(dtype)
+
+
+def tail(p: sm.Projection, verb: str) -> tuple[int, ...]:
+    return {
+        "encode": (3 if p.faces > 1 else 2,),
+        "decode": (3,),
+        "jacobian": (3, 2),
+        "density": (),
+    }[verb]
+
+
+@each(DEFAULTS)
+@pytest.mark.parametrize("verb", VERBS)
+def test_leading_axes_are_free(case, verb):
+    p = case.make()
+    x = inputs(case, verb, 24, 120)
+    f = getattr(p, verb)
+    want = f(x)
+    t = tail(p, verb)
+    assert want.shape == (24, *t)
+    for shape in ((24,), (4, 6), (2, 3, 4), (1, 24, 1), (2, 1, 3, 4)):
+        assert np.array_equal(f(x.reshape(*shape, -1)), want.reshape(*shape, *t)), shape
+    one = f(x[3])
+    assert np.shape(one) == t and np.array_equal(one, want[3])
+    assert np.array_equal(f(x[3].tolist()), want[3])
+    assert np.array_equal(f(tuple(x[3].tolist())), want[3])
+    for shape in ((0,), (0, 5), (3, 0)):
+        empty = f(np.empty((*shape, x.shape[-1])))
+        assert empty.shape == (*shape, *t) and empty.dtype == np.float64
+
+
+@each(DEFAULTS)
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("n", [1, 2, 3, 7, 63, 64, 65, 127, 128, 129, 1000])
+def test_block_sizes(case, verb, n):
+    # Results are the same however the input is cut: no remainder loop of its own.
+    p = case.make()
+    for dtype in (np.float32, np.float64):
+        x = inputs(case, verb, n, 121, dtype)
+        f = getattr(p, verb)
+        whole = f(x)
+        single = np.array([f(row) for row in x[:: max(1, n // 20)]])
+        assert np.array_equal(whole[:: max(1, n // 20)], single)
+
+
+@each(DEFAULTS)
+@pytest.mark.parametrize("verb", VERBS)
+def test_dtypes(case, verb):
+    p = case.make()
+    f = getattr(p, verb)
+    x = inputs(case, verb, 50, 122)
+    assert f(x).dtype == np.float64
+    x32 = x.astype(np.float32)
+    assert f(x32).dtype == np.float32
+    x16 = x.astype(np.float16)
+    half = f(x16)
+    assert half.dtype == np.float32
+    assert np.array_equal(half, f(x16.astype(np.float32)), equal_nan=True)
+    big = x32.astype(">f4")
+    assert np.array_equal(f(big), f(x32), equal_nan=True)
+    wide = f(x.astype(np.longdouble))
+    assert wide.dtype == np.float64 and np.array_equal(wide, f(x), equal_nan=True)
+
+
+@pytest.mark.parametrize("kind", ["?", "b", "B", "h", "H", "i", "I", "q", "Q"])
+def test_integers_become_float64(kind):
+    d = np.array([[1, 0, 1], [0, 1, 1], [1, 1, 1]]).astype(kind)
+    for name in sm.projections():
+        got = sm.encode(d, name)
+        assert got.dtype == np.float64
+        assert np.array_equal(got, sm.encode(d.astype(np.float64), name))
+
+
+def test_lists_and_integers_of_python():
+    assert sm.encode([0, 0, 1], "octahedral").dtype == np.float64
+    assert sm.encode([[0, 1, 1], [1, 0, 0]], "octahedral").shape == (2, 2)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        np.ones((2, 3), complex),
+        np.array([["a", "b", "c"]]),
+        np.array([[Fraction(1), Fraction(1), Fraction(1)]], object),
+        np.array([["2020-01-01"] * 3], "datetime64[D]"),
+        "abc",
+        None,
+    ],
+    ids=["complex", "str", "object", "datetime", "text", "None"],
+)
+def test_other_dtypes_raise_type_error(wrong):
+    with pytest.raises(TypeError, match=r"directions|dtype"):
+        sm.encode(wrong, "octahedral")
+
+
+@each(DEFAULTS)
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_strides(case, verb, dtype):
+    p = case.make()
+    f = getattr(p, verb)
+    x = inputs(case, verb, 60, 123, dtype)
+    k = x.shape[-1]
+    want = f(x)
+    wide = np.zeros((60, 2 * k + 1), dtype)
+    wide[:, 1 : 2 * k + 1 : 2] = x
+    tall = np.zeros((180, k), dtype)
+    tall[::3] = x
+    views = {
+        "every other column": wide[:, 1 : 2 * k + 1 : 2],
+        "every third row": tall[::3],
+        "fortran": np.asfortranarray(x),
+        "reversed rows": np.ascontiguousarray(x[::-1])[::-1],
+        "reversed columns": np.ascontiguousarray(x[:, ::-1])[:, ::-1],
+    }
+    for what, view in views.items():
+        assert np.array_equal(f(view), want), what
+    cube = x.reshape(3, 4, 5, k)
+    moved = np.ascontiguousarray(cube.transpose(2, 0, 3, 1)).transpose(1, 3, 0, 2)
+    assert np.array_equal(f(moved), want.reshape(3, 4, 5, *want.shape[1:]))
+    same = np.broadcast_to(x[0], (7, k))
+    assert np.array_equal(f(same), np.broadcast_to(want[0], (7, *want.shape[1:])))
+    locked = x.copy()
+    locked.flags.writeable = False
+    assert np.array_equal(f(locked), want)
+    assert np.array_equal(locked, x)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_unaligned(verb, dtype):
+    p = sm.projection("octahedral")
+    k = 3 if verb == "encode" else 2
+    x = (np.random.default_rng(132).random((60, k)) * 0.4 + 0.1).astype(dtype)
+    want = getattr(p, verb)(x)
+    raw = np.zeros(60 * k * x.itemsize + 1, np.uint8)
+    raw[1:] = x.view(np.uint8).ravel()
+    assert np.array_equal(getattr(p, verb)(raw[1:].view(dtype).reshape(60, k)), want)
+    record = np.zeros(60, [("pad", "u1"), ("d", dtype, k)])
+    record["d"] = x
+    assert np.array_equal(getattr(p, verb)(record["d"]), want)
+
+
+def test_subclasses_are_taken_as_arrays():
+    m = np.matrix if hasattr(np, "matrix") else None
+    d = random_directions(5, 124)
+    masked = np.ma.masked_array(d, mask=False)
+    assert np.array_equal(sm.encode(masked, "cube"), sm.encode(d, "cube"))
+    assert m is not None
+
+    class Holder:
+        def __array__(self, dtype=None, copy=None):
+            return d if dtype is None else d.astype(dtype)
+
+    assert np.array_equal(sm.encode(Holder(), "cube"), sm.encode(d, "cube"))
+
+
+@each(DEFAULTS)
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_out(case, verb, dtype):
+    p = case.make()
+    f = getattr(p, verb)
+    x = inputs(case, verb, 30, 125, dtype)
+    want = f(x)
+    out = np.full(want.shape, 7, dtype)
+    assert f(x, out=out) is out
+    assert np.array_equal(out, want)
+    free = getattr(sm, verb)
+    out[...] = 7
+    assert free(x, p, out=out) is out and np.array_equal(out, want)
+    other = np.float64 if dtype == np.float32 else np.float32
+    with pytest.raises(TypeError, match="out"):
+        f(x, out=np.empty(want.shape, other))
+    with pytest.raises(TypeError, match="out"):
+        f(x, out=[0.0])
+    with pytest.raises(ValueError, match="out"):
+        f(x, out=np.empty((31, *want.shape[1:]), dtype))
+    with pytest.raises(ValueError, match="out"):
+        f(x, out=np.empty((*want.shape, 1), dtype))
+    with pytest.raises(ValueError, match="out"):
+        f(x, out=np.empty((60, *want.shape[1:]), dtype)[::2])
+    locked = np.empty(want.shape, dtype)
+    locked.flags.writeable = False
+    with pytest.raises(ValueError, match="out"):
+        f(x, out=locked)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_out_must_not_overlap_the_input(verb):
+    p = sm.projection("octahedral")
+    memory = np.random.default_rng(126).random(4000) * 0.5 + 0.2
+    k = 3 if verb == "encode" else 2
+    x = memory[: 100 * k].reshape(100, k)
+    shape = getattr(p, verb)(x).shape
+    n = int(np.prod(shape))
+    before = memory.copy()
+    for start in (0, 1, 50, 100 * k - 1):
+        out = memory[start : start + n].reshape(shape)
+        with pytest.raises(ValueError, match="overlap"):
+            getattr(p, verb)(x, out=out)
+        assert np.array_equal(memory, before)
+    out = memory[100 * k : 100 * k + n].reshape(shape)
+    assert getattr(p, verb)(x, out=out) is out  # neighbours are no overlap
+
+
+def test_out_that_interleaves_with_a_strided_input_is_refused():
+    memory = np.random.default_rng(127).random((100, 8))
+    x = memory[:, :3]
+    out = memory.reshape(-1)[3 : 3 + 200].reshape(100, 2)
+    with pytest.raises(ValueError, match="overlap"):
+        sm.encode(x, "octahedral", out=out)
+
+
+@each(DEFAULTS)
+def test_wrong_shapes(case):
+    p = case.make()
+    with pytest.raises(ValueError, match=r"Expected `directions` to have shape \(\.\.\., 3\), got"):
+        p.encode(np.ones((4, 2)))
+    with pytest.raises(ValueError, match="directions"):
+        p.encode(1.0)
+    k = 3 if p.faces > 1 else 2
+    for verb in ("decode", "jacobian", "density", "valid"):
+        with pytest.raises(ValueError, match=rf"Expected `uv` to have shape \(\.\.\., {k}\), got"):
+            getattr(p, verb)(np.ones((4, 5 - k)))
+
+
+@each(LAYOUTS)
+def test_inputs_are_not_changed(case):
+    p = case.make()
+    d = random_directions(500, 128)
+    kept = d.copy()
+    uv = p.encode(d)
+    p.sample(np.ones((*p.shape(4), 3)), d)
+    assert np.array_equal(d, kept)
+    kept = uv.copy()
+    p.decode(uv), p.jacobian(uv), p.density(uv), p.valid(uv)
+    assert np.array_equal(uv, kept, equal_nan=True)
+
+
+@each(DEFAULTS)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_huge_arrays_are_the_same_as_small_ones(case, dtype):
+    # Past the size where work is split over threads, and not a multiple of any block.
+    p = case.make()
+    n = (1 << 18) + 4099
+    d = random_directions(n, 129).astype(dtype)
+    uv = p.encode(d)
+    parts = np.concatenate([p.encode(d[i : i + 10_001]) for i in range(0, n, 10_001)])
+    assert np.array_equal(uv, parts, equal_nan=True)
+    back = p.decode(uv)
+    parts = np.concatenate([p.decode(uv[i : i + 10_001]) for i in range(0, n, 10_001)])
+    assert np.array_equal(back, parts, equal_nan=True)
+    turned = p.encode(d[::-1])
+    assert np.array_equal(turned[::-1], uv, equal_nan=True)
+
+
+@each(DEFAULTS)
+def test_rotation_of_encode_and_decode(case):
+    p = case.make()
+    turn = sm.rotation(25, 60, -40)
+    d = random_directions(2000, 130)
+    a, b = p.encode(d, rotation=turn), p.encode(d @ turn)
+    assert np.array_equal(np.isnan(a), np.isnan(b))
+    assert np.nanmax(np.abs(a - b)) < 1e-12
+    uv = valid_uv(case.reference(), 1000, 131, margin=1e-3)
+    assert np.abs(p.decode(uv, rotation=turn) - p.decode(uv) @ turn.T).max() < 1e-15 * 4
+    got = p.jacobian(uv, rotation=turn)
+    want = np.einsum("ij,njk->nik", turn, p.jacobian(uv))
+    assert np.abs(got - want).max() < 1e-13 * np.abs(want).max()
+    assert np.array_equal(p.covers(d, rotation=turn), ~np.isnan(a).any(-1))
+    c = p.directions(5, rotation=turn)
+    assert np.nanmax(np.abs(c - p.directions(5) @ turn.T)) < 1e-15 * 4
+    d32 = d.astype(np.float32)
+    assert p.encode(d32, rotation=turn).dtype == np.float32
+    e32 = reference.angle(p.decode(p.encode(d32, rotation=turn), rotation=turn), d32)
+    ok = p.covers(d32, rotation=turn) & ~np.isnan(np.asarray(e32, float))
+    # The bounds of the round trip plus the rounding of two turns.
+    assert e32[ok].max() < {"sphere": 1.3e-3, "matcap": 5e-4}.get(case.name, 1.5e-6)
+
+
+@each(LAYOUTS)
+def test_directions_dtype_and_solid_angle_dtype(case):
+    p = case.make()
+    assert p.directions(3).dtype == np.float64
+    assert p.directions(3, dtype=np.float32).dtype == np.float32
+    assert p.directions(3, dtype="float32").dtype == np.float32
+    assert p.solid_angle(3).dtype == np.float64
+    with pytest.raises((TypeError, ValueError), match="dtype"):
+        p.directions(3, dtype=np.int32)

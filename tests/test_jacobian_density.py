@@ -1,0 +1,129 @@
+"""Jacobians (from dual numbers) and densities (from closed forms) against each other."""
+
+from __future__ import annotations
+
+import hard_directions
+import numpy as np
+import pytest
+from conftest import CASES, DEFAULTS, each, valid_uv
+
+# The fourth-order difference of the reference in longdouble: 1e-4⁴ times a fifth derivative.
+STEP = 1e-4
+
+
+def off_creases(r, uv: np.ndarray, margin: float) -> np.ndarray:
+    """Keep away from the lines where the octahedral family has no derivative, and from rims."""
+    p, q, _ = r.local(uv)
+    ok = np.ones(len(uv), bool)
+    if r.name == "octahedral":
+        ok &= np.abs(np.abs(p) + np.abs(q) - 1) > margin
+        ok &= (np.abs(p) > margin) & (np.abs(q) > margin)
+    if r.name == "hemioctahedral":
+        ok &= np.abs(np.abs(p) - np.abs(q)) > margin
+    if r.is_disk:
+        ok &= p * p + q * q < 0.98
+    if r.name == "angular":
+        ok &= p * p + q * q > 1e-4
+    return ok
+
+
+@each(CASES)
+def test_jacobian_against_differences(case):
+    p, r = case.make(), case.reference()
+    uv = valid_uv(r, 3000, 50, margin=3e-3)
+    uv = uv[off_creases(r, uv, 5e-3)]
+    assert len(uv) > 500
+    got = p.jacobian(uv)
+    assert got.shape == (len(uv), 3, 2) and got.dtype == np.float64
+    want = r.jacobian(uv, STEP).astype(float)
+    scale = np.max(np.abs(want), axis=(-1, -2))
+    # Sphere and matcap: derivatives of the root grow like (1 - r²)^(-k+1/2); 0.98 leaves 1e-6.
+    limit = 2e-6 if case.name in ("sphere", "matcap") else 1e-9
+    assert np.max(np.abs(got - want).max(axis=(-1, -2)) / scale) < limit
+
+
+@each(CASES)
+def test_jacobian_is_tangent_and_its_area_is_the_density(case):
+    p, r = case.make(), case.reference()
+    uv = valid_uv(r, 5000, 51, margin=1e-3)
+    j, d = p.jacobian(uv), p.decode(uv)
+    ok = ~np.isnan(j).any(axis=(-1, -2))
+    # A derivative that does not exist (an exact crease) may be NaN; random points miss creases.
+    assert ok.all()
+    scale = np.linalg.norm(j, axis=-2)
+    assert np.abs(np.einsum("ni,nik->nk", d, j) / scale).max() < 1e-12
+    area = np.linalg.norm(np.cross(j[..., 0], j[..., 1]), axis=-1)
+    assert np.abs(area / p.density(uv) - 1).max() < 1e-11
+
+
+@each(CASES)
+def test_orientation_of_the_jacobian_is_the_chirality(case):
+    # d · (∂u × ∂v): v runs down and u right, so an unmirrored image seen from inside is positive
+    # in a right-handed world (right × down = forward).
+    p, r = case.make(), case.reference()
+    uv = valid_uv(r, 500, 52, margin=1e-3)
+    j, d = p.jacobian(uv), p.decode(uv)
+    sign = np.sign(np.sum(d * np.cross(j[..., 0], j[..., 1]), axis=-1))
+    expected = -1 if p.mirrored else 1
+    if case.name == "dual_paraboloid":
+        # The back face is not flipped: it is the mirrored one.
+        back = r.local(uv)[2] == 1
+        assert np.all(sign[~back] == expected) and np.all(sign[back] == -expected)
+    else:
+        assert np.all(sign == expected)
+
+
+@each(CASES)
+def test_density_against_the_reference(case):
+    p, r = case.make(), case.reference()
+    uv = valid_uv(r, 5000, 53)
+    got, want = p.density(uv), r.density(uv.astype(np.longdouble)).astype(float)
+    assert got.dtype == np.float64 and got.shape == (len(uv),)
+    if case.name == "matcap":
+        # 4/√(1 - r²): an eps of r² matters as 1/(1 - r²).
+        a, b, _ = r.local(uv)
+        assert np.all(np.abs(got / want - 1) < 4e-16 * (4 + 1 / (1 - a * a - b * b)))
+    elif case.name in ("latlong", "angular"):
+        # A sine that goes to zero: absolute to the size of the largest value.
+        assert np.abs(got - want).max() < 1e-14 * want.max()
+    else:
+        assert np.abs(got / want - 1).max() < 1e-14
+
+
+@each(DEFAULTS)
+def test_float32_jacobian_and_density(case):
+    p, r = case.make(), case.reference()
+    uv = valid_uv(r, 3000, 54, margin=3e-3)
+    uv = uv[off_creases(r, uv, 5e-3)].astype(np.float32)
+    j32, j64 = p.jacobian(uv), p.jacobian(uv.astype(np.float64))
+    assert j32.dtype == np.float32
+    scale = np.abs(j64).max(axis=(-1, -2), keepdims=True)
+    # 0.98 of the disk leaves 1 - r² = 0.02, which float32 knows to 1e-5 relative.
+    assert np.max(np.abs(j32 - j64) / scale) < 4e-5
+    d32, d64 = p.density(uv), p.density(uv.astype(np.float64))
+    assert d32.dtype == np.float32
+    assert np.max(np.abs(d32 / d64 - 1)) < 2e-5
+
+
+@each(DEFAULTS)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_jacobian_near_singular_points_is_finite_or_nan_but_never_raises(case, dtype):
+    p = case.make()
+    d = hard_directions.hard(dtype)[::7]
+    uv = p.encode(d)
+    uv = uv[~np.isnan(uv).any(-1)]
+    j = p.jacobian(uv)
+    density = p.density(uv)
+    assert not np.isnan(density).any() and density.min() >= 0
+    lo, hi = p.density_range
+    eps = np.finfo(dtype).eps
+    assert density.min() >= lo * (1 - 32 * eps) - 32 * eps
+    assert density.max() <= hi * (1 + 32 * eps)
+    # One-sided at creases: whatever is finite there is tangent to the sphere.
+    ok = np.isfinite(j).all(axis=(-1, -2))
+    assert ok.mean() > 0.3
+    scale = np.linalg.norm(j[ok], axis=-2)
+    dots = np.einsum("ni,nik->nk", p.decode(uv[ok]), j[ok])
+    big = scale > 1e-6
+    limit = 1e-2 if dtype == np.float32 else 1e-6
+    assert np.abs(dots[big] / scale[big]).max() < limit

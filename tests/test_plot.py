@@ -1,0 +1,170 @@
+"""Plots: what is drawn lies where the projection says."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+import spheremap as sm
+
+matplotlib = pytest.importorskip("matplotlib", reason="plots need matplotlib: spheremap[plot]")
+matplotlib.use("Agg")
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+from spheremap import plot  # noqa: E402
+
+NAMES = sm.projections()
+
+
+@pytest.fixture
+def ax():
+    figure = Figure()
+    FigureCanvasAgg(figure)
+    return figure.subplots()
+
+
+def texts(ax) -> dict[str, tuple[float, float]]:
+    return {text.get_text(): text.get_position() for text in ax.texts}
+
+
+def shown(ax) -> np.ndarray:
+    (image,) = ax.get_images()
+    return np.asarray(image.get_array())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_projection_can_be_drawn(name: str, ax) -> None:
+    p = sm.projection(name)
+    image = np.ones((*p.shape(16), 3), np.float32)
+    for draw in (
+        lambda: plot.show(image, name, ax=ax),
+        lambda: plot.tissot(name, ax=ax, size=64),
+        lambda: plot.density_map(name, ax=ax, size=32),
+    ):
+        ax.clear()
+        assert draw() is ax
+        ax.figure.canvas.draw()
+
+
+def test_labels_stand_where_the_directions_land(ax) -> None:
+    plot.show(np.zeros((100, 200, 3), np.float32), "latlong", ax=ax)
+    found = texts(ax)
+    assert set(found) == {"+x", "-x", "+y", "-y", "+z", "-z"}
+    assert found["-z"] == (100, 50)
+    assert found["+x"] == (150, 50)
+    assert found["-x"] == (50, 50)
+    assert found["+y"][1] < 10 and found["-y"][1] > 90
+
+
+def test_directions_that_are_not_covered_get_no_label(ax) -> None:
+    plot.show(np.zeros((64, 64, 3), np.float32), "matcap", ax=ax)
+    assert "-z" not in texts(ax) and "+z" in texts(ax)
+
+
+def test_labels_of_faces_stand_in_their_face(ax) -> None:
+    plot.show(np.zeros((6, 10, 10, 3), np.float32), "cube", ax=ax)
+    for face, label in enumerate(("+x", "-x", "+y", "-y", "+z", "-z")):
+        assert texts(ax)[label] == pytest.approx((10 * face + 5, 5))
+    assert ax.get_xlim() == (0, 60) and ax.get_ylim() == (10, 0)
+
+
+def test_the_mask_covers_what_holds_no_sphere_and_nothing_else(ax) -> None:
+    image = np.full((32, 32, 3), 7, np.uint8)
+    plot.show(image, "sphere", ax=ax)
+    held = np.isfinite(sm.directions("sphere", 32)[..., 0])
+    picture = shown(ax)
+    assert np.all(picture[held] == 7)
+    assert np.all(picture[~held] == 217)
+    ax.clear()
+    plot.show(image, "sphere", ax=ax, mask=False, labels=False)
+    assert np.all(shown(ax) == 7)
+    assert not ax.texts
+    assert np.all(image == 7)
+
+
+def test_floats_are_tone_mapped_and_integers_shown_as_they_are(ax) -> None:
+    light = np.full((8, 16, 3), 0.18, np.float32)
+    plot.show(light, "latlong", ax=ax)
+    assert np.all(shown(ax) == 109)
+    ax.clear()
+    plot.show(light / 4, "latlong", ax=ax, exposure=2)
+    assert np.all(shown(ax) == 109)
+    ax.clear()
+    plot.show(np.full((8, 16), 257 * 30, np.uint16), "latlong", ax=ax)
+    assert np.all(shown(ax) == 30)
+
+
+def test_faces_stand_in_a_row_in_their_order(ax) -> None:
+    image = np.arange(6, dtype=np.uint8)[:, None, None, None] * np.ones((1, 4, 4, 3), np.uint8)
+    plot.show(image, "cube", ax=ax)
+    assert np.array_equal(shown(ax)[0, ::4, 0], np.arange(6))
+
+
+def test_an_image_of_the_wrong_rank_says_so(ax) -> None:
+    with pytest.raises(ValueError, match="dimensions for 'cube'"):
+        plot.show(np.zeros((8, 8), np.float32), "cube", ax=ax)
+
+
+def ellipse_areas(ax) -> np.ndarray:
+    (collection,) = ax.collections
+    outlines = np.stack([path.vertices[:64] for path in collection.get_paths()])
+    x, y = outlines[..., 0], outlines[..., 1]
+    return np.abs(np.sum(x * np.roll(y, -1, -1) - y * np.roll(x, -1, -1), axis=-1)) / 2
+
+
+def test_indicatrices_of_an_equal_area_map_have_one_area(ax) -> None:
+    plot.tissot("sphere", ax=ax, size=256, radius=4)
+    areas = ellipse_areas(ax)
+    assert len(areas) > 20
+    # Density 16: a disk of the sphere becomes the sixteenth part of its area, in units of 256².
+    expected = np.pi * np.radians(4) ** 2 / 16 * 256**2
+    assert areas == pytest.approx(expected, rel=3e-3)
+    assert np.ptp(areas) < 1e-6 * expected
+
+
+def test_indicatrices_of_a_conformal_map_are_round(ax) -> None:
+    plot.tissot("dual_paraboloid", ax=ax, size=128)
+    (collection,) = ax.collections
+    outlines = np.stack([path.vertices[:64] for path in collection.get_paths()])
+    radius = np.linalg.norm(outlines - outlines.mean(axis=1, keepdims=True), axis=-1)
+    assert np.ptp(radius, axis=-1) == pytest.approx(np.zeros(len(radius)), abs=1e-6)
+
+
+@pytest.mark.parametrize("wrong", [{"radius": 0.0}, {"step": -1.0}])
+def test_indicatrices_need_positive_sizes(ax, wrong: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="must be positive"):
+        plot.tissot("latlong", ax=ax, **wrong)
+
+
+@pytest.mark.parametrize("name", ["latlong", "octahedral", "cube"])
+def test_the_density_map_holds_the_density(name: str, ax) -> None:
+    p = sm.projection(name)
+    plot.density_map(name, ax=ax, size=16)
+    drawn = shown(ax)
+    texels = np.concatenate(list(drawn), axis=0) if drawn.ndim == 3 else drawn
+    cell = 1 / np.prod(p.shape(16)[-2:])
+    # The midpoint rule over all texels: the whole sphere.
+    assert texels.sum() * cell == pytest.approx(p.covered_solid_angle, rel=1e-2)
+
+
+def test_the_density_map_masks_what_holds_no_sphere(ax) -> None:
+    plot.density_map("angular", ax=ax, size=32)
+    (image, *_) = ax.get_images()
+    held = np.isfinite(sm.directions("angular", 32)[..., 0])
+    assert np.array_equal(~np.ma.getmaskarray(image.get_array()), held)
+
+
+def test_new_axes_are_made_where_none_are_given() -> None:
+    import matplotlib.pyplot as plt
+
+    ax = plot.show(np.zeros((8, 16, 3), np.float32), "latlong")
+    assert len(ax.get_images()) == 1
+    plt.close(ax.figure)
+
+
+def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    with pytest.raises(ImportError, match=r"pip install spheremap\[plot\]"):
+        plot.show(np.zeros((8, 16, 3), np.float32), "latlong")

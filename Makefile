@@ -1,0 +1,118 @@
+# Everything that is built lives outside the tree, so that a checkout stays a checkout.
+# A fresh machine needs a Rust toolchain, Python >= 3.11, a C linker and make; the rest is fetched into VENV.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+
+XDG_CACHE_HOME ?= $(HOME)/.cache
+CACHE ?= $(XDG_CACHE_HOME)/spheremap
+VENV ?= $(CACHE)/venv
+CARGO_TARGET_DIR ?= $(CACHE)/target
+export CARGO_TARGET_DIR
+
+# The first Python on the path that is new enough.
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && echo $$p && break; done)
+
+BIN := $(VENV)/bin
+DIST ?= dist
+DEMO ?= demo-output
+# A folder that holds grace_probe.hdr, a public light probe. The demo runs without it.
+SPHEREMAP_DATA ?= $(abspath $(wildcard ../shared/data))
+PYTEST_ARGS ?=
+BENCH_ARGS ?=
+export SPHEREMAP_DATA
+
+# Stamps: installed packages are keyed by what pyproject.toml says, the built module by this checkout's place.
+KEY := $(shell cksum pyproject.toml | cut -d ' ' -f 1)
+HERE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
+RUN_DEPS := $(VENV)/.run-$(KEY)
+DEV_DEPS := $(VENV)/.dev-$(KEY)
+BUILT := $(VENV)/.built-$(HERE)
+SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell find src -type f 2>/dev/null)
+
+.PHONY: help demo test lint lint-rust lint-python lint-generated bench docs wheel clean distclean develop FORCE
+
+help:
+	@echo "make demo    build, install, and run the main job on generated data (and on a light probe if there is one)"
+	@echo "make test    every test: Rust, Python, doctests, documentation, the wheel"
+	@echo "make lint    formatting, lints, types, stubs, generated files"
+	@echo "make bench   speed against memcpy, a C loop and other libraries; rewrites BENCHMARKS.md"
+	@echo "make docs    regenerate the tables and pictures of the documentation"
+	@echo "make wheel   build the abi3 wheel into $(DIST)/"
+	@echo "make clean   remove what was built in the tree (distclean: the caches too)"
+
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "Python 3.11 or later was not found; pass PYTHON=/path/to/python" >&2; exit 1; }
+	$(PYTHON) -m venv "$(VENV)"
+
+# pip 25.1 is the first to know dependency groups.
+define install-group
+"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1'
+"$(BIN)/python" -m pip install --quiet --disable-pip-version-check 'numpy>=2' $(1)
+touch "$@"
+endef
+
+$(RUN_DEPS): | $(BIN)/python
+	$(call install-group,--group build --group extras)
+
+$(DEV_DEPS): | $(BIN)/python
+	$(call install-group,--group dev)
+
+# `maturin develop` leaves the module beside the Python files; without it, the stamp means nothing.
+ifeq ($(wildcard python/spheremap/_core*.so),)
+$(BUILT): FORCE
+endif
+$(BUILT): $(SOURCES) | $(RUN_DEPS)
+	VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" "$(BIN)/maturin" develop --release
+	rm -f "$(VENV)"/.built-*
+	touch "$@"
+
+develop: $(BUILT)
+
+demo: $(BUILT)
+	"$(BIN)/spheremap" demo "$(DEMO)/sky"
+	@if [ -n "$(SPHEREMAP_DATA)" ] && [ -f "$(SPHEREMAP_DATA)/grace_probe.hdr" ]; then set -x; \
+		"$(BIN)/spheremap" demo "$(DEMO)/probe" \
+			--input "$(SPHEREMAP_DATA)/grace_probe.hdr" --from angular; fi
+	@echo "The pictures are in $(CURDIR)/$(DEMO)"
+
+test: $(BUILT) $(DEV_DEPS)
+	cargo test
+	"$(BIN)/python" -m pytest $(PYTEST_ARGS)
+
+lint: lint-rust lint-python lint-generated
+
+lint-rust: $(RUN_DEPS)
+	cargo fmt --check
+	cargo clippy --all-targets -- -D warnings
+	PYO3_PYTHON="$(BIN)/python" cargo clippy --all-targets --features python -- -D warnings
+
+lint-python: $(BUILT) $(DEV_DEPS)
+	"$(BIN)/ruff" check .
+	"$(BIN)/ruff" format --check .
+	"$(BIN)/mypy"
+	"$(BIN)/python" -m mypy.stubtest --mypy-config-file pyproject.toml spheremap._core
+
+lint-generated: $(BUILT) $(DEV_DEPS)
+	"$(BIN)/python" tools/generate_names.py --check
+	"$(BIN)/python" tools/generate_docs.py --check
+
+bench: $(BUILT) $(DEV_DEPS)
+	"$(BIN)/python" benches/compare.py $(BENCH_ARGS)
+
+docs: $(BUILT) $(DEV_DEPS)
+	"$(BIN)/python" tools/make_doc_images.py
+	"$(BIN)/python" tools/generate_names.py
+	"$(BIN)/python" tools/generate_docs.py
+
+wheel: $(RUN_DEPS)
+	"$(BIN)/maturin" build --release --interpreter "$(BIN)/python" --out "$(DIST)"
+
+clean:
+	rm -rf dist build "$(DEMO)" .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -f python/spheremap/_core*.so
+	find python tests tools benches -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean
+	rm -rf "$(VENV)" "$(CARGO_TARGET_DIR)"

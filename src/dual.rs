@@ -195,6 +195,16 @@ impl<R: Real> Real for Dual<R> {
     }
 
     #[inline(always)]
+    fn vanishes(self) -> bool {
+        self.re.vanishes()
+    }
+
+    #[inline(always)]
+    fn squarable(self) -> Self {
+        self
+    }
+
+    #[inline(always)]
     fn floor(self) -> Self {
         Self::constant(self.re.floor())
     }

@@ -10,7 +10,7 @@ use crate::frame::{Axes, Turn};
 use crate::kernel::{self, Frame, Lanes, Point, Scalar};
 use crate::projection::{Coverage, Info, Projection, Uv, jacobian};
 use crate::projections::{Kind, REGISTRY, Visitor};
-use crate::real::{Real, max};
+use crate::real::{Real, Tame, max};
 use crate::threads;
 use glam::DMat3;
 
@@ -519,6 +519,9 @@ fn uv<R: Real, const I: usize>(x: [R; I]) -> Uv<R> {
 struct Encode<P>(P);
 
 impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
+    const DIRECTION_IN: bool = true;
+    const TAMES: bool = true;
+
     #[inline(always)]
     fn apply(self, d: [R; 3]) -> [R; O] {
         let (d, ok) = prepared(d);
@@ -528,12 +531,27 @@ impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
         let all = only_if(ok, [uv.u, uv.v, uv.face]);
         std::array::from_fn(|k| all[k])
     }
+
+    #[inline(always)]
+    fn apply_tame(self, d: [R; 3]) -> [R; O] {
+        let uv = self.0.encode(d.map(Tame));
+        let (Tame(u), Tame(v), Tame(face)) = (uv.u, uv.v, uv.face);
+        let face = if O > 2 {
+            only_if(!u.is_nan(), [face])[0]
+        } else {
+            face
+        };
+        let all = [u, v, face];
+        std::array::from_fn(|k| all[k])
+    }
 }
 
 #[derive(Clone, Copy)]
 struct Decode<P>(P);
 
 impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
+    const DIRECTION_OUT: bool = true;
+
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 3] {
         only_if(self.0.contains(uv(x)), self.0.decode(uv(x)))
@@ -544,6 +562,8 @@ impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
 struct Jacobian<P>(P);
 
 impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
+    const DIRECTION_OUT: bool = true;
+
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 6] {
         let [a, b] = jacobian(self.0, uv(x));

@@ -29,8 +29,9 @@ use crate::real::{max, min};
 
 /// Polynomial cores, one implementation a float type.
 pub trait Polynomials: Sized {
-    /// See [`crate::real::Real::half_turns`].
-    fn half_turns(y: Self, x: Self) -> Self;
+    /// See [`crate::real::Real::half_turns`]. TAME leaves out the guards that a point needs whose
+    /// coordinates are zero or far from 1; elsewhere it gives the same bits.
+    fn half_turns<const TAME: bool>(y: Self, x: Self) -> Self;
     /// See [`crate::real::Real::sin_cos_half_turns`].
     fn sin_cos_half_turns(r: Self) -> (Self, Self);
 }
@@ -47,7 +48,7 @@ macro_rules! polynomials {
      pi: $pi_hi:expr, $pi_lo:expr; sin: $($sin:expr),+; cos: $($cos:expr),+) => {
         impl Polynomials for $t {
             #[inline(always)]
-            fn half_turns(y: Self, x: Self) -> Self {
+            fn half_turns<const TAME: bool>(y: Self, x: Self) -> Self {
                 const TAN_PI_8: $t = 0.414_213_562_373_095_05;
                 const SIGN: $bits = 1 << (<$bits>::BITS - 1);
                 let ax = x.abs();
@@ -58,8 +59,9 @@ macro_rules! polynomials {
                 let fold = lo > TAN_PI_8 * hi;
                 let numerator = lo - if fold { hi } else { 0.0 };
                 let denominator = hi + if fold { lo } else { 0.0 };
-                let t = numerator / max(denominator, <$t>::MIN_POSITIVE);
-                let squared = max(t.abs(), $flush);
+                let denominator = if TAME { denominator } else { max(denominator, <$t>::MIN_POSITIVE) };
+                let t = numerator / denominator;
+                let squared = if TAME { t } else { max(t.abs(), $flush) };
                 let s = squared * squared;
                 let angle = t * $atan_hi + t * ($atan_lo + s * (horner!(s; $($atan),+)));
                 let angle = angle + if fold { 0.25 } else { 0.0 };

@@ -48,6 +48,12 @@ pub trait Real:
     /// derivatives.
     fn binade_scale(self) -> Self;
 
+    /// Whether a number that is not negative is zero.
+    fn vanishes(self) -> bool;
+
+    /// `self`, or zero where its square would be subnormal.
+    fn squarable(self) -> Self;
+
     /// The largest integer not above `self`, for |self| below a quarter of 1/ε. A constant to
     /// derivatives.
     fn floor(self) -> Self;
@@ -104,7 +110,7 @@ pub fn clamp_unit<R: Real>(x: R) -> R {
 }
 
 macro_rules! real {
-    ($t:ty, $bits:ty, $exponent_mask:expr, $top:expr) => {
+    ($t:ty, $bits:ty, $exponent_mask:expr, $top:expr, $squarable:expr) => {
         impl Real for $t {
             const EPSILON: f64 = <$t>::EPSILON as f64;
 
@@ -146,6 +152,16 @@ macro_rules! real {
             }
 
             #[inline(always)]
+            fn vanishes(self) -> bool {
+                self <= 0.0
+            }
+
+            #[inline(always)]
+            fn squarable(self) -> Self {
+                if self.abs() > $squarable { self } else { 0.0 }
+            }
+
+            #[inline(always)]
             fn floor(self) -> Self {
                 // The library's floor is a call below SSE4.1; adding 1.5·2^(digits-1) rounds too.
                 const ROUND: $t = 1.5 / <$t>::EPSILON;
@@ -159,7 +175,7 @@ macro_rules! real {
 
             #[inline(always)]
             fn half_turns(y: Self, x: Self) -> Self {
-                <$t as crate::math::Polynomials>::half_turns(y, x)
+                <$t as crate::math::Polynomials>::half_turns::<false>(y, x)
             }
 
             #[inline(always)]
@@ -180,8 +196,160 @@ macro_rules! real {
     };
 }
 
-real!(f32, u32, 0x7f80_0000, 0x7f00_0000);
-real!(f64, u64, 0x7ff0_0000_0000_0000, 0x7fe0_0000_0000_0000);
+real!(f32, u32, 0x7f80_0000, 0x7f00_0000, 1e-18);
+real!(
+    f64,
+    u64,
+    0x7ff0_0000_0000_0000,
+    0x7fe0_0000_0000_0000,
+    1e-150
+);
+
+/// A number in a formula all of whose inputs are tame (see [`crate::kernel::Scalar::wildness`]): guards
+/// against zeros, and scaling that only matters far from 1, are left out. The results have the
+/// same bits.
+#[derive(Clone, Copy, PartialEq)]
+pub struct Tame<R>(pub R);
+
+// Each comparison by itself: through `partial_cmp` it would not vectorise.
+impl<R: PartialOrd> PartialOrd for Tame<R> {
+    #[inline(always)]
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        self.0.partial_cmp(&other.0)
+    }
+
+    #[inline(always)]
+    fn lt(&self, other: &Self) -> bool {
+        self.0 < other.0
+    }
+
+    #[inline(always)]
+    fn le(&self, other: &Self) -> bool {
+        self.0 <= other.0
+    }
+
+    #[inline(always)]
+    fn gt(&self, other: &Self) -> bool {
+        self.0 > other.0
+    }
+
+    #[inline(always)]
+    fn ge(&self, other: &Self) -> bool {
+        self.0 >= other.0
+    }
+}
+
+impl<R: Add<Output = R>> Add for Tame<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Tame(self.0 + other.0)
+    }
+}
+
+impl<R: Sub<Output = R>> Sub for Tame<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Tame(self.0 - other.0)
+    }
+}
+
+impl<R: Mul<Output = R>> Mul for Tame<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Tame(self.0 * other.0)
+    }
+}
+
+impl<R: Div<Output = R>> Div for Tame<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Tame(self.0 / other.0)
+    }
+}
+
+impl<R: Neg<Output = R>> Neg for Tame<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Tame(-self.0)
+    }
+}
+
+impl<R: Real + crate::math::Polynomials> Real for Tame<R> {
+    const EPSILON: f64 = R::EPSILON;
+
+    #[inline(always)]
+    fn new(x: f64) -> Self {
+        Tame(R::new(x))
+    }
+
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self.0.to_f64()
+    }
+
+    #[inline(always)]
+    fn is_nan(self) -> bool {
+        self.0.is_nan()
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Tame(self.0.abs())
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Tame(self.0.sqrt())
+    }
+
+    #[inline(always)]
+    fn binade_scale(self) -> Self {
+        Tame(R::new(1.0))
+    }
+
+    #[inline(always)]
+    fn vanishes(self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn squarable(self) -> Self {
+        self
+    }
+
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Tame(self.0.floor())
+    }
+
+    #[inline(always)]
+    fn half_turns(y: Self, x: Self) -> Self {
+        Tame(<R as crate::math::Polynomials>::half_turns::<true>(
+            y.0, x.0,
+        ))
+    }
+
+    #[inline(always)]
+    fn sin_cos_half_turns(r: Self) -> (Self, Self) {
+        let (sin, cos) = <R as Real>::sin_cos_half_turns(r.0);
+        (Tame(sin), Tame(cos))
+    }
+
+    #[inline(always)]
+    fn sinc_half_turns(s: Self, r: Self) -> Self {
+        Tame(R::sinc_half_turns(s.0, r.0))
+    }
+
+    #[inline(always)]
+    fn cos_half_turns(s: Self, r: Self) -> Self {
+        Tame(R::cos_half_turns(s.0, r.0))
+    }
+}
 
 #[cfg(test)]
 mod tests {

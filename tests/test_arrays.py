@@ -233,6 +233,111 @@ def test_out_that_interleaves_with_a_strided_input_is_refused():
         sm.encode(x, "octahedral", out=out)
 
 
+@pytest.mark.parametrize("n", [100, 100_000])
+def test_out_that_overlaps_what_is_converted_is_refused(n):
+    memory = np.random.default_rng(133).random(20 * n)
+    image = np.random.default_rng(134).random((8, 16, 6))
+    d = random_directions(n, 135)
+    rows = memory.reshape(-1, 8)[:n]
+    kept = memory.copy(), image.copy()
+    flat = lambda start, *shape: memory[start:][: int(np.prod(shape))].reshape(shape)  # noqa: E731
+    message = "`out` overlaps an input or an array that another call is using"
+    p = sm.projection("octahedral")
+    for call in (
+        lambda: p.encode(rows[:, :3], out=flat(3, n, 2)),
+        lambda: p.decode(rows[:, :2], out=flat(n, n, 3)),
+        lambda: p.jacobian(rows[::-1, :2], out=flat(5, n, 3, 2)),
+        lambda: p.density(rows[:, 2:4], out=flat(5, n)),
+        lambda: p.encode(memory.view(np.int64)[: 3 * n].reshape(n, 3), out=flat(0, n, 2)),
+        lambda: p.encode(memory.view(np.float32)[: 3 * n].reshape(n, 3)[::-1], out=flat(0, n, 2)),
+        lambda: sm.reflect(rows[:, :3], d, out=flat(1, n, 3)),
+        lambda: sm.reflect(d, rows[:, 3:6], out=flat(1, n, 3)),
+        lambda: sm.reflect(d.astype(np.float32), flat(0, n, 3), out=flat(2 * n, n, 3)),
+        lambda: p.sample(np.ones((4, 4)), rows[:, :3], out=flat(1, n)),
+        lambda: sm.sample(
+            image[..., ::2], d[:20], "latlong", out=image.ravel()[:60].reshape(20, 3)
+        ),
+        lambda: sm.convert(
+            image[::-1], "latlong", "sphere", size=2, out=image[0, :4].reshape(2, 2, 6)
+        ),
+    ):
+        with pytest.raises(ValueError, match=message):
+            call()
+    assert np.array_equal(memory, kept[0]) and np.array_equal(image, kept[1])
+    # Apart: a strided input in the one half, the output in the other.
+    got = p.encode(rows[:, :3], out=flat(8 * n, n, 2))
+    assert np.array_equal(got, p.encode(rows[:, :3].copy()))
+
+
+# Larger than a block of conversion: cut along the first axes, and within an index of them.
+LARGE = [(100_003,), (3, 33_000), (40_000, 2), (2, 3, 1, 11_000), (2, 2, 40_000), (1, 70_000, 1)]
+
+
+@pytest.mark.parametrize("shape", LARGE, ids=str)
+def test_large_arrays_that_are_converted_block_by_block(shape):
+    p = sm.projection("cube")
+    rng = np.random.default_rng(136)
+    memory = rng.normal(size=(*shape, 8))
+    image = rng.random((6, 5, 5, 2))
+    flipped = tuple(slice(None, None, -1) for _ in shape)
+    for x in (
+        memory[..., 2:5],
+        memory[..., 5:2:-1],
+        memory[..., :3][flipped],
+        np.asfortranarray(memory[..., :3]),
+        memory[..., :3].astype(np.float16),
+        memory[..., :3].astype(">f8"),
+        (memory[..., :3] * 100).astype(np.int16),
+        memory[..., :3].astype(np.longdouble),
+        memory[..., :3].astype(np.float32)[..., ::-1],
+        np.broadcast_to(memory[0, ..., :3], (*shape, 3)),
+    ):
+        plain = x.astype(np.float32 if x.dtype.itemsize <= 4 and x.dtype.kind == "f" else float)
+        plain = np.ascontiguousarray(plain)
+        uv = p.encode(plain)
+        assert uv.dtype == plain.dtype
+        got = p.encode(x)
+        assert got.dtype == uv.dtype and np.array_equal(got, uv, equal_nan=True)
+        out = np.empty_like(uv)
+        assert p.encode(x, out=out) is out and np.array_equal(out, uv, equal_nan=True)
+        assert np.array_equal(p.covers(x), p.covers(plain))
+        got = p.sample(image, x, fill=7)
+        assert np.array_equal(got, p.sample(image, plain, fill=7))
+        one = np.array([1.0, 2.0, 3.0])
+        want = sm.reflect(plain.astype(float), one)
+        assert np.array_equal(sm.reflect(x, one), want, equal_nan=True)
+        want = sm.reflect(np.broadcast_to(one, x.shape).copy(), plain.astype(float))
+        assert np.array_equal(sm.reflect(one, x), want, equal_nan=True)
+        want = sm.reflect(plain, plain)
+        assert np.array_equal(sm.reflect(x, x), want, equal_nan=True)
+        turned = np.asfortranarray(uv)
+        for verb in ("decode", "jacobian", "density", "valid"):
+            want = getattr(p, verb)(uv)
+            assert np.array_equal(getattr(p, verb)(turned), want, equal_nan=True), verb
+
+
+def test_large_arrays_of_wrong_shape_or_dtype():
+    for wrong in (np.ones((50_000, 8))[:, :4], np.ones((50_000, 8))[:, :2], np.ones(400_000)[::2]):
+        with pytest.raises(ValueError, match=r"Expected `directions` to have shape \(\.\.\., 3\)"):
+            sm.encode(wrong, "octahedral")
+    with pytest.raises(
+        TypeError, match="Expected `directions` to be real numbers, got dtype compl"
+    ):
+        sm.encode(np.ones((50_000, 3), complex), "octahedral")
+    with pytest.raises(ValueError, match="out"):
+        sm.encode(np.ones((50_000, 6))[:, ::2], "octahedral", out=np.empty((50_001, 2)))
+    with pytest.raises(TypeError, match="out"):
+        sm.encode(np.ones((50_000, 6))[:, ::2], "octahedral", out=np.empty((50_000, 2), "f4"))
+
+
+def test_parameters_are_numbers():
+    with pytest.raises(TypeError, match=r"^`fov` must be a number, got str\.$"):
+        sm.projection("angular", fov="wide")
+    with pytest.raises(TypeError, match=r"^`fov` must be a number, got NoneType\.$"):
+        sm.projection("angular", fov=None)
+    assert sm.projection("angular", fov=np.float32(180)) == sm.projection("angular", fov=180)
+
+
 @each(DEFAULTS)
 def test_wrong_shapes(case):
     p = case.make()

@@ -496,6 +496,12 @@ def sample(
     ValueError, TypeError
         As for `encode`, and for an image of an unfit shape or dtype.
 
+    Notes
+    -----
+    An image that is not C-contiguous (``rgba[..., :3]``, ``image[::-1]``, Fortran order) or not of
+    native byte order is copied for the call. It is the one array that costs memory beside itself
+    and the result.
+
     Examples
     --------
     >>> import numpy as np, spheremap as sm
@@ -547,6 +553,10 @@ def convert(
     ------
     ValueError, TypeError
         As for `sample`.
+
+    Notes
+    -----
+    An image that is not C-contiguous, or not of native byte order, is copied for the call.
 
     Examples
     --------

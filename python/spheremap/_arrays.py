@@ -1,38 +1,77 @@
 """What the core calls for input that it cannot read as it stands.
 
 The core reads C-contiguous native arrays itself. Everything else (lists, float16, other byte
-orders, views with strides ...) comes here, once a call.
+orders, views with strides ...) comes here: small arrays are converted whole, large ones block by
+block, so that no call needs room for a copy of its input. Images are converted whole.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import math
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
+
+    Reals: TypeAlias = NDArray[np.floating[Any]]
 
 IMAGE_DTYPES = ("uint8", "uint16", "float16", "float32", "float64")
 
+# The most points that are converted at a time.
+BLOCK = 1 << 14
 
-def as_real(obj: object, name: str) -> NDArray[np.floating[Any]]:
+
+def as_real(obj: object, name: str) -> Reals:
     """Return `obj` as a C-contiguous, aligned, native float32 or float64 array."""
     array = _as_array(obj, name)
-    dtype = array.dtype
-    if dtype.kind == "f":
-        target = np.float32 if dtype.itemsize <= 4 else np.float64
-    elif dtype.kind in "iub":
-        target = np.float64
-    else:
-        raise TypeError(f"Expected `{name}` to be real numbers, got dtype {dtype}.")
-    # A long double beyond float64 becomes infinity, which the core answers with NaN; a warning
-    # would be the only difference between it and any other infinite input.
-    with np.errstate(over="ignore"):
-        return np.require(array, dtype=target, requirements=["C", "A"])
+    return _converted(array, _is_single(array, name))
 
 
-def as_image(obj: object) -> NDArray[Any]:
+def as_points(obj: object, name: str, out: object) -> tuple[NDArray[Any], bool]:
+    """Return `obj` as an array, and whether it is computed in float32.
+
+    An array of at most `BLOCK` points is converted as by `as_real`. A larger one is returned as it
+    is; the core takes it from `blocks`.
+    """
+    array = _as_array(obj, name)
+    single = _is_single(array, name)
+    _check_apart(array, out)
+    return (array if _is_large(array) else _converted(array, single)), single
+
+
+def blocks(array: NDArray[Any], single: bool) -> Iterator[Reals]:
+    """Yield the points of an array, converted, at most `BLOCK` at a time."""
+    for view in _views(array):
+        yield _converted(view, single)
+
+
+def as_pair(view: object, normal: object, out: object) -> tuple[NDArray[Any], NDArray[Any], bool]:
+    """Return both as arrays of one shape, by numpy's broadcasting, for `paired_blocks`.
+
+    The third is whether they are computed in float32.
+    """
+    a, b = _as_array(view, "view"), _as_array(normal, "normal")
+    # Both are looked at: a dtype that is no real number is an error whatever the other's is.
+    singles = _is_single(a, "view"), _is_single(b, "normal")
+    for array, name in ((a, "view"), (b, "normal")):
+        if array.shape[-1:] != (3,):
+            raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
+        _check_apart(array, out)
+    shape = np.broadcast_shapes(a.shape, b.shape)
+    return np.broadcast_to(a, shape), np.broadcast_to(b, shape), all(singles)
+
+
+def paired_blocks(a: NDArray[Any], b: NDArray[Any], single: bool) -> Iterator[tuple[Reals, Reals]]:
+    """Yield the points of two arrays of one shape, converted, at most `BLOCK` at a time."""
+    for x, y in zip(_views(a), _views(b), strict=True):
+        yield _converted(x, single), _converted(y, single)
+
+
+def as_image(obj: object, out: object) -> NDArray[Any]:
     """Return `obj` as a C-contiguous, aligned, native image of a supported dtype."""
     array = _as_array(obj, "image")
     if array.dtype.name not in IMAGE_DTYPES:
@@ -40,6 +79,7 @@ def as_image(obj: object) -> NDArray[Any]:
         raise TypeError(
             f"Expected `image` to have dtype {', '.join(most)} or {last}, got {array.dtype}."
         )
+    _check_apart(array, out)
     native = array.dtype.newbyteorder("=")
     return np.require(array, dtype=native, requirements=["C", "A"])
 
@@ -63,21 +103,43 @@ def _as_array(obj: object, name: str) -> NDArray[Any]:
         raise ValueError(f"Expected `{name}` to be an array of numbers: {error}") from None
 
 
-def as_pair(
-    view: object, normal: object
-) -> tuple[NDArray[np.floating[Any]], NDArray[np.floating[Any]]]:
-    """Return both as arrays of one real dtype and one shape, by numpy's broadcasting."""
-    a, b = as_real(view, "view"), as_real(normal, "normal")
-    for array, name in ((a, "view"), (b, "normal")):
-        if array.shape[-1:] != (3,):
-            raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
-    dtype = np.result_type(a, b)
-    shape = np.broadcast_shapes(a.shape, b.shape)
-    if a.shape not in (shape, (3,)):
-        a = np.broadcast_to(a, shape)
-    if b.shape not in (shape, (3,)):
-        b = np.broadcast_to(b, shape)
-    return (
-        np.require(a, dtype=dtype, requirements=["C", "A"]),
-        np.require(b, dtype=dtype, requirements=["C", "A"]),
-    )
+def _is_single(array: NDArray[Any], name: str) -> bool:
+    """Tell whether an array is computed in float32 (or else in float64)."""
+    dtype = array.dtype
+    if dtype.kind not in "fiub":
+        raise TypeError(f"Expected `{name}` to be real numbers, got dtype {dtype}.")
+    return dtype.kind == "f" and dtype.itemsize <= 4
+
+
+def _converted(array: NDArray[Any], single: bool) -> Reals:
+    # A long double beyond float64 becomes infinity, which the core answers with NaN; a warning
+    # would be the only difference between it and any other infinite input.
+    with np.errstate(over="ignore"):
+        dtype = np.float32 if single else np.float64
+        return np.require(array, dtype=dtype, requirements=["C", "A"])
+
+
+def _check_apart(array: NDArray[Any], out: object) -> None:
+    """Raise if `out` lies within the bounds of an input: blocks of it would be read too late."""
+    if isinstance(out, np.ndarray) and np.may_share_memory(array, out):
+        raise ValueError("`out` overlaps an input or an array that another call is using.")
+
+
+def _is_large(array: NDArray[Any]) -> bool:
+    # What is no array of points counts its numbers: the core will refuse it, without a copy.
+    points = array.shape[:-1] if array.shape[-1:] in ((2,), (3,)) else array.shape
+    return math.prod(points) > BLOCK
+
+
+def _views(array: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    """Yield views of whole points, in C order, of at most `BLOCK` points each."""
+    each = math.prod(array.shape[1:-1])
+    if array.ndim < 2 or len(array) * each <= BLOCK:
+        yield array
+    elif each > BLOCK:
+        for part in array:
+            yield from _views(part)
+    else:
+        step = BLOCK // each
+        for first in range(0, len(array), step):
+            yield array[first : first + step]

@@ -73,7 +73,7 @@ impl Projection for Angular {
         let inside = radius <= R::new(1.0 + 2.0 * R::EPSILON);
         let radius = if inside { radius } else { R::new(f64::NAN) };
         // On the axis the azimuth is that of (1, 0).
-        let on_axis = if hs <= zero { one } else { zero };
+        let on_axis = if hs.vanishes() { one } else { zero };
         let factor = radius / (hs + on_axis);
         Uv::centred(
             clamp_unit((xs + on_axis) * factor),

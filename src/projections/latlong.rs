@@ -54,9 +54,8 @@ impl Projection for Latlong {
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let half = R::new(0.5);
         let (ax, az) = (x.abs(), z.abs());
-        // Squares that would be subnormal: the angle from the pole is below any rounding unit then.
-        let tiny = R::new(1e-18);
-        let (xf, zf) = (if ax > tiny { ax } else { R::new(0.0) }, if az > tiny { az } else { R::new(0.0) });
+        // What is dropped is an angle from the pole below any rounding unit.
+        let (xf, zf) = (ax.squarable(), az.squarable());
         let h = (xf * xf + zf * zf).sqrt();
         let longitude = R::half_turns(ax, z) * half;
         let u = if x > R::new(0.0) { half + longitude } else { half - longitude };

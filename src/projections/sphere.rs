@@ -60,7 +60,7 @@ impl Projection for Sphere {
         let (zero, one) = (R::new(0.0), R::new(1.0));
         let (xs, ys, _) = scaled(x, y);
         let hs = xs * xs + ys * ys;
-        let blind = hs <= zero;
+        let blind = hs.vanishes();
         let length = (x * x + y * y + z * z).sqrt();
         let near = length + z.abs();
         let front = z >= zero;

@@ -17,18 +17,30 @@ use pyo3::types::PyTuple;
 pub trait Float: Scalar + Element {
     /// numpy's name for it.
     const NAME: &'static str;
+    /// Whether it is float32.
+    const SINGLE: bool;
 }
 impl Float for f32 {
     const NAME: &'static str = "float32";
+    const SINGLE: bool = true;
 }
 impl Float for f64 {
     const NAME: &'static str = "float64";
+    const SINGLE: bool = false;
 }
 
-/// A C-contiguous array of one of the two float types.
+/// Points to read.
+pub enum Points<'py, T: Element> {
+    /// A C-contiguous array: the core reads it as it stands.
+    Plain(PyReadonlyArrayDyn<'py, T>),
+    /// A large array of another kind: numpy converts it block by block.
+    Other(Bound<'py, PyUntypedArray>),
+}
+
+/// An array of reals, which is computed in one of the two float types.
 pub enum Reals<'py> {
-    F32(PyReadonlyArrayDyn<'py, f32>),
-    F64(PyReadonlyArrayDyn<'py, f64>),
+    F32(Points<'py, f32>),
+    F64(Points<'py, f64>),
 }
 
 /// Runs the body with the array inside, whichever float type it has.
@@ -73,19 +85,102 @@ fn is_aligned<T: Element>(array: &Bound<'_, PyArrayDyn<T>>) -> bool {
 
 fn reals_as_they_are<'py>(object: &Bound<'py, PyAny>) -> PyResult<Option<Reals<'py>>> {
     if let Some(array) = contiguous::<f32>(object)? {
-        return Ok(Some(Reals::F32(array)));
+        return Ok(Some(Reals::F32(Points::Plain(array))));
     }
-    Ok(contiguous::<f64>(object)?.map(Reals::F64))
+    Ok(contiguous::<f64>(object)?.map(|array| Reals::F64(Points::Plain(array))))
 }
 
-/// `object` as an array of reals, converted where it has to be.
-pub fn reals<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Reals<'py>> {
+/// `object` as an array of reals. One that has to be converted must not overlap `out`.
+pub fn reals<'py>(
+    object: &Bound<'py, PyAny>,
+    name: &str,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Reals<'py>> {
     if let Some(array) = reals_as_they_are(object)? {
         return Ok(array);
     }
-    let converted = helper(object.py(), "as_real")?.call1((object, name))?;
-    reals_as_they_are(&converted)?
-        .ok_or_else(|| PyTypeError::new_err(format!("Expected `{name}` to be real numbers.")))
+    let arguments = (object, name, out);
+    let found = helper(object.py(), "as_points")?.call1(arguments)?;
+    let (array, single) = found.extract::<(Bound<'py, PyAny>, bool)>()?;
+    if let Some(array) = reals_as_they_are(&array)? {
+        return Ok(array);
+    }
+    let array = array.cast_into::<PyUntypedArray>()?;
+    Ok(if single {
+        Reals::F32(Points::Other(array))
+    } else {
+        Reals::F64(Points::Other(array))
+    })
+}
+
+impl<'py, T: Float> Points<'py, T> {
+    /// The array's shape.
+    pub fn shape(&self) -> &[usize] {
+        match self {
+            Points::Plain(array) => array.shape(),
+            Points::Other(array) => array.shape(),
+        }
+    }
+
+    /// Takes `work` over the points, each of which makes the same number of items of `output`.
+    pub fn each<B: Send>(
+        &self,
+        py: Python<'py>,
+        output: &mut [B],
+        work: impl Fn(&[T], &mut [B]) + Sync,
+    ) -> PyResult<()> {
+        match self {
+            Points::Plain(array) => {
+                let input = array.as_slice()?;
+                disjoint(input, output)?;
+                run(py, input.len(), || work(input, output));
+            }
+            Points::Other(array) => {
+                let width = array.shape().last().copied().unwrap_or(1).max(1);
+                let items = output.len() / (array.len() / width).max(1);
+                let mut output = Parts(output);
+                let arguments = (array, T::SINGLE);
+                for block in helper(py, "blocks")?.call1(arguments)?.try_iter()? {
+                    let block = converted::<T>(&block?)?;
+                    let input = block.as_slice()?;
+                    let output = output.next(input.len() / width * items)?;
+                    run(py, input.len(), || work(input, output));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A block that numpy converted.
+pub fn converted<'py, T: Element>(
+    block: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    contiguous(block)?.ok_or_else(|| PyTypeError::new_err("a block was not converted"))
+}
+
+/// What is left to write of an output.
+pub struct Parts<'a, T>(pub &'a mut [T]);
+
+impl<'a, T> Parts<'a, T> {
+    /// The next `n` items.
+    pub fn next(&mut self, n: usize) -> PyResult<&'a mut [T]> {
+        let (part, rest) = std::mem::take(&mut self.0)
+            .split_at_mut_checked(n)
+            .ok_or_else(|| PyValueError::new_err("an input changed its shape during the call"))?;
+        self.0 = rest;
+        Ok(part)
+    }
+}
+
+/// Lets other Python threads run meanwhile, where there is enough work: giving the interpreter up and
+/// taking it back costs more than a few dozen points.
+pub fn run(py: Python<'_>, numbers: usize, work: impl FnOnce() + Send) {
+    if numbers < 512 {
+        work();
+    } else {
+        py.detach(work);
+    }
 }
 
 /// A new array, made by numpy so that large ones get its huge pages. The quick way for small ones cannot
@@ -193,9 +288,9 @@ pub fn leading<'a>(shape: &'a [usize], width: usize, name: &str) -> PyResult<&'a
     clippy::too_many_arguments,
     reason = "what a call needs, each independent"
 )]
-pub fn points<'py, A: Element, B: Element>(
+pub fn points<'py, A: Float, B: Element>(
     py: Python<'py>,
-    input: &PyReadonlyArrayDyn<'py, A>,
+    input: &Points<'py, A>,
     name: &str,
     width: usize,
     out: Option<&Bound<'py, PyAny>>,
@@ -213,14 +308,7 @@ pub fn points<'py, A: Element, B: Element>(
     let array = output::<B>(py, out, dtype, shape)?;
     {
         let mut target = writable(&array)?;
-        let (input, output) = (input.as_slice()?, target.as_slice_mut()?);
-        disjoint(input, output)?;
-        // Giving the interpreter up and taking it back costs more than a few dozen points.
-        if input.len() < 512 {
-            work(input, output);
-        } else {
-            py.detach(|| work(input, output));
-        }
+        input.each(py, target.as_slice_mut()?, work)?;
     }
     finish(array, out.is_some())
 }

@@ -1,6 +1,9 @@
 //! The module's functions.
 
-use super::arrays::{self, Float, Reals, disjoint, finish, leading, output, reals, writable};
+use super::arrays::{
+    self, Float, Parts, Points, Reals, converted, disjoint, finish, leading, output, reals, run,
+    writable,
+};
 use super::images::{self, Lookup};
 use super::projection::{PyProjection, size};
 use crate::convention;
@@ -10,8 +13,8 @@ use crate::map::{Map, Options};
 use crate::projection::Projection;
 use crate::projections::{Kind, REGISTRY, Visitor};
 use crate::threads;
-use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
+use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -29,7 +32,9 @@ pub fn projection(
     let mut values = Vec::new();
     if let Some(parameters) = parameters {
         for (name, value) in parameters {
-            values.push((name.extract::<String>()?, value.extract::<f64>()?));
+            let name = name.extract::<String>()?;
+            let value = number(&name, &value)?;
+            values.push((name, value));
         }
     }
     let options = Options {
@@ -40,6 +45,19 @@ pub fn projection(
         parameters: &values,
     };
     Ok(PyProjection(Map::new(name, options)?))
+}
+
+/// The value of a parameter.
+fn number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    value.extract::<f64>().map_err(|error| {
+        let py = value.py();
+        match value.get_type().name() {
+            Ok(got) if error.is_instance_of::<PyTypeError>(py) => {
+                PyTypeError::new_err(format!("`{name}` must be a number, got {got}."))
+            }
+            _ => error,
+        }
+    })
 }
 
 /// What a pickle calls.
@@ -99,27 +117,27 @@ pub fn reflect<'py>(
     normal: &Bound<'py, PyAny>,
     out: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let pair = (reals(view, "view")?, reals(normal, "normal")?);
+    let pair = (reals(view, "view", out)?, reals(normal, "normal", out)?);
     match &pair {
-        (Reals::F32(v), Reals::F32(n)) if broadcasts(v.shape(), n.shape()) => {
+        (Reals::F32(Points::Plain(v)), Reals::F32(Points::Plain(n)))
+            if broadcasts(v.shape(), n.shape()) =>
+        {
             return reflect_arrays(py, v, n, out);
         }
-        (Reals::F64(v), Reals::F64(n)) if broadcasts(v.shape(), n.shape()) => {
+        (Reals::F64(Points::Plain(v)), Reals::F64(Points::Plain(n)))
+            if broadcasts(v.shape(), n.shape()) =>
+        {
             return reflect_arrays(py, v, n, out);
         }
         _ => {}
     }
     drop(pair);
-    let pair = arrays::helper(py, "as_pair")?.call1((view, normal))?;
-    match (
-        reals(&pair.get_item(0)?, "view")?,
-        reals(&pair.get_item(1)?, "normal")?,
-    ) {
-        (Reals::F32(v), Reals::F32(n)) => reflect_arrays(py, &v, &n, out),
-        (Reals::F64(v), Reals::F64(n)) => reflect_arrays(py, &v, &n, out),
-        _ => Err(PyValueError::new_err(
-            "`view` and `normal` have no common type",
-        )),
+    let pair = arrays::helper(py, "as_pair")?.call1((view, normal, out))?;
+    let (view, normal, single) = pair.extract()?;
+    if single {
+        reflect_blocks::<f32>(py, &view, &normal, out)
+    } else {
+        reflect_blocks::<f64>(py, &view, &normal, out)
     }
 }
 
@@ -149,6 +167,30 @@ fn reflect_arrays<'py, T: Float>(
         disjoint(view, out)?;
         disjoint(normal, out)?;
         py.detach(|| crate::reflect::reflect(view, normal, out));
+    }
+    finish(array, out.is_some())
+}
+
+/// Reflects what numpy has to convert first: two arrays of one shape.
+fn reflect_blocks<'py, T: Float>(
+    py: Python<'py>,
+    view: &Bound<'py, PyUntypedArray>,
+    normal: &Bound<'py, PyUntypedArray>,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let array = output::<T>(py, out, T::NAME, view.shape())?;
+    {
+        let mut target = writable(&array)?;
+        let mut output = Parts(target.as_slice_mut()?);
+        let arguments = (view, normal, T::SINGLE);
+        let blocks = arrays::helper(py, "paired_blocks")?.call1(arguments)?;
+        for pair in blocks.try_iter()? {
+            let (view, normal) = pair?.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>()?;
+            let (view, normal) = (converted::<T>(&view)?, converted::<T>(&normal)?);
+            let (view, normal) = (view.as_slice()?, normal.as_slice()?);
+            let out = output.next(view.len())?;
+            run(py, out.len(), || crate::reflect::reflect(view, normal, out));
+        }
     }
     finish(array, out.is_some())
 }

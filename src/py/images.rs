@@ -70,11 +70,12 @@ fn as_it_is<'py>(object: &Bound<'py, PyAny>) -> PyResult<Option<Image<'py>>> {
     })
 }
 
-fn image<'py>(object: &Bound<'py, PyAny>) -> PyResult<Image<'py>> {
+/// `object` as an image. One that has to be converted must not overlap `out`.
+fn image<'py>(object: &Bound<'py, PyAny>, out: Option<&Bound<'py, PyAny>>) -> PyResult<Image<'py>> {
     if let Some(image) = as_it_is(object)? {
         return Ok(image);
     }
-    let converted = helper(object.py(), "as_image")?.call1((object,))?;
+    let converted = helper(object.py(), "as_image")?.call1((object, out))?;
     as_it_is(&converted)?
         .ok_or_else(|| PyTypeError::new_err("Expected an image of a supported dtype."))
 }
@@ -145,8 +146,8 @@ pub fn sample<'py>(
     directions: &Bound<'py, PyAny>,
     options: &Lookup<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let directions = reals(directions, "directions")?;
-    with_image!(image(object)?, image => sample_texels(py, map, &image, &directions, options))
+    let directions = reals(directions, "directions", options.out)?;
+    with_image!(image(object, options.out)?, image => sample_texels(py, map, &image, &directions, options))
 }
 
 fn sample_texels<'py, T: PyTexel>(
@@ -166,11 +167,12 @@ fn sample_texels<'py, T: PyTexel>(
         let array = output::<T>(py, options.out, T::NAME, &shape)?;
         {
             let mut target = writable(&array)?;
-            let (input, out) = (directions.as_slice()?, target.as_slice_mut()?);
-            disjoint(input, out)?;
+            let out = target.as_slice_mut()?;
             disjoint(image.as_slice()?, out)?;
             let rotation = options.rotation;
-            py.detach(|| source.sample(rotation, filter, &fill, input, out));
+            directions.each(py, out, |directions, out| {
+                source.sample(rotation, filter, &fill, directions, out);
+            })?;
         }
         finish(array, options.out.is_some())
     })
@@ -185,7 +187,7 @@ pub fn convert<'py>(
     shape: &[usize],
     options: &Lookup<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    with_image!(image(object)?, image => convert_texels(py, &image, src, dst, shape, options))
+    with_image!(image(object, options.out)?, image => convert_texels(py, &image, src, dst, shape, options))
 }
 
 fn convert_texels<'py, T: PyTexel>(

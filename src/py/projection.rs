@@ -1,12 +1,11 @@
 //! The class `Projection`: a map, with its verbs as methods.
 
-use super::arrays::{self, Float, finish, output, points, reals, with_reals, writable};
+use super::arrays::{self, Float, Points, finish, output, points, reals, with_reals, writable};
 use super::images::{self, Lookup};
 use crate::convert;
 use crate::explain::explain;
 use crate::image::{LONGEST_SIDE, Raster, shape_of_size};
 use crate::map::{Map, Options};
-use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -92,7 +91,7 @@ impl PyProjection {
         let rotation = arrays::rotation(rotation)?;
         fn typed<'py, T: Float>(
             map: &Map,
-            input: &PyReadonlyArrayDyn<'py, T>,
+            input: &Points<'py, T>,
             rotation: Option<glam::DMat3>,
             out: Option<&Bound<'py, PyAny>>,
             py: Python<'py>,
@@ -110,7 +109,7 @@ impl PyProjection {
                 },
             )
         }
-        with_reals!(&reals(directions, "directions")?, d => typed(&self.0, d, rotation, out, py))
+        with_reals!(&reals(directions, "directions", out)?, d => typed(&self.0, d, rotation, out, py))
     }
 
     /// Unit directions at image coordinates; NaN outside the valid image.
@@ -125,7 +124,7 @@ impl PyProjection {
         let rotation = arrays::rotation(rotation)?;
         fn typed<'py, T: Float>(
             map: &Map,
-            input: &PyReadonlyArrayDyn<'py, T>,
+            input: &Points<'py, T>,
             rotation: Option<glam::DMat3>,
             out: Option<&Bound<'py, PyAny>>,
             py: Python<'py>,
@@ -143,7 +142,7 @@ impl PyProjection {
                 },
             )
         }
-        with_reals!(&reals(uv, "uv")?, uv => typed(&self.0, uv, rotation, out, py))
+        with_reals!(&reals(uv, "uv", out)?, uv => typed(&self.0, uv, rotation, out, py))
     }
 
     /// Derivatives of the direction by u and v: (..., 3, 2).
@@ -158,7 +157,7 @@ impl PyProjection {
         let rotation = arrays::rotation(rotation)?;
         fn typed<'py, T: Float>(
             map: &Map,
-            input: &PyReadonlyArrayDyn<'py, T>,
+            input: &Points<'py, T>,
             rotation: Option<glam::DMat3>,
             out: Option<&Bound<'py, PyAny>>,
             py: Python<'py>,
@@ -176,7 +175,7 @@ impl PyProjection {
                 },
             )
         }
-        with_reals!(&reals(uv, "uv")?, uv => typed(&self.0, uv, rotation, out, py))
+        with_reals!(&reals(uv, "uv", out)?, uv => typed(&self.0, uv, rotation, out, py))
     }
 
     /// Steradians per unit of image area, dω/(du dv).
@@ -189,7 +188,7 @@ impl PyProjection {
     ) -> PyResult<Bound<'py, PyAny>> {
         fn typed<'py, T: Float>(
             map: &Map,
-            input: &PyReadonlyArrayDyn<'py, T>,
+            input: &Points<'py, T>,
             out: Option<&Bound<'py, PyAny>>,
             py: Python<'py>,
         ) -> PyResult<Bound<'py, PyAny>> {
@@ -206,14 +205,14 @@ impl PyProjection {
                 },
             )
         }
-        with_reals!(&reals(uv, "uv")?, uv => typed(&self.0, uv, out, py))
+        with_reals!(&reals(uv, "uv", out)?, uv => typed(&self.0, uv, out, py))
     }
 
     /// Whether image coordinates lie in the valid image.
     #[pyo3(signature = (uv, /))]
     fn valid<'py>(&self, py: Python<'py>, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let map = &self.0;
-        with_reals!(&reals(uv, "uv")?, uv => {
+        with_reals!(&reals(uv, "uv", None)?, uv => {
             points(py, uv, "uv", map.uv_width(), None, "bool", &[], |uv, valid| map.valid(uv, valid))
         })
     }
@@ -228,7 +227,7 @@ impl PyProjection {
     ) -> PyResult<Bound<'py, PyAny>> {
         let rotation = arrays::rotation(rotation)?;
         let map = &self.0;
-        with_reals!(&reals(directions, "directions")?, d => {
+        with_reals!(&reals(directions, "directions", None)?, d => {
             points(py, d, "directions", 3, None, "bool", &[], |d, covered| map.covers(rotation, d, covered))
         })
     }

@@ -195,6 +195,11 @@ impl<R: Real> Real for Dual<R> {
     }
 
     #[inline(always)]
+    fn negated_if(self, condition: bool) -> Self {
+        if condition { -self } else { self }
+    }
+
+    #[inline(always)]
     fn vanishes(self) -> bool {
         self.re.vanishes()
     }

@@ -86,19 +86,19 @@ pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
 
 /// Which component goes where, with its sign: the exact part of a change of frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Lanes<R, const N: usize> {
+pub struct Lanes<const N: usize> {
     /// Component k is taken from here.
     pub order: [usize; N],
-    /// And multiplied by ±1.
-    pub signs: [R; N],
+    /// And negated.
+    pub negative: [bool; N],
 }
 
-impl<R: Real, const N: usize> Lanes<R, N> {
+impl<const N: usize> Lanes<N> {
     /// Every component stays.
     pub fn identity() -> Self {
         Lanes {
             order: std::array::from_fn(|k| k),
-            signs: [R::new(1.0); N],
+            negative: [false; N],
         }
     }
 }
@@ -107,9 +107,9 @@ impl<R: Real, const N: usize> Lanes<R, N> {
 #[derive(Clone, Copy, Debug)]
 pub struct Frame<R, const I: usize, const O: usize> {
     /// Components on the way in.
-    pub input: Lanes<R, I>,
+    pub input: Lanes<I>,
     /// Components on the way out.
-    pub output: Lanes<R, O>,
+    pub output: Lanes<O>,
     /// A rotation of the input's three components, before `input`.
     pub rotate_input: Option<[[R; 3]; 3]>,
     /// A rotation of the output's three components (each of O/3 columns), before `output`.
@@ -272,7 +272,7 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     } = scratch;
     // Copies: behind a reference they might change with each number that is stored, and the compiler
     // then keeps a scalar copy of the formula.
-    let (signs_in, signs_out) = (frame.input.signs, frame.output.signs);
+    let (flip_in, flip_out) = (frame.input.negative, frame.output.negative);
     let mut slot: [usize; I] = std::array::from_fn(|k| k);
     if F::DIRECTION_IN {
         for (k, &source) in frame.input.order.iter().enumerate() {
@@ -291,7 +291,8 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     }
     if F::TAMES && all_tame(input) {
         for i in 0..W {
-            let result = point.apply_tame(std::array::from_fn(|k| signs_in[k] * input[k][i]));
+            let result =
+                point.apply_tame(std::array::from_fn(|k| input[k][i].negated_if(flip_in[k])));
             for k in 0..O {
                 output[k][i] = result[k];
             }
@@ -300,7 +301,7 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
         for i in 0..W {
             let x: [R; I] = std::array::from_fn(|k| input[k][i]);
             let x = if F::DIRECTION_IN {
-                std::array::from_fn(|k| signs_in[k] * x[k])
+                std::array::from_fn(|k| x[k].negated_if(flip_in[k]))
             } else {
                 x
             };
@@ -327,7 +328,7 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
         for k in 0..O {
             let x = rows[k][i];
             target[i][k] = if F::DIRECTION_OUT {
-                signs_out[k] * x
+                x.negated_if(flip_out[k])
             } else {
                 x
             };

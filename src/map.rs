@@ -588,7 +588,7 @@ fn frame_in<R: Scalar, const O: usize>(turn: Turn) -> Frame<R, 3, O> {
         Turn::Axes(axes) => {
             frame.input = Lanes {
                 order: axes.world.map(usize::from),
-                signs: axes.signs().map(R::new),
+                negative: axes.negative,
             };
         }
         Turn::Matrix(m) => frame.rotate_input = Some(m.map(|row| row.map(R::new))),
@@ -604,7 +604,7 @@ fn frame_out<R: Scalar, const I: usize, const O: usize>(turn: Turn) -> Frame<R, 
         Turn::Axes(axes) => {
             let source = |k: usize| axes.world[k / columns] as usize * columns + k % columns;
             frame.output.order = std::array::from_fn(source);
-            frame.output.signs = std::array::from_fn(|k| R::new(axes.signs()[k / columns]));
+            frame.output.negative = std::array::from_fn(|k| axes.negative[k / columns]);
         }
         Turn::Matrix(m) => frame.rotate_output = Some(m.map(|row| row.map(R::new))),
     }

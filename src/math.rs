@@ -18,14 +18,15 @@
 //!
 //! What did not help: lookup tables (gathers cost more than the polynomial), one long polynomial
 //! instead of the fold at tan(π/8) (two more terms and a worse bound), Estrin's scheme (the
-//! vectoriser already overlaps neighbouring points).
+//! vectoriser already overlaps neighbouring points), one reciprocal for two quotients (a rounding
+//! unit worse and no faster: the multiplier is as busy as the divider).
 
 #![expect(
     clippy::excessive_precision,
     reason = "coefficients as the fit printed them"
 )]
 
-use crate::real::{max, min};
+use crate::real::{Real, max, min};
 
 /// Polynomial cores, one implementation a float type.
 pub trait Polynomials: Sized {
@@ -50,12 +51,12 @@ macro_rules! polynomials {
             #[inline(always)]
             fn half_turns<const TAME: bool>(y: Self, x: Self) -> Self {
                 const TAN_PI_8: $t = 0.414_213_562_373_095_05;
-                const SIGN: $bits = 1 << (<$bits>::BITS - 1);
                 let ax = x.abs();
                 let steep = y > ax;
+                let behind = x < 0.0;
                 let hi = max(y, ax);
                 let lo = min(y, ax);
-                // Every choice is between a number and zero: one AND, where a select takes three steps.
+                // Choices between a number and zero: one AND, where a select takes three steps.
                 let fold = lo > TAN_PI_8 * hi;
                 let numerator = lo - if fold { hi } else { 0.0 };
                 let denominator = hi + if fold { lo } else { 0.0 };
@@ -64,12 +65,12 @@ macro_rules! polynomials {
                 let squared = if TAME { t } else { max(t.abs(), $flush) };
                 let s = squared * squared;
                 let angle = t * $atan_hi + t * ($atan_lo + s * (horner!(s; $($atan),+)));
-                let angle = angle + if fold { 0.25 } else { 0.0 };
-                let flip = if steep { SIGN } else { 0 };
-                let angle = <$t>::from_bits(angle.to_bits() ^ flip) + if steep { 0.5 } else { 0.0 };
-                let behind = x < 0.0;
-                let flip = if behind { SIGN } else { 0 };
-                <$t>::from_bits(angle.to_bits() ^ flip) + if behind { 1.0 } else { 0.0 }
+                // The middle of the octant, chosen from exact constants, is added once.
+                let beside = if behind { 0.75 } else { 0.25 };
+                let along = if behind { 1.0 } else { 0.0 };
+                let along = if steep { 0.5 } else { along };
+                let middle = if fold { beside } else { along };
+                middle + angle.negated_if(steep ^ behind)
             }
 
             #[inline(always)]
@@ -83,12 +84,15 @@ macro_rules! polynomials {
                 let s = squared * squared;
                 let sin = r * $pi_hi + r * ($pi_lo + s * (horner!(s; $($sin),+)));
                 let cos = 1.0 + s * (horner!(s; $($cos),+));
-                let odd = quarter & 1 != 0;
+                // Exchanged by masks: a select of two numbers takes three steps each on AVX2.
+                let odd = <$bits>::wrapping_sub(0, quarter & 1);
+                let exchange = (sin.to_bits() ^ cos.to_bits()) & odd;
                 let sin_sign = (quarter & 2) << $shift;
                 let cos_sign = (quarter.wrapping_add(1) & 2) << $shift;
-                let a = if odd { cos } else { sin };
-                let b = if odd { sin } else { cos };
-                (<$t>::from_bits(a.to_bits() ^ sin_sign), <$t>::from_bits(b.to_bits() ^ cos_sign))
+                (
+                    <$t>::from_bits(sin.to_bits() ^ exchange ^ sin_sign),
+                    <$t>::from_bits(cos.to_bits() ^ exchange ^ cos_sign),
+                )
             }
         }
     };
@@ -116,7 +120,7 @@ polynomials!(f64, u64, 62, 1e-150,
 
 /// sin(πr)/r for s = r², r = √s in [0, 1], right through r = 0 where it is π.
 #[inline(always)]
-pub fn sinc_half_turns<R: crate::real::Real>(s: R, r: R) -> R {
+pub fn sinc_half_turns<R: Real>(s: R, r: R) -> R {
     use std::f64::consts::PI;
     // Below the first value the series π - π³s/6 is exact to rounding, derivatives included.
     let small = s < R::new(R::EPSILON);
@@ -143,12 +147,12 @@ mod tests {
             let exact = y.atan2(x) / PI;
             worst.1 = worst
                 .1
-                .max((f64::half_turns(y, x) - exact).abs() / exact.max(1e-300));
+                .max((<f64 as Real>::half_turns(y, x) - exact).abs() / exact.max(1e-300));
             let (y, x) = (y as f32, x as f32);
             let exact = (y as f64).atan2(x as f64) / PI;
             worst.0 = worst
                 .0
-                .max((f32::half_turns(y, x) as f64 - exact).abs() / exact.max(1e-300));
+                .max((<f32 as Real>::half_turns(y, x) as f64 - exact).abs() / exact.max(1e-300));
         }
         assert!(
             worst.0 < 2.2 * f32::EPSILON as f64,
@@ -160,14 +164,14 @@ mod tests {
 
     #[test]
     fn half_turns_at_the_corners() {
-        assert_eq!(f32::half_turns(0.0, 0.0), 0.0);
-        assert_eq!(f32::half_turns(0.0, -0.0), 0.0);
-        assert_eq!(f64::half_turns(0.0, -1.0), 1.0);
-        assert_eq!(f64::half_turns(1.0, 0.0), 0.5);
-        assert_eq!(f64::half_turns(1.0, -0.0), 0.5);
-        assert_eq!(f64::half_turns(1.0, 1.0), 0.25);
-        assert_eq!(f64::half_turns(1.0, -1.0), 0.75);
-        let small = f32::half_turns(1e-30, 1.0) * std::f32::consts::PI / 1e-30;
+        assert_eq!(<f32 as Real>::half_turns(0.0, 0.0), 0.0);
+        assert_eq!(<f32 as Real>::half_turns(0.0, -0.0), 0.0);
+        assert_eq!(<f64 as Real>::half_turns(0.0, -1.0), 1.0);
+        assert_eq!(<f64 as Real>::half_turns(1.0, 0.0), 0.5);
+        assert_eq!(<f64 as Real>::half_turns(1.0, -0.0), 0.5);
+        assert_eq!(<f64 as Real>::half_turns(1.0, 1.0), 0.25);
+        assert_eq!(<f64 as Real>::half_turns(1.0, -1.0), 0.75);
+        let small = <f32 as Real>::half_turns(1e-30, 1.0) * std::f32::consts::PI / 1e-30;
         assert!((small - 1.0).abs() < 2.5 * f32::EPSILON);
     }
 
@@ -175,11 +179,11 @@ mod tests {
     fn sine_and_cosine_hold_their_bound() {
         for i in -100_000..=100_000 {
             let r = i as f64 / 50_000.0;
-            let (s, c) = f64::sin_cos_half_turns(r);
+            let (s, c) = <f64 as Real>::sin_cos_half_turns(r);
             assert!((s - (PI * r).sin()).abs() < 4.0 * f64::EPSILON, "{r}");
             assert!((c - (PI * r).cos()).abs() < 4.0 * f64::EPSILON, "{r}");
             let q = r as f32;
-            let (s, c) = f32::sin_cos_half_turns(q);
+            let (s, c) = <f32 as Real>::sin_cos_half_turns(q);
             assert!(
                 (s as f64 - (PI * q as f64).sin()).abs() < 1.0 * f32::EPSILON as f64,
                 "{r}"
@@ -189,8 +193,8 @@ mod tests {
                 "{r}"
             );
         }
-        assert_eq!(f64::sin_cos_half_turns(0.5), (1.0, 0.0));
-        assert_eq!(f64::sin_cos_half_turns(1.0).1, -1.0);
+        assert_eq!(<f64 as Real>::sin_cos_half_turns(0.5), (1.0, 0.0));
+        assert_eq!(<f64 as Real>::sin_cos_half_turns(1.0).1, -1.0);
     }
 
     #[test]

@@ -11,6 +11,7 @@
 //! Formulas choose with a plain `if` between two values that are both already computed; that is
 //! what the vectoriser turns into a select.
 
+use crate::math::{self, Polynomials};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number a formula can be written in: `f32`, `f64`, or a dual number over one of them.
@@ -47,6 +48,9 @@ pub trait Real:
     /// inverse, but for the largest, where it is the smallest normal number. A constant to
     /// derivatives.
     fn binade_scale(self) -> Self;
+
+    /// -self where the condition holds.
+    fn negated_if(self, condition: bool) -> Self;
 
     /// Whether a number that is not negative is zero.
     fn vanishes(self) -> bool;
@@ -152,6 +156,12 @@ macro_rules! real {
             }
 
             #[inline(always)]
+            fn negated_if(self, condition: bool) -> Self {
+                const SIGN: $bits = 1 << (<$bits>::BITS - 1);
+                <$t>::from_bits(self.to_bits() ^ if condition { SIGN } else { 0 })
+            }
+
+            #[inline(always)]
             fn vanishes(self) -> bool {
                 self <= 0.0
             }
@@ -175,22 +185,22 @@ macro_rules! real {
 
             #[inline(always)]
             fn half_turns(y: Self, x: Self) -> Self {
-                <$t as crate::math::Polynomials>::half_turns::<false>(y, x)
+                <$t as Polynomials>::half_turns::<false>(y, x)
             }
 
             #[inline(always)]
             fn sin_cos_half_turns(r: Self) -> (Self, Self) {
-                <$t as crate::math::Polynomials>::sin_cos_half_turns(r)
+                <$t as Polynomials>::sin_cos_half_turns(r)
             }
 
             #[inline(always)]
             fn sinc_half_turns(s: Self, r: Self) -> Self {
-                crate::math::sinc_half_turns(s, r)
+                math::sinc_half_turns(s, r)
             }
 
             #[inline(always)]
             fn cos_half_turns(_s: Self, r: Self) -> Self {
-                <$t as crate::math::Polynomials>::sin_cos_half_turns(r).1
+                <$t as Polynomials>::sin_cos_half_turns(r).1
             }
         }
     };
@@ -279,7 +289,7 @@ impl<R: Neg<Output = R>> Neg for Tame<R> {
     }
 }
 
-impl<R: Real + crate::math::Polynomials> Real for Tame<R> {
+impl<R: Real + Polynomials> Real for Tame<R> {
     const EPSILON: f64 = R::EPSILON;
 
     #[inline(always)]
@@ -313,6 +323,11 @@ impl<R: Real + crate::math::Polynomials> Real for Tame<R> {
     }
 
     #[inline(always)]
+    fn negated_if(self, condition: bool) -> Self {
+        Tame(self.0.negated_if(condition))
+    }
+
+    #[inline(always)]
     fn vanishes(self) -> bool {
         false
     }
@@ -329,9 +344,7 @@ impl<R: Real + crate::math::Polynomials> Real for Tame<R> {
 
     #[inline(always)]
     fn half_turns(y: Self, x: Self) -> Self {
-        Tame(<R as crate::math::Polynomials>::half_turns::<true>(
-            y.0, x.0,
-        ))
+        Tame(<R as Polynomials>::half_turns::<true>(y.0, x.0))
     }
 
     #[inline(always)]

@@ -69,11 +69,15 @@ impl Projection for Angular {
         let (zero, one) = (R::new(0.0), R::new(1.0));
         let (xs, ys, unscale) = scaled(x, y);
         let hs = (xs * xs + ys * ys).sqrt();
-        let radius = R::half_turns(hs * unscale, z) * R::new(1.0 / self.rim);
-        let inside = radius <= R::new(1.0 + 2.0 * R::EPSILON);
-        let radius = if inside { radius } else { R::new(f64::NAN) };
         // On the axis the azimuth is that of (1, 0).
         let on_axis = if hs.vanishes() { one } else { zero };
+        let radius = R::half_turns(hs * unscale, z) * R::new(1.0 / self.rim);
+        let inside = radius <= R::new(1.0 + 2.0 * R::EPSILON);
+        let radius = if inside {
+            radius
+        } else {
+            R::new(f64::NAN)
+        };
         let factor = radius / (hs + on_axis);
         Uv::centred(
             clamp_unit((xs + on_axis) * factor),

@@ -58,8 +58,11 @@ impl Projection for Latlong {
         let (xf, zf) = (ax.squarable(), az.squarable());
         let h = (xf * xf + zf * zf).sqrt();
         let longitude = R::half_turns(ax, z) * half;
-        let u = if x > R::new(0.0) { half + longitude } else { half - longitude };
-        Uv::flat(u, R::half_turns(h, -y))
+        let west = x <= R::new(0.0);
+        Uv::flat(
+            half + longitude.negated_if(west),
+            R::half_turns(h, -y),
+        )
     }
 
     #[inline(always)]

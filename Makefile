@@ -74,7 +74,7 @@ demo: $(BUILT)
 	"$(BIN)/spheremap" demo "$(DEMO)/sky"
 	@if [ -n "$(SPHEREMAP_DATA)" ] && [ -f "$(SPHEREMAP_DATA)/grace_probe.hdr" ]; then set -x; \
 		"$(BIN)/spheremap" demo "$(DEMO)/probe" \
-			--input "$(SPHEREMAP_DATA)/grace_probe.hdr" --from angular; fi
+			--input "$(SPHEREMAP_DATA)/grace_probe.hdr"; fi
 	@echo "The pictures are in $(CURDIR)/$(DEMO)"
 
 test: $(BUILT) $(DEV_DEPS)

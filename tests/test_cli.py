@@ -487,3 +487,11 @@ def test_demo_with_a_real_probe(data_folder: Path, tmp_path: Path) -> None:
     assert np.array_equal(
         io.read(tmp_path / "octahedral.exr"), sm.convert(io.read(source), "angular", "octahedral")
     )
+
+
+@pytest.mark.parametrize(("shape", "name"), [((64, 64), "angular"), ((32, 64), "latlong")])
+def test_demo_takes_the_projection_from_the_aspect(tmp_path, shape, name):
+    io.write(tmp_path / "in.exr", np.ones((*shape, 3), np.float32))
+    done = run("demo", tmp_path / "out", "--input", tmp_path / "in.exr")
+    assert done.returncode == 0, done.stderr
+    assert f"({name})" in done.stdout

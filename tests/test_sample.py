@@ -335,8 +335,9 @@ def test_bilinear_is_continuous_across_seams(case):
     one, two = d + step, d - step
     both = p.covers(one) & p.covers(two)
     if case.name == "dual_paraboloid":
-        # The texels of the two disks do not line up along the rim, and each disk gives its own centres
-        # back exactly: on white noise the disks differ there. The smooth function shows second order.
+        # The texels of the two disks do not line up along the rim, and each disk gives its own
+        # centres back exactly: on white noise the disks differ there. A smooth function comes back
+        # with second order, which another test asks for.
         both &= np.abs(one[:, 2]) > 1e-6
     a, b = p.sample(image, one[both]), p.sample(image, two[both])
     jump = np.abs(a - b).max(-1)

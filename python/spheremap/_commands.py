@@ -255,12 +255,19 @@ def demo(
         Path | None, typer.Option(metavar="FILE", help="A real image instead of our own sky.")
     ] = None,
     from_: Annotated[
-        str, typer.Option("--from", metavar="NAME", help="Projection of the input.")
-    ] = "latlong",
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="NAME",
+            help="Projection of the input; by default what its aspect suggests.",
+            show_default=False,
+        ),
+    ] = None,
     size: Annotated[int, typer.Option(min=16, metavar="N", help="Rows of our own sky.")] = 1024,
 ) -> None:
     """Show a sky, or an image of yours, in every projection, and measure."""
-    _usage(from_)
+    if from_ is not None:
+        _usage(from_)
     from spheremap import _demo
 
     with _progress() as step:

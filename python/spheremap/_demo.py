@@ -43,7 +43,7 @@ class Report(NamedTuple):
 
 
 def run(
-    folder: Path, file: Path | None, name: str, size: int, step: Callable[[str], None]
+    folder: Path, file: Path | None, name: str | None, size: int, step: Callable[[str], None]
 ) -> Report:
     """Fill the folder and return the measurements."""
     if find_spec("matplotlib") is None:
@@ -88,11 +88,12 @@ def run(
 
 
 def _source(
-    file: Path | None, name: str, size: int, step: Callable[[str], None]
+    file: Path | None, name: str | None, size: int, step: Callable[[str], None]
 ) -> tuple[str, NDArray[Any], sm.Projection]:
     if file is not None:
         step(f"reading {file.name}")
         image = io.read(file)
+        name = name or _fit.likely(*image.shape[:2])
         src = _fit.of_file(name, None, *image.shape[:2], any_aspect=False)
         return f"{file.name} ({_fit.described(src)})", image, src
     step("making the sky")

@@ -86,6 +86,19 @@ def fitting(height: int, width: int) -> list[str]:
     return found
 
 
+def likely(height: int, width: int) -> str:
+    """Return what a panorama of this size most often is: a square one is a light probe."""
+    for name in ("latlong", "angular", "cube"):
+        if _some_fits(name, height, width):
+            return name
+    return "latlong"
+
+
+def _some_fits(name: str, height: int, width: int) -> bool:
+    options = layouts(name) or (None,)
+    return any(fits(sm.projection(name, layout=layout), height, width) for layout in options)
+
+
 def described(projection: sm.Projection) -> str:
     """Return the name with the layout, as ``"cube cross"``."""
     return f"{projection.name} {projection.layout}" if projection.layout else projection.name

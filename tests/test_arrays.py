@@ -414,3 +414,16 @@ def test_directions_dtype_and_solid_angle_dtype(case):
     assert p.solid_angle(3).dtype == np.float64
     with pytest.raises((TypeError, ValueError), match="dtype"):
         p.directions(3, dtype=np.int32)
+
+
+@pytest.mark.parametrize("leading", [31, 32, 40, 62, 63])
+def test_as_many_axes_as_numpy_allows(leading):
+    d = np.ones((1,) * leading + (3,), np.float32)
+    assert sm.encode(d, "latlong").shape == (1,) * leading + (2,)
+    assert sm.encode(d[..., ::-1], "latlong").shape == (1,) * leading + (2,)
+    uv = sm.encode(d, "latlong")
+    if leading < 63:
+        assert sm.jacobian(uv, "latlong").shape == (1,) * leading + (3, 2)
+    else:
+        with pytest.raises(ValueError, match="dimension"):
+            sm.jacobian(uv, "latlong")

@@ -184,7 +184,7 @@ pub fn run(py: Python<'_>, numbers: usize, work: impl FnOnce() + Send) {
 }
 
 /// A new array, made by numpy so that large ones get its huge pages. The quick way for small ones cannot
-/// report a lack of memory.
+/// report a lack of memory, nor more axes than numpy allows.
 fn new_array<'py, T: Element>(
     py: Python<'py>,
     shape: &[usize],
@@ -193,7 +193,7 @@ fn new_array<'py, T: Element>(
     let items = shape
         .iter()
         .try_fold(1_usize, |items, n| items.checked_mul(*n));
-    if items.is_some_and(|items| items <= SMALL) {
+    if items.is_some_and(|items| items <= SMALL) && shape.len() <= 32 {
         return Ok(PyArrayDyn::<T>::zeros(py, shape, false));
     }
     let empty = py.import("numpy")?.getattr("empty")?;
@@ -300,7 +300,8 @@ pub fn points<'py, A: Float, B: Element>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let shape = input.shape();
     let leading = leading(shape, width, name)?;
-    let mut room = [0; 40];
+    // numpy allows 64 axes; two more may be added.
+    let mut room = [0; 66];
     let n = leading.len() + tail.len();
     let shape = &mut room[..n];
     shape[..leading.len()].copy_from_slice(leading);

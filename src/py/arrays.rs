@@ -114,6 +114,11 @@ pub fn reals<'py>(
 }
 
 impl<'py, T: Float> Points<'py, T> {
+    /// numpy's name of the type it is computed in.
+    pub fn dtype(&self) -> &'static str {
+        T::NAME
+    }
+
     /// The array's shape.
     pub fn shape(&self) -> &[usize] {
         match self {

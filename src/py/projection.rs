@@ -1,6 +1,6 @@
 //! The class `Projection`: a map, with its verbs as methods.
 
-use super::arrays::{self, Float, Points, finish, output, points, reals, with_reals, writable};
+use super::arrays::{self, Float, finish, output, points, reals, with_reals, writable};
 use super::images::{self, Lookup};
 use crate::convert;
 use crate::explain::explain;
@@ -89,27 +89,12 @@ impl PyProjection {
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let rotation = arrays::rotation(rotation)?;
-        fn typed<'py, T: Float>(
-            map: &Map,
-            input: &Points<'py, T>,
-            rotation: Option<glam::DMat3>,
-            out: Option<&Bound<'py, PyAny>>,
-            py: Python<'py>,
-        ) -> PyResult<Bound<'py, PyAny>> {
-            points(
-                py,
-                input,
-                "directions",
-                3,
-                out,
-                T::NAME,
-                &[map.uv_width()],
-                |d, uv| {
-                    map.encode::<T>(rotation, d, uv);
-                },
-            )
-        }
-        with_reals!(&reals(directions, "directions", out)?, d => typed(&self.0, d, rotation, out, py))
+        let map = &self.0;
+        let reals = reals(directions, "directions", out)?;
+        with_reals!(&reals, d => {
+            let work = |d: &[_], uv: &mut [_]| map.encode(rotation, d, uv);
+            points(py, d, "directions", 3, out, d.dtype(), &[map.uv_width()], work)
+        })
     }
 
     /// Unit directions at image coordinates; NaN outside the valid image.
@@ -122,27 +107,12 @@ impl PyProjection {
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let rotation = arrays::rotation(rotation)?;
-        fn typed<'py, T: Float>(
-            map: &Map,
-            input: &Points<'py, T>,
-            rotation: Option<glam::DMat3>,
-            out: Option<&Bound<'py, PyAny>>,
-            py: Python<'py>,
-        ) -> PyResult<Bound<'py, PyAny>> {
-            points(
-                py,
-                input,
-                "uv",
-                map.uv_width(),
-                out,
-                T::NAME,
-                &[3],
-                |uv, d| {
-                    map.decode::<T>(rotation, uv, d);
-                },
-            )
-        }
-        with_reals!(&reals(uv, "uv", out)?, uv => typed(&self.0, uv, rotation, out, py))
+        let map = &self.0;
+        let reals = reals(uv, "uv", out)?;
+        with_reals!(&reals, uv => {
+            let work = |uv: &[_], result: &mut [_]| map.decode(rotation, uv, result);
+            points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3], work)
+        })
     }
 
     /// Derivatives of the direction by u and v: (..., 3, 2).
@@ -155,27 +125,12 @@ impl PyProjection {
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let rotation = arrays::rotation(rotation)?;
-        fn typed<'py, T: Float>(
-            map: &Map,
-            input: &Points<'py, T>,
-            rotation: Option<glam::DMat3>,
-            out: Option<&Bound<'py, PyAny>>,
-            py: Python<'py>,
-        ) -> PyResult<Bound<'py, PyAny>> {
-            points(
-                py,
-                input,
-                "uv",
-                map.uv_width(),
-                out,
-                T::NAME,
-                &[3, 2],
-                |uv, j| {
-                    map.jacobian::<T>(rotation, uv, j);
-                },
-            )
-        }
-        with_reals!(&reals(uv, "uv", out)?, uv => typed(&self.0, uv, rotation, out, py))
+        let map = &self.0;
+        let reals = reals(uv, "uv", out)?;
+        with_reals!(&reals, uv => {
+            let work = |uv: &[_], result: &mut [_]| map.jacobian(rotation, uv, result);
+            points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3, 2], work)
+        })
     }
 
     /// Steradians per unit of image area, dω/(du dv).
@@ -186,26 +141,12 @@ impl PyProjection {
         uv: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        fn typed<'py, T: Float>(
-            map: &Map,
-            input: &Points<'py, T>,
-            out: Option<&Bound<'py, PyAny>>,
-            py: Python<'py>,
-        ) -> PyResult<Bound<'py, PyAny>> {
-            points(
-                py,
-                input,
-                "uv",
-                map.uv_width(),
-                out,
-                T::NAME,
-                &[],
-                |uv, density| {
-                    map.density::<T>(uv, density);
-                },
-            )
-        }
-        with_reals!(&reals(uv, "uv", out)?, uv => typed(&self.0, uv, out, py))
+        let map = &self.0;
+        let reals = reals(uv, "uv", out)?;
+        with_reals!(&reals, uv => {
+            let work = |uv: &[_], result: &mut [_]| map.density(uv, result);
+            points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[], work)
+        })
     }
 
     /// Whether image coordinates lie in the valid image.

@@ -195,6 +195,14 @@ impl<R: Real> Real for Dual<R> {
     }
 
     #[inline(always)]
+    fn clamped(self, low: f64, high: f64) -> Self {
+        Self {
+            re: self.re.clamped(low, high),
+            ..self
+        }
+    }
+
+    #[inline(always)]
     fn negated_if(self, condition: bool) -> Self {
         if condition { -self } else { self }
     }

@@ -393,10 +393,10 @@ impl<P: Projection, const JOINED: bool> Arranged<P, JOINED> {
         arranged
     }
 
-    /// The face at `uv` and the place on it, or false.
+    /// The place on a face at `uv`, if one is there.
     #[inline(always)]
-    fn locate<R: Real>(self, uv: Uv<R>) -> (Uv<R>, bool) {
-        let (zero, one) = (R::new(0.0), R::new(1.0));
+    fn locate<R: Real>(self, uv: Uv<R>) -> Located<R> {
+        let one = R::new(1.0);
         let (columns, rows) = (R::new(self.columns), R::new(self.rows));
         let cell = |x: R, cells: R| {
             let cell = (x * cells).floor();
@@ -407,20 +407,16 @@ impl<P: Projection, const JOINED: bool> Arranged<P, JOINED> {
             }
         };
         let (column, row) = (cell(uv.u, columns), cell(uv.v, rows));
-        let unit = |x: R| {
-            if x > zero {
-                if x > one { one } else { x }
-            } else {
-                zero
-            }
-        };
         let nan = R::new(f64::NAN);
         let mut place = Uv {
             u: nan,
             v: nan,
             face: nan,
         };
+        let (mut along_sign, mut down_sign, mut swap) = (nan, nan, nan);
         let mut found = false;
+        // Each face's place is computed and one is chosen: choosing the constants first saves the
+        // arithmetic, but the compiler makes branches of it.
         macro_rules! try_face {
             ($($face:literal),+) => {$(
                 if $face < P::INFO.faces {
@@ -430,19 +426,38 @@ impl<P: Projection, const JOINED: bool> Arranged<P, JOINED> {
                     } else {
                         uv.face == R::new(self.stored[$face])
                     };
-                    let a = unit(((uv.u - along.high) - along.low) * columns * along.sign);
-                    let b = unit(((uv.v - down.high) - down.low) * rows * down.sign);
-                    let swap = R::new(self.swap[$face]) > zero;
-                    place.u = if here { if swap { b } else { a } } else { place.u };
-                    place.v = if here { if swap { a } else { b } } else { place.v };
+                    let a = ((uv.u - along.high) - along.low) * columns * along.sign;
+                    let b = ((uv.v - down.high) - down.low) * rows * down.sign;
+                    let (a, b) = (a.clamped(0.0, 1.0), b.clamped(0.0, 1.0));
+                    let turned = R::new(self.swap[$face]);
+                    let swapped = turned > R::new(0.0);
+                    place.u = if here { if swapped { b } else { a } } else { place.u };
+                    place.v = if here { if swapped { a } else { b } } else { place.v };
                     place.face = if here { R::new($face as f64) } else { place.face };
+                    along_sign = if here { along.sign } else { along_sign };
+                    down_sign = if here { down.sign } else { down_sign };
+                    swap = if here { turned } else { swap };
                     found |= here;
                 }
             )+};
         }
         try_face!(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
-        (place, found)
+        Located {
+            place,
+            found,
+            slope: [columns * along_sign, rows * down_sign],
+            swapped: swap > R::new(0.0),
+        }
     }
+}
+
+/// A place on a canonical face.
+struct Located<R> {
+    place: Uv<R>,
+    found: bool,
+    /// How fast the face's coordinates along the image's u and v change.
+    slope: [R; 2],
+    swapped: bool,
 }
 
 impl<P: Projection, const JOINED: bool> Projection for Arranged<P, JOINED> {
@@ -512,15 +527,27 @@ impl<P: Projection, const JOINED: bool> Projection for Arranged<P, JOINED> {
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
-        self.projection.decode(self.locate(uv).0)
+        self.projection.decode(self.locate(uv).place)
     }
 
     #[inline(always)]
     fn contains<R: Real>(self, uv: Uv<R>) -> bool {
         let (zero, one) = (R::new(0.0), R::new(1.0));
         let in_square = (uv.u >= zero) & (uv.u <= one) & (uv.v >= zero) & (uv.v <= one);
-        let (place, found) = self.locate(uv);
-        in_square & found & self.projection.contains(place)
+        let at = self.locate(uv);
+        in_square & at.found & self.projection.contains(at.place)
+    }
+
+    #[inline(always)]
+    fn jacobian<R: Real>(self, uv: Uv<R>) -> [[R; 3]; 2] {
+        let at = self.locate(uv);
+        let [a, b] = self.projection.jacobian(at.place);
+        let along = if at.swapped { b } else { a };
+        let down = if at.swapped { a } else { b };
+        [
+            along.map(|x| x * at.slope[0]),
+            down.map(|x| x * at.slope[1]),
+        ]
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {
@@ -534,7 +561,7 @@ impl<P: Projection, const JOINED: bool> Projection for Arranged<P, JOINED> {
         } else {
             1.0
         };
-        self.projection.density(self.locate(uv).0) * R::new(cells)
+        self.projection.density(self.locate(uv).place) * R::new(cells)
     }
 }
 

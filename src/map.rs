@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::faces::{Arranged, Arrangement, Cells, FaceTable};
 use crate::frame::{Axes, Turn};
 use crate::kernel::{self, Frame, Lanes, Point, Scalar};
-use crate::projection::{Coverage, Info, Projection, Uv, jacobian};
+use crate::projection::{Coverage, Info, Projection, Uv};
 use crate::projections::{Kind, REGISTRY, Visitor};
 use crate::real::{Real, Tame, max};
 use crate::threads;
@@ -281,7 +281,7 @@ impl Map {
                         v: 0.4,
                         face: face as f64,
                     };
-                    let [a, b] = jacobian(p, uv).map(glam::DVec3::from);
+                    let [a, b] = p.jacobian(uv).map(glam::DVec3::from);
                     a.cross(b).dot(glam::DVec3::from(p.decode(uv))) < 0.0
                 };
                 (0..P::INFO.faces).map(reversed).collect()
@@ -566,7 +566,7 @@ impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 6] {
-        let [a, b] = jacobian(self.0, uv(x));
+        let [a, b] = self.0.jacobian(uv(x));
         only_if(self.0.contains(uv(x)), [a[0], b[0], a[1], b[1], a[2], b[2]])
     }
 }

@@ -219,6 +219,17 @@ pub trait Projection: Copy + Send + Sync + 'static {
         })
     }
 
+    /// The columns ∂d/∂u and ∂d/∂v, by running `decode` on dual numbers.
+    #[inline(always)]
+    fn jacobian<R: Real>(self, uv: Uv<R>) -> [[R; 3]; 2] {
+        let [x, y, z] = self.decode(Uv {
+            u: Dual::u(uv.u),
+            v: Dual::v(uv.v),
+            face: Dual::constant(uv.face),
+        });
+        [[x.du, y.du, z.du], [x.dv, y.dv, z.dv]]
+    }
+
     /// dω/(du dv) where a closed form is known; the default takes it from the Jacobian.
     #[inline(always)]
     fn density<R: Real>(self, uv: Uv<R>) -> R {
@@ -226,21 +237,10 @@ pub trait Projection: Copy + Send + Sync + 'static {
     }
 }
 
-/// The columns ∂d/∂u and ∂d/∂v.
-#[inline(always)]
-pub fn jacobian<P: Projection, R: Real>(projection: P, uv: Uv<R>) -> [[R; 3]; 2] {
-    let [x, y, z] = projection.decode(Uv {
-        u: Dual::u(uv.u),
-        v: Dual::v(uv.v),
-        face: Dual::constant(uv.face),
-    });
-    [[x.du, y.du, z.du], [x.dv, y.dv, z.dv]]
-}
-
 /// dω/(du dv) = |∂d/∂u × ∂d/∂v|.
 #[inline(always)]
 pub fn density<P: Projection, R: Real>(projection: P, uv: Uv<R>) -> R {
-    let [a, b] = jacobian(projection, uv);
+    let [a, b] = projection.jacobian(uv);
     let x = a[1] * b[2] - a[2] * b[1];
     let y = a[2] * b[0] - a[0] * b[2];
     let z = a[0] * b[1] - a[1] * b[0];

@@ -49,6 +49,9 @@ pub trait Real:
     /// derivatives.
     fn binade_scale(self) -> Self;
 
+    /// `self` held between two numbers. NaN stays, and so do derivatives.
+    fn clamped(self, low: f64, high: f64) -> Self;
+
     /// -self where the condition holds.
     fn negated_if(self, condition: bool) -> Self;
 
@@ -106,13 +109,6 @@ pub fn scaled<R: Real>(x: R, y: R) -> (R, R, R) {
     (x * scale, y * scale, scale.binade_scale())
 }
 
-/// x between -1 and 1; NaN stays.
-#[inline(always)]
-pub fn clamp_unit<R: Real>(x: R) -> R {
-    // The operand that a comparison with NaN chooses is the second.
-    max(R::new(-1.0), min(R::new(1.0), x))
-}
-
 macro_rules! real {
     ($t:ty, $bits:ty, $exponent_mask:expr, $top:expr, $squarable:expr) => {
         impl Real for $t {
@@ -153,6 +149,12 @@ macro_rules! real {
                 } else {
                     <$t>::MIN_POSITIVE
                 }
+            }
+
+            #[inline(always)]
+            fn clamped(self, low: f64, high: f64) -> Self {
+                // The operand that a comparison with NaN chooses is the second.
+                max(low as $t, min(high as $t, self))
             }
 
             #[inline(always)]
@@ -320,6 +322,11 @@ impl<R: Real + Polynomials> Real for Tame<R> {
     #[inline(always)]
     fn binade_scale(self) -> Self {
         Tame(R::new(1.0))
+    }
+
+    #[inline(always)]
+    fn clamped(self, low: f64, high: f64) -> Self {
+        Tame(self.0.clamped(low, high))
     }
 
     #[inline(always)]

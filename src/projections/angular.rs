@@ -11,7 +11,7 @@
 
 use crate::light::solid_angle::{self, Rect};
 use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
-use crate::real::{Real, clamp_unit, scaled};
+use crate::real::{Real, scaled};
 use std::f64::consts::PI;
 
 /// The light probe, or equidistant fisheye.
@@ -80,8 +80,8 @@ impl Projection for Angular {
         };
         let factor = radius / (hs + on_axis);
         Uv::centred(
-            clamp_unit((xs + on_axis) * factor),
-            clamp_unit(ys * factor),
+            ((xs + on_axis) * factor).clamped(-1.0, 1.0),
+            (ys * factor).clamped(-1.0, 1.0),
             zero,
         )
     }
@@ -117,6 +117,17 @@ impl Projection for Angular {
         let s = (p * p + q * q) * rim * rim;
         let one = R::new(1.0);
         let s = if s < one { s } else { one };
-        R::new(4.0 * PI) * rim * rim * R::sinc_half_turns(s, s.sqrt())
+        let r = s.sqrt();
+        // sin πr as 2 sin(πr/2) cos(πr/2): with the sine alone, the compiler branches between its two
+        // polynomials and does not vectorise.
+        let (sin, cos) = R::sin_cos_half_turns(r * R::new(0.5));
+        let centre = r < R::new(1e-9);
+        let divisor = if centre { one } else { r };
+        let sinc = if centre {
+            R::new(PI)
+        } else {
+            R::new(2.0) * sin * cos / divisor
+        };
+        R::new(4.0 * PI) * rim * rim * sinc
     }
 }

@@ -13,7 +13,7 @@
 
 use crate::light::solid_angle::{self, Rect};
 use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::{Real, clamp_unit, max};
+use crate::real::{Real, max};
 
 /// x² as a part that is exact on the grid's square and the small rest, (rest, exact part).
 #[inline(always)]
@@ -72,8 +72,8 @@ impl Projection for Matcap {
         let excess = ((R::new(1.0) - p_square) - q_square) - r_square;
         let half = (excess - (pe + qe + re)) * R::new(0.5);
         let uv = Uv::centred(
-            clamp_unit(p + p * half),
-            clamp_unit(q + q * half),
+            (p + p * half).clamped(-1.0, 1.0),
+            (q + q * half).clamped(-1.0, 1.0),
             R::new(0.0),
         );
         let nan = R::new(f64::NAN);

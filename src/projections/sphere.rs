@@ -16,7 +16,7 @@
 
 use crate::light::solid_angle::{self, Rect};
 use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::{Real, clamp_unit, max, scaled};
+use crate::real::{Real, max, scaled};
 
 /// The mirror ball.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +71,7 @@ impl Projection for Sphere {
         let hs = hs + if blind { one } else { zero };
         let denominator = length * R::new(2.0) * if front { near } else { hs };
         let factor = (numerator / denominator).sqrt();
-        Uv::centred(clamp_unit(a * factor), clamp_unit(b * factor), zero)
+        Uv::centred((a * factor).clamped(-1.0, 1.0), (b * factor).clamped(-1.0, 1.0), zero)
     }
 
     #[inline(always)]

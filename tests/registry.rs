@@ -488,8 +488,9 @@ fn decoded_directions_are_unit<R: Float>() {
             for (uv, d) in uv.chunks(map.uv_width()).zip(decode(map, None, &uv)) {
                 let length = d.iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt();
                 let off = (length - 1.0).abs() / R::EPSILON;
+                // A rim that is let out by 8 eps of the square makes 4 of the length; 1 for rounding.
                 prop_assert!(
-                    d[0].is_nan() || off <= 4.0,
+                    d[0].is_nan() || off <= 5.0,
                     "{} {uv:?}: {off} eps",
                     describe(map)
                 );

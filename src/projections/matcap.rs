@@ -4,9 +4,10 @@
 //! a picture of a ball, looked up by the normal in view space, u = nx/2 + ½, v = ny/2 + ½. The same map
 //! is the orthographic view of a hemisphere.
 //!
-//! Toward the rim an error δ of a coordinate turns the direction by √(2δ). Encoding therefore
-//! normalises twice: the second time by the remainder 1 - |n|², computed without rounding from the first
-//! result. It costs as much as the division that it makes unnecessary.
+//! Toward the rim an error δ of a coordinate turns the direction by √(2δ), so that every rounding counts.
+//! Encoding normalises twice, the second time by the remainder 1 - |n|² of the first result, computed without
+//! rounding, and rounds the coordinate once; decoding takes z from the same remainder. With plain sums
+//! the round trip was off by up to 5.4e-4 rad in f32.
 //!
 //! Domain: z ≥ 0; behind it NaN. Singular: the rim, where the density 4/√(1-p²-q²) grows without bound
 //! and a coordinate rounded by ε moves the direction by √ε.
@@ -15,12 +16,28 @@ use crate::light::solid_angle::{self, Rect};
 use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::real::{Real, max};
 
-/// x² as a part that is exact on the grid's square and the small rest, (rest, exact part).
+/// 1 - |n|² for |n| near 1, without rounding: the heads lie on a grid so coarse that their squares and
+/// sums are exact, and what the tails add is small.
 #[inline(always)]
-fn square<R: Real>(x: R, grid: R) -> (R, R) {
-    let head = (x + grid) - grid;
-    let tail = x - head;
-    (tail * (x + head), head * head)
+fn remainder<R: Real>(n: [R; 3]) -> R {
+    let grid = R::new(if R::EPSILON > 1e-10 {
+        1.5 * 2048.0
+    } else {
+        1.5 * 67_108_864.0
+    });
+    let heads = n.map(|x| (x + grid) - grid);
+    let tail = |k: usize| (n[k] - heads[k]) * (n[k] + heads[k]);
+    let exact = R::new(1.0) - heads[0] * heads[0] - heads[1] * heads[1] - heads[2] * heads[2];
+    exact - (tail(0) + tail(1) + tail(2))
+}
+
+/// ½ + p(1 + correction)/2 with one rounding: what the first sum rounds off is carried on.
+#[inline(always)]
+fn rounded_once<R: Real>(p: R, correction: R) -> R {
+    let half = R::new(0.5);
+    let x = p * half;
+    let sum = half + x;
+    (sum + ((x - (sum - half)) + x * correction)).clamped(0.0, 1.0)
 }
 
 /// The lit sphere.
@@ -64,18 +81,8 @@ impl Projection for Matcap {
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
         let (p, q, r) = (x * inverse, y * inverse, z * inverse);
-        // 1 - |n|², exactly: heads on a grid so coarse that their squares and sums round nothing.
-        let grid = R::new(if R::EPSILON > 1e-10 { 1.5 * 2048.0 } else { 1.5 * 67_108_864.0 });
-        let (pe, p_square) = square(p, grid);
-        let (qe, q_square) = square(q, grid);
-        let (re, r_square) = square(r, grid);
-        let excess = ((R::new(1.0) - p_square) - q_square) - r_square;
-        let half = (excess - (pe + qe + re)) * R::new(0.5);
-        let uv = Uv::centred(
-            (p + p * half).clamped(-1.0, 1.0),
-            (q + q * half).clamped(-1.0, 1.0),
-            R::new(0.0),
-        );
+        let half = remainder([p, q, r]) * R::new(0.5);
+        let uv = Uv::flat(rounded_once(p, half), rounded_once(q, half));
         let nan = R::new(f64::NAN);
         let front = z >= R::new(0.0);
         Uv {
@@ -88,7 +95,8 @@ impl Projection for Matcap {
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        [p, q, max(R::new(1.0) - (p * p + q * q), R::new(0.0)).sqrt()]
+        let c = remainder([p, q, R::new(0.0)]);
+        [p, q, max(c, R::new(0.0)).sqrt()]
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

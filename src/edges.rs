@@ -142,6 +142,7 @@ impl Visitor for Continue {
 mod tests {
     use crate::map::{Map, Options};
     use crate::sample::{Filter, Source};
+    use ndarray::ArrayView2;
 
     #[test]
     fn values_are_continuous_over_every_edge_and_corner() {
@@ -150,7 +151,8 @@ mod tests {
             let texels: Vec<f64> = (0..6 * n * n)
                 .map(|i| (i * 7919 % 1009) as f64 / 1009.0)
                 .collect();
-            let source = Source::new(&map, &[6, n, n], &texels, 1).unwrap();
+            let texels = ArrayView2::from_shape((6 * n * n, 1), &texels).unwrap();
+            let source = Source::new(&map, &[6, n, n], texels).unwrap();
             let look = |d: [f64; 3]| {
                 let mut out = [0.0];
                 source.sample(None, Filter::Bilinear, &[0.0], &d, &mut out);

@@ -24,6 +24,7 @@ use crate::projections::Visitor;
 use crate::real::Real;
 use crate::threads;
 use glam::DMat3;
+use ndarray::ArrayView2;
 
 /// How a value is taken from texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,13 +80,8 @@ impl Taps {
 }
 
 impl<'a, T: Texel> Source<'a, T> {
-    /// An image of a map: `shape` without channels, `texels` with them.
-    pub fn new(
-        map: &'a Map,
-        shape: &[usize],
-        texels: &'a [T],
-        channels: usize,
-    ) -> Result<Self, Error> {
+    /// An image of a map: its shape without channels, and its texels, a row of channels each.
+    pub fn new(map: &'a Map, shape: &[usize], texels: ArrayView2<'a, T>) -> Result<Self, Error> {
         struct GetSeam;
         impl Visitor for GetSeam {
             type Output = Seam;
@@ -94,6 +90,17 @@ impl<'a, T: Texel> Source<'a, T> {
             }
         }
         let raster = Raster::new(map, shape)?;
+        let channels = texels.ncols();
+        let texels = texels
+            .to_slice()
+            .filter(|_| texels.nrows() == raster.texels() && channels > 0)
+            .ok_or_else(|| {
+                Error::Shape(format!(
+                    "Expected {} texels of at least one channel, one after the other, got {:?}.",
+                    raster.texels(),
+                    texels.dim()
+                ))
+            })?;
         let spacing = 2.0 / (raster.along_u.index().0.min(raster.along_v.index().0));
         Ok(Source {
             map,

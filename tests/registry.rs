@@ -1,6 +1,7 @@
 //! What every projection promises, over the whole registry, its layouts and both float types.
 
 use half::f16;
+use ndarray::ArrayView2;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
@@ -652,7 +653,8 @@ fn constant_images<T: Pixel>() {
                 .iter()
                 .map(|d| if d[0].is_nan() { garbage } else { constant })
                 .collect();
-            let source = Source::new(&from, &source_shape, &texels, 1).unwrap();
+            let texels = ArrayView2::from_shape((texels.len(), 1), &texels).unwrap();
+            let source = Source::new(&from, &source_shape, texels).unwrap();
             let mut out = vec![garbage; shape.iter().product()];
             convert(
                 &from,

@@ -9,6 +9,7 @@ use crate::map::Map;
 use crate::sample::{Filter, Source};
 use glam::DMat3;
 use half::f16;
+use ndarray::ArrayView2;
 use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -105,6 +106,16 @@ fn split<'a>(map: &Map, shape: &'a [usize]) -> PyResult<(&'a [usize], usize, &'a
     Ok((image, channels, texel))
 }
 
+/// An image as a row of channels for each texel.
+fn texels<'a, T: PyTexel>(
+    image: &'a PyReadonlyArrayDyn<'_, T>,
+    channels: usize,
+) -> PyResult<ArrayView2<'a, T>> {
+    let slice = image.as_slice()?;
+    ArrayView2::from_shape((slice.len() / channels, channels), slice)
+        .map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
 fn fill_texels<T: PyTexel>(fill: Option<&Bound<'_, PyAny>>, channels: usize) -> PyResult<Vec<T>> {
     let Some(fill) = fill else {
         return Ok(vec![T::from_f64(T::NOTHING); channels]);
@@ -160,7 +171,7 @@ fn sample_texels<'py, T: PyTexel>(
     let filter = Filter::find(options.filter)?;
     let (shape, channels, texel) = split(map, image.shape())?;
     let fill = fill_texels::<T>(options.fill, channels)?;
-    let source = Source::new(map, shape, image.as_slice()?, channels)?;
+    let source = Source::new(map, shape, texels(image, channels)?)?;
     with_reals!(directions, directions => {
         let mut shape = leading(directions.shape(), 3, "directions")?.to_vec();
         shape.extend_from_slice(texel);
@@ -201,7 +212,7 @@ fn convert_texels<'py, T: PyTexel>(
     let filter = Filter::find(options.filter)?;
     let (source_shape, channels, texel) = split(src, image.shape())?;
     let fill = fill_texels::<T>(options.fill, channels)?;
-    let source = Source::new(src, source_shape, image.as_slice()?, channels)?;
+    let source = Source::new(src, source_shape, texels(image, channels)?)?;
     let mut whole = shape.to_vec();
     whole.extend_from_slice(texel);
     let array = output::<T>(py, options.out, T::NAME, &whole)?;

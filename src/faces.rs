@@ -185,6 +185,8 @@ pub struct Place {
     pub row: usize,
     /// How it is drawn.
     pub orientation: Orientation,
+    // Found once here: it takes searches, and kernels are called block by block.
+    sides: Sides,
 }
 
 /// Where every face lies.
@@ -204,18 +206,9 @@ pub struct Arrangement {
 
 impl Arrangement {
     /// One face, as it is.
-    pub const SINGLE: Arrangement = Arrangement {
-        faces: 1,
-        joined: true,
-        columns: 1,
-        rows: 1,
-        places: [Place {
-            stored: 0,
-            column: 0,
-            row: 0,
-            orientation: Orientation::UPRIGHT,
-        }; MAX_FACES],
-    };
+    pub fn single() -> Arrangement {
+        Arrangement::new(1, FaceTable::CANONICAL, Cells::Row)
+    }
 
     /// The faces of a program's table in a layout.
     pub fn new(faces: usize, table: FaceTable, cells: Cells) -> Arrangement {
@@ -238,11 +231,22 @@ impl Arrangement {
                 }
             };
             let orientation = table.orientation[face].then(turned);
+            let (flip_u, flip_v) = (orientation.flip_u, orientation.flip_v);
             *place = Place {
                 stored,
                 column,
                 row,
                 orientation,
+                sides: Sides {
+                    single: [
+                        side_f32(column, columns, flip_u),
+                        side_f32(row, rows, flip_v),
+                    ],
+                    double: [
+                        side_f64(column, columns, flip_u),
+                        side_f64(row, rows, flip_v),
+                    ],
+                },
             };
         }
         Arrangement {
@@ -269,7 +273,7 @@ impl Arrangement {
 /// place is held to the numbers that fall into its own cell when they are multiplied by the number of
 /// cells: so a coordinate on the border of a cell comes back on the face that it left from, and
 /// joining faces costs one rounding.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Side<R> {
     sign: R,
     high: R,
@@ -280,7 +284,7 @@ struct Side<R> {
 }
 
 /// The sides of a face along u and v, for each float type.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Sides {
     single: [Side<f32>; 2],
     double: [Side<f64>; 2],
@@ -357,38 +361,17 @@ pub struct Arranged<P, const JOINED: bool> {
 impl<P: Projection, const JOINED: bool> Arranged<P, JOINED> {
     /// `projection` in an arrangement.
     pub fn new(projection: P, arrangement: &Arrangement) -> Self {
-        let (columns, rows) = match JOINED {
-            true => (arrangement.columns, arrangement.rows),
-            false => (1, 1),
-        };
         let mut arranged = Arranged {
             projection,
-            columns: columns as f64,
-            rows: rows as f64,
+            columns: arrangement.columns as f64,
+            rows: arrangement.rows as f64,
             stored: [-1.0; MAX_FACES],
-            sides: [Sides::default(); MAX_FACES],
+            sides: arrangement.places.map(|place| place.sides),
             swap: [0.0; MAX_FACES],
         };
-        for face in 0..P::INFO.faces {
-            let place = arrangement.places[face];
-            let o = place.orientation;
-            let (column, row) = if JOINED {
-                (place.column, place.row)
-            } else {
-                (0, 0)
-            };
+        for (face, place) in arrangement.places[..P::INFO.faces].iter().enumerate() {
             arranged.stored[face] = place.stored as f64;
-            arranged.sides[face] = Sides {
-                single: [
-                    side_f32(column, columns, o.flip_u),
-                    side_f32(row, rows, o.flip_v),
-                ],
-                double: [
-                    side_f64(column, columns, o.flip_u),
-                    side_f64(row, rows, o.flip_v),
-                ],
-            };
-            arranged.swap[face] = f64::from(u8::from(o.swap));
+            arranged.swap[face] = f64::from(u8::from(place.orientation.swap));
         }
         arranged
     }

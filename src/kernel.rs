@@ -35,7 +35,7 @@ pub trait Scalar: Real + Polynomials + Default + Send + Sync {
     /// An unsigned integer of its size.
     type Word: Copy + Default + PartialEq + BitOr<Output = Self::Word>;
 
-    /// A word whose bits under `WILD` are clear if and only if the number is tame: within 2⁻¹⁹ to 2¹³ for
+    /// A word whose highest bits are clear if and only if the number is tame: within 2⁻¹⁹ to 2¹³ for
     /// f32, 2⁻⁴⁰ to 2²⁴ for f64, of either sign. Words may be joined by OR.
     fn wildness(self) -> Self::Word;
 

@@ -452,7 +452,7 @@ fn arrangement(
 ) -> Result<(Option<&'static str>, Arrangement), Error> {
     if info.layouts.is_empty() {
         return match wanted {
-            None => Ok((None, Arrangement::SINGLE)),
+            None => Ok((None, Arrangement::single())),
             Some(layout) => Err(Error::Contradiction(format!(
                 "projection '{}' has one face and no layouts, got layout '{layout}'",
                 info.name

@@ -137,7 +137,7 @@ def tissot(
     metric = rows @ jacobian
     # Where the map folds, a circle has no image of finite size.
     regular = np.linalg.det(np.nan_to_num(metric)) > 1e-9
-    uv, metric, rows, jacobian = (a[regular] for a in (uv, metric, rows, jacobian))
+    uv, metric = uv[regular], metric[regular]
 
     turn = np.linspace(0, 2 * np.pi, 65)
     circle = np.stack([np.cos(turn), np.sin(turn)])

@@ -36,8 +36,13 @@ macro_rules! integer_texel {
             }
             #[inline(always)]
             fn store(x: f32) -> $t {
-                // `as` saturates and takes NaN to 0.
-                (x + 0.5) as $t
+                // NaN goes to 0 with the negative ones. The sum leaves the nearest integer in its last
+                // bits; `as` would check the range again, number by number.
+                const LARGEST: f32 = <$t>::MAX as f32;
+                const MAGIC: f32 = 8_388_608.0;
+                let x = if x > 0.0 { x } else { 0.0 };
+                let x = if x < LARGEST { x } else { LARGEST };
+                (x + MAGIC).to_bits() as $t
             }
             fn from_f64(x: f64) -> $t {
                 x.round_ties_even() as $t
@@ -83,7 +88,20 @@ impl FaceView {
     /// The index of texel (i, j) of the face.
     #[inline(always)]
     pub fn index(&self, i: usize, j: usize) -> usize {
-        (self.start + i as isize * self.along_u + j as isize * self.along_v) as usize
+        self.number(i as isize, j as isize)
+    }
+
+    /// The same for any numbers: what lies off the face means nothing.
+    #[inline(always)]
+    pub fn number(&self, i: isize, j: isize) -> usize {
+        (self.start)
+            .wrapping_add(i.wrapping_mul(self.along_u))
+            .wrapping_add(j.wrapping_mul(self.along_v)) as usize
+    }
+
+    /// How far apart in the image neighbours along u and along v are.
+    pub fn steps(&self) -> [isize; 2] {
+        [self.along_u, self.along_v]
     }
 }
 
@@ -96,6 +114,20 @@ pub struct Run {
     pub length: usize,
     /// The canonical face, if any, with the first texel on it and the step to the next.
     pub face: Option<(usize, [isize; 2], [isize; 2])>,
+}
+
+/// A rectangle of texels of one face, or of none, in a band of stored rows.
+#[derive(Clone, Copy, Debug)]
+pub struct Block {
+    /// The canonical face, if any, with the first texel on it and the steps to the next one in the stored
+    /// row and to the one in the next row.
+    pub face: Option<(usize, [isize; 2], [[isize; 2]; 2])>,
+    /// The first texel in the band.
+    pub start: usize,
+    /// Texels in a row.
+    pub columns: usize,
+    /// Rows.
+    pub rows: usize,
 }
 
 /// The longest side that an image may have; products of two sides then fit any counter.
@@ -196,6 +228,24 @@ impl Raster {
         &self.views[face % MAX_FACES]
     }
 
+    /// How many faces it has.
+    pub fn faces(&self) -> usize {
+        self.faces
+    }
+
+    /// Where all faces are stored.
+    pub fn views(&self) -> &[FaceView; MAX_FACES] {
+        &self.views
+    }
+
+    /// How far apart the rows of every face are stored, where each face's rows are stored as rows.
+    pub fn straight(&self) -> Option<usize> {
+        self.views[..self.faces]
+            .iter()
+            .all(|view| view.steps() == [1, self.columns as isize])
+            .then_some(self.columns)
+    }
+
     fn origin(&self, face: usize) -> (usize, usize) {
         let place = self.places[face];
         if self.joined {
@@ -257,16 +307,40 @@ impl Raster {
         })
     }
 
-    /// Writes the canonical (u, v, face) of `n` texels of a run from its texel `first` on.
-    pub fn centres<R: Scalar>(&self, run: &Run, first: usize, n: usize, uv: &mut [R]) {
-        let Some((face, start, step)) = run.face else {
-            return;
-        };
-        for (k, uv) in uv.chunks_exact_mut(3).take(n).enumerate() {
-            let at = |axis: usize| (start[axis] + (first + k) as isize * step[axis]) as f64;
-            uv[0] = R::new(self.along_u.centre(at(0)));
-            uv[1] = R::new(self.along_v.centre(at(1)));
-            uv[2] = R::new(face as f64);
+    /// Calls `work` with the blocks, of at most `columns` × `rows` texels, that `height` stored rows from row
+    /// `first` on are made of.
+    pub fn blocks(
+        &self,
+        first: usize,
+        height: usize,
+        (columns, rows): (usize, usize),
+        mut work: impl FnMut(Block),
+    ) {
+        let mut row = first;
+        while row < first + height {
+            let in_cell = self.height - row % self.height;
+            let rows = rows.min(in_cell).min(first + height - row);
+            for run in self.runs(row) {
+                let face = run.face.map(|(face, texel, along)| {
+                    let o = self.places[face].orientation;
+                    let down = if o.flip_v { -1 } else { 1 };
+                    let down = if o.swap { [down, 0] } else { [0, down] };
+                    (face, texel, [along, down])
+                });
+                for column in (0..run.length).step_by(columns) {
+                    work(Block {
+                        face: face.map(|(face, [i, j], [along, down])| {
+                            let moved = column as isize;
+                            let texel = [i + moved * along[0], j + moved * along[1]];
+                            (face, texel, [along, down])
+                        }),
+                        start: (row - first) * self.columns + run.column + column,
+                        columns: columns.min(run.length - column),
+                        rows,
+                    });
+                }
+            }
+            row += rows;
         }
     }
 
@@ -281,6 +355,51 @@ impl Raster {
         let p = 2.0 * self.along_u.centre(i as f64) - 1.0;
         let q = 2.0 * self.along_v.centre(j as f64) - 1.0;
         p * p + q * q <= 1.0 + 8.0 * f64::EPSILON
+    }
+}
+
+/// The coordinates of all texel centres of a face: computed once a call, for they cost a division each.
+pub struct Centres<R> {
+    u: Vec<R>,
+    v: Vec<R>,
+}
+
+impl<R: Scalar> Centres<R> {
+    /// Those of a raster.
+    pub fn new(raster: &Raster) -> Self {
+        let along = |axis: GridAxis, n: usize| {
+            let centre = |i: usize| R::new(axis.centre(i as f64));
+            (0..n).map(centre).collect()
+        };
+        Centres {
+            u: along(raster.along_u, raster.width),
+            v: along(raster.along_v, raster.height),
+        }
+    }
+
+    /// Writes the canonical (u, v, face) of the texels of a block, row by row. The block must lie on a
+    /// face.
+    #[inline(always)]
+    pub fn of(&self, block: &Block, uv: &mut [[R; 3]]) {
+        let Some((face, texel, [along, down])) = block.face else {
+            return;
+        };
+        let face = R::new(face as f64);
+        for (row, uv) in uv.chunks_exact_mut(block.columns).enumerate() {
+            let row = row as isize;
+            let first = [texel[0] + row * down[0], texel[1] + row * down[1]];
+            if along == [1, 0] {
+                let v = self.v[first[1] as usize];
+                for (uv, &u) in uv.iter_mut().zip(&self.u[first[0] as usize..]) {
+                    *uv = [u, v, face];
+                }
+            } else {
+                for (k, uv) in uv.iter_mut().enumerate() {
+                    let at = |axis: usize| (first[axis] + k as isize * along[axis]) as usize;
+                    *uv = [self.u[at(0)], self.v[at(1)], face];
+                }
+            }
+        }
     }
 }
 

@@ -41,6 +41,9 @@ pub trait Scalar: Real + Polynomials + Default + Send + Sync {
 
     /// Whether words joined by OR all came from tame numbers.
     fn all_tame(joined: Self::Word) -> bool;
+
+    /// A whole number within ±2²¹ as an integer: `as` checks its range and never vectorises.
+    fn whole(self) -> i32;
 }
 
 macro_rules! scalar {
@@ -58,6 +61,13 @@ macro_rules! scalar {
             #[inline(always)]
             fn all_tame(joined: $word) -> bool {
                 joined & $wild == 0
+            }
+
+            #[inline(always)]
+            fn whole(self) -> i32 {
+                // 1.5·2^(digits - 1) leaves the number in the lowest bits.
+                const MAGIC: $t = 1.5 / <$t>::EPSILON;
+                (self + MAGIC).to_bits().wrapping_sub(MAGIC.to_bits()) as i32
             }
         }
     };
@@ -201,6 +211,27 @@ pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     );
 }
 
+/// Runs `work`, which must be `#[inline(always)]` down to its loops, compiled for the best level.
+#[inline(always)]
+pub fn vectorize<O>(work: impl FnOnce() -> O) -> O {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let forced = FORCED.load(Ordering::Relaxed);
+        let best = Level::new();
+        if (forced == 0 || forced > 2)
+            && let Some(token) = best.as_avx512()
+        {
+            return token.vectorize(work);
+        }
+        if forced != 1
+            && let Some(token) = best.as_avx2()
+        {
+            return token.vectorize(work);
+        }
+    }
+    work()
+}
+
 #[inline(never)]
 fn dispatch<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     point: F,
@@ -209,28 +240,10 @@ fn dispatch<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     output: &mut [[R; O]],
     scratch: &mut Scratch<R, I, O>,
 ) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let forced = FORCED.load(Ordering::Relaxed);
-        let best = Level::new();
-        if (forced == 0 || forced > 2)
-            && let Some(token) = best.as_avx512()
-        {
-            return token.vectorize(
-                #[inline(always)]
-                || all(point, frame, input, output, scratch),
-            );
-        }
-        if forced != 1
-            && let Some(token) = best.as_avx2()
-        {
-            return token.vectorize(
-                #[inline(always)]
-                || all(point, frame, input, output, scratch),
-            );
-        }
-    }
-    all(point, frame, input, output, scratch);
+    vectorize(
+        #[inline(always)]
+        || all(point, frame, input, output, scratch),
+    );
 }
 
 #[inline(always)]

@@ -25,7 +25,6 @@
 pub mod convention;
 pub mod convert;
 pub mod dual;
-mod edges;
 pub mod error;
 pub mod explain;
 pub mod faces;

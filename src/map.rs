@@ -298,6 +298,14 @@ impl Map {
             .collect()
     }
 
+    /// Whether both give each canonical coordinate the same direction: they may differ in size, grid and
+    /// layout of their images.
+    pub fn same_formula(&self, other: &Map) -> bool {
+        self.info.name == other.info.name
+            && self.axes == other.axes
+            && self.parameters == other.parameters
+    }
+
     /// World to view, for the map turned by `rotation`.
     pub fn turn(&self, rotation: Option<DMat3>) -> Turn {
         Turn::new(self.axes, rotation)

@@ -221,7 +221,7 @@ fn convert_texels<'py, T: PyTexel>(
         let out = target.as_slice_mut()?;
         disjoint(image.as_slice()?, out)?;
         let rotation = options.rotation;
-        py.detach(|| convert::convert(src, &source, dst, shape, rotation, filter, &fill, out))?;
+        py.detach(|| convert::convert(&source, dst, shape, rotation, filter, &fill, out))?;
     }
     finish(array, options.out.is_some())
 }

@@ -15,11 +15,11 @@
 //! graphics hardware does it, but of first order), and continuing the face's plane into its neighbour
 //! (second order, but the two faces disagreed on the edge).
 
+use super::border::Continue;
+use super::border::Taps;
 use crate::image::Raster;
 use crate::map::Map;
-use crate::projection::{Projection, Uv};
-use crate::projections::Visitor;
-use crate::sample::Taps;
+use crate::projection::Uv;
 
 /// The geometry that edges need.
 pub(crate) struct FaceEdge<'a> {
@@ -125,16 +125,6 @@ impl FaceEdge<'_> {
             let (face, place) = self.across(face, side, if other.high { q } else { -q });
             self.inside(taps, face, place.map(f64::round), third);
         }
-    }
-}
-
-/// The place of the direction that the formula gives for coordinates beyond the face.
-struct Continue(Uv<f64>);
-
-impl Visitor for Continue {
-    type Output = Uv<f64>;
-    fn visit<P: Projection>(self, p: P) -> Uv<f64> {
-        p.encode(p.decode(self.0))
     }
 }
 

@@ -1,0 +1,268 @@
+//! What lies beyond an edge.
+//!
+//! A texel that the image does not hold is given as stored texels with weights: the same row half a turn around, the
+//! mirrored edge of an octahedron, the neighbour face of a cube, the far side of a mirror ball's rim.
+//!
+//! - Latitude-longitude and octahedral maps: exactly a texel of the image, so that every filter is as good
+//!   across the seam as elsewhere.
+//! - Faces: the image at the place of the direction that this face's formula, continued, gives; cubic along
+//!   both sides of the neighbour, from texels inside it. Bilinear lookups have a rule of their own (`edges`).
+//! - Disks: interpolated along the meridian, between the nearest places on both sides of the rim that have all
+//!   four texels: of second order.
+//! - Where the coverage ends, the nearest texel.
+
+use super::Source;
+use super::edges::FaceEdge;
+use super::place::Reach;
+use crate::image::Texel;
+use crate::map::GridAxis;
+use crate::projection::{Projection, Seam, Uv};
+use crate::projections::Visitor;
+
+/// Stored texels and their weights.
+pub(crate) struct Taps(Vec<(usize, f64)>);
+
+impl Taps {
+    pub(crate) fn new() -> Self {
+        Taps(Vec::with_capacity(48))
+    }
+
+    pub(crate) fn push(&mut self, index: usize, weight: f64) {
+        if weight != 0.0 {
+            self.0.push((index, weight));
+        }
+    }
+
+    pub(crate) fn list(&self) -> &[(usize, f64)] {
+        &self.0
+    }
+}
+
+impl<T: Texel> Source<'_, T> {
+    /// The texel nearest to a place that its own index does not give.
+    pub(crate) fn nearest(&self, face: usize, [u, v]: [f64; 2]) -> usize {
+        let raster = &self.raster;
+        let texel = |u: f64, v: f64| {
+            let clamp = |(scale, offset): (f64, f64), x: f64, n: usize| {
+                ((x * scale + offset + 0.5).floor() as isize).clamp(0, n as isize - 1)
+            };
+            (
+                clamp(raster.along_u.index(), u, raster.width),
+                clamp(raster.along_v.index(), v, raster.height),
+            )
+        };
+        let (mut i, mut j) = texel(u, v);
+        if !raster.holds(i, j) {
+            // Half a texel's diagonal inside the rim every texel has its centre inside.
+            let (p, q) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+            let inside = (1.0 + self.safe(Reach::PAIR)) / (2.0 * (p * p + q * q).sqrt());
+            (i, j) = texel(0.5 + 0.5 * p * inside, 0.5 + 0.5 * q * inside);
+        }
+        raster.view(face).index(i as usize, j as usize)
+    }
+
+    /// Adds the texels of a separable kernel around a place.
+    pub(crate) fn window<const TAPS: usize>(
+        &self,
+        taps: &mut Taps,
+        face: usize,
+        uv: [f64; 2],
+        weights: impl Fn(f64) -> [f64; TAPS],
+    ) {
+        let [x, y] = self.place(uv);
+        let (left, top) = (x.floor(), y.floor());
+        let (across, down) = (weights(x - left), weights(y - top));
+        let before = TAPS as isize / 2 - 1;
+        for (r, down) in down.into_iter().enumerate() {
+            for (t, across) in across.into_iter().enumerate() {
+                let i = left as isize + t as isize - before;
+                let j = top as isize + r as isize - before;
+                if self.raster.holds(i, j) {
+                    let index = self.raster.view(face).index(i as usize, j as usize);
+                    taps.push(index, across * down);
+                } else {
+                    self.beyond(taps, face, i, j, across * down);
+                }
+            }
+        }
+    }
+
+    /// A place in texels: 0 at the first centre, `width - 1` at the last.
+    fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        let ((su, ou), (sv, ov)) = (self.raster.along_u.index(), self.raster.along_v.index());
+        [u * su + ou, v * sv + ov]
+    }
+
+    /// Adds what stands for a place near an edge.
+    pub(crate) fn resolve(&self, taps: &mut Taps, face: usize, uv: [f64; 2], weight: f64) {
+        if self.seam == Seam::Faces {
+            return FaceEdge {
+                raster: &self.raster,
+                map: self.map,
+            }
+            .resolve(taps, face, self.place(uv), weight);
+        }
+        self.four(taps, face, self.place(uv), weight, |taps, i, j, weight| {
+            self.beyond(taps, face, i, j, weight);
+        });
+    }
+
+    /// Adds the four texels around a place; `beyond` stands in for those that the image does not hold.
+    fn four(
+        &self,
+        taps: &mut Taps,
+        face: usize,
+        [x, y]: [f64; 2],
+        weight: f64,
+        beyond: impl Fn(&mut Taps, isize, isize, f64),
+    ) {
+        let (left, top) = (x.floor(), y.floor());
+        let (tx, ty) = (x - left, y - top);
+        for (di, dj, share) in [
+            (0, 0, (1.0 - tx) * (1.0 - ty)),
+            (1, 0, tx * (1.0 - ty)),
+            (0, 1, (1.0 - tx) * ty),
+            (1, 1, tx * ty),
+        ] {
+            let (i, j) = (left as isize + di, top as isize + dj);
+            if share == 0.0 {
+                continue;
+            }
+            if self.raster.holds(i, j) {
+                let index = self.raster.view(face).index(i as usize, j as usize);
+                taps.push(index, weight * share);
+            } else {
+                beyond(taps, i, j, weight * share);
+            }
+        }
+    }
+
+    /// Adds a texel that lies beyond an edge.
+    pub(crate) fn beyond(&self, taps: &mut Taps, face: usize, i: isize, j: isize, weight: f64) {
+        let (w, h) = (self.raster.width as isize, self.raster.height as isize);
+        let stored = |i: isize, j: isize| {
+            let (i, j) = (i.clamp(0, w - 1), j.clamp(0, h - 1));
+            self.raster.view(face).index(i as usize, j as usize)
+        };
+        match self.seam {
+            _ if self.raster.disk => self.across_rim(taps, face, i, j, weight),
+            Seam::Latlong => {
+                let wrapped = |i: isize| i.rem_euclid(w);
+                if (0..h).contains(&j) {
+                    return taps.push(stored(wrapped(i), j), weight);
+                }
+                let j = if j < 0 { -1 - j } else { 2 * h - 1 - j };
+                // Half a turn around lies between two columns where their number is odd.
+                let around = i + w / 2;
+                if w % 2 == 0 {
+                    taps.push(stored(wrapped(around), j), weight);
+                } else {
+                    taps.push(stored(wrapped(around), j), 0.5 * weight);
+                    taps.push(stored(wrapped(around + 1), j), 0.5 * weight);
+                }
+            }
+            Seam::Octahedral => {
+                let (mut i, mut j) = (i, j);
+                if !(0..w).contains(&i) {
+                    (i, j) = (if i < 0 { -1 - i } else { 2 * w - 1 - i }, h - 1 - j);
+                }
+                if !(0..h).contains(&j) {
+                    (i, j) = (w - 1 - i, if j < 0 { -1 - j } else { 2 * h - 1 - j });
+                }
+                taps.push(stored(i, j), weight);
+            }
+            Seam::Faces => {
+                let centre = |axis: GridAxis, i: isize| axis.centre(i as f64);
+                let uv = Uv {
+                    u: centre(self.raster.along_u, i),
+                    v: centre(self.raster.along_v, j),
+                    face: face as f64,
+                };
+                let there = self.map.visit_canonical(Continue(uv));
+                self.cubic(taps, there.face as usize, [there.u, there.v], weight);
+            }
+            _ => taps.push(stored(i, j), weight),
+        }
+    }
+
+    /// Adds a place by cubic interpolation from texels of its own face, wherever it lies on it.
+    fn cubic(&self, taps: &mut Taps, face: usize, uv: [f64; 2], weight: f64) {
+        let [x, y] = self.place(uv);
+        let (first, across) = lagrange(x, self.raster.width);
+        let (top, down) = lagrange(y, self.raster.height);
+        for (r, down) in down.into_iter().enumerate() {
+            for (t, across) in across.into_iter().enumerate() {
+                if across * down != 0.0 {
+                    let index = self.raster.view(face).index(first + t, top + r);
+                    taps.push(index, weight * across * down);
+                }
+            }
+        }
+    }
+
+    /// Adds a texel beyond the rim of a disk: interpolated along its meridian, between the nearest
+    /// places on both sides of the rim that have all four texels.
+    fn across_rim(&self, taps: &mut Taps, face: usize, i: isize, j: isize, weight: f64) {
+        let p = 2.0 * self.raster.along_u.centre(i as f64) - 1.0;
+        let q = 2.0 * self.raster.along_v.centre(j as f64) - 1.0;
+        let r = (p * p + q * q).sqrt();
+        let (cos, sin) = (p / r, q / r);
+        let at = |r: f64| self.place([0.5 + 0.5 * r * cos, 0.5 + 0.5 * r * sin]);
+        // All four are valid there, but for a share of rounding.
+        let add = |taps: &mut Taps, face, place, weight| {
+            self.four(taps, face, place, weight, |_, _, _, _| ());
+        };
+        let near = self.safe(Reach::PAIR);
+        let (face_across, across) = match self.seam {
+            Seam::RimOpposite => (face, at(-near)),
+            Seam::RimOtherFace => (1 - face, at(near)),
+            _ => return add(taps, face, at(near), weight),
+        };
+        let angle = |r: f64| {
+            let [x, y, z] = self
+                .map
+                .visit_canonical(Direction(Uv::flat(0.5 + 0.5 * r, 0.5)));
+            x.hypot(y).atan2(z)
+        };
+        let (from, to) = (angle(near), angle(1.0));
+        // As far beyond the rim as the mirrored place is before it.
+        let beyond = 2.0 * to - angle((2.0 - r).clamp(near, 1.0));
+        let share = ((beyond - from) / (2.0 * (to - from))).clamp(0.0, 1.0);
+        add(taps, face, at(near), weight * (1.0 - share));
+        add(taps, face_across, across, weight * share);
+    }
+}
+
+/// The first of up to four of `n` nodes around x, and the weights of the polynomial through them.
+fn lagrange(x: f64, n: usize) -> (usize, [f64; 4]) {
+    let count = n.min(4);
+    let first = (x.floor() - 1.0).clamp(0.0, (n - count) as f64);
+    let x = x - first;
+    let mut weights = [0.0; 4];
+    for (k, weight) in weights.iter_mut().enumerate().take(count) {
+        *weight = (0..count)
+            .filter(|&m| m != k)
+            .map(|m| (x - m as f64) / (k as f64 - m as f64))
+            .product();
+    }
+    (first as usize, weights)
+}
+
+struct Direction(Uv<f64>);
+
+impl Visitor for Direction {
+    type Output = [f64; 3];
+    fn visit<P: Projection>(self, p: P) -> [f64; 3] {
+        p.decode(self.0)
+    }
+}
+
+/// The place of the direction that the formula gives for coordinates beyond the face.
+pub(crate) struct Continue(pub(crate) Uv<f64>);
+
+impl Visitor for Continue {
+    type Output = Uv<f64>;
+    fn visit<P: Projection>(self, p: P) -> Uv<f64> {
+        p.encode(p.decode(self.0))
+    }
+}

@@ -1,0 +1,343 @@
+//! Looking directions up in an image.
+//!
+//! Directions become image coordinates, these become texels and fractions (`place`), and windows of texels
+//! are read and weighted (`gather`): block by block, each step a plain loop. Nearly every lookup has its
+//! window inside one face. The others meet an edge, and what lies beyond is the projection's
+//! [`Seam`](crate::projection::Seam): `border` resolves such a lookup, in f64, into stored texels with
+//! weights that sum to 1, and the result is base + Σ w (texel - base): a constant image stays constant to the
+//! bit, here as on the short way.
+//!
+//! Texels whose centre lies outside the valid image (the corners around a disk, where photographers
+//! print their credits; the empty cells of a cross) never take part.
+//!
+//! What did not help: continuing the image by its nearest texels (an error of first order at every seam), and a
+//! padded copy of the source (a copy a call, for the few lookups that need it).
+
+mod border;
+mod edges;
+mod gather;
+mod place;
+mod weights;
+
+use crate::error::Error;
+use crate::image::{Raster, Texel};
+use crate::kernel::Scalar;
+use crate::map::{EncodeCanonical, Map};
+use crate::projection::{Projection, Seam};
+use crate::projections::Visitor;
+use crate::real::Real;
+use crate::threads;
+use border::Taps;
+use gather::{Bilinear, Gather, Nearest, Separable, Stored, gather};
+use glam::DMat3;
+use ndarray::ArrayView2;
+use place::{Places, Reach};
+use weights::{CatmullRom, Kernel, Lanczos3, Mitchell};
+
+/// How a value is taken from texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// The texel that holds the place.
+    Nearest,
+    /// The four texels around it.
+    Bilinear,
+    /// Sixteen texels, Catmull and Rom's cubic: interpolates and keeps parabolas.
+    CatmullRom,
+    /// Sixteen texels, Mitchell and Netravali's cubic: softer, hardly any ringing.
+    Mitchell,
+    /// Thirty-six texels, the sinc function in Lanczos' window.
+    Lanczos3,
+}
+
+impl Filter {
+    /// All names. Two mean the same filter: "bicubic" is what most programs call Catmull and Rom's.
+    pub const NAMES: [&'static str; 6] = [
+        "nearest",
+        "bilinear",
+        "bicubic",
+        "catmull-rom",
+        "mitchell",
+        "lanczos3",
+    ];
+
+    /// The filter of this name.
+    pub fn find(name: &str) -> Result<Filter, Error> {
+        match name {
+            "nearest" => Ok(Filter::Nearest),
+            "bilinear" => Ok(Filter::Bilinear),
+            "bicubic" | "catmull-rom" => Ok(Filter::CatmullRom),
+            "mitchell" => Ok(Filter::Mitchell),
+            "lanczos3" => Ok(Filter::Lanczos3),
+            _ => Err(Error::unknown("filter", name, &Self::NAMES)),
+        }
+    }
+
+    fn reach(self) -> Reach {
+        let wide = |before, after| Reach {
+            shift: 0.0,
+            before,
+            after,
+        };
+        match self {
+            Filter::Nearest => Reach {
+                shift: 0.5,
+                before: 0,
+                after: 0,
+            },
+            Filter::Bilinear => wide(0, 1),
+            Filter::CatmullRom | Filter::Mitchell => wide(1, 2),
+            Filter::Lanczos3 => wide(2, 3),
+        }
+    }
+}
+
+/// Points that are encoded before they are looked up: small enough for the first-level cache.
+pub const TILE: usize = 256;
+
+/// An image that can be looked up.
+#[derive(Clone, Copy)]
+pub struct Source<'a, T> {
+    map: &'a Map,
+    raster: Raster,
+    texels: &'a [T],
+    channels: usize,
+    seam: Seam,
+}
+
+impl<'a, T: Texel> Source<'a, T> {
+    /// An image of a map: its shape without channels, and its texels, a row of channels each.
+    pub fn new(map: &'a Map, shape: &[usize], texels: ArrayView2<'a, T>) -> Result<Self, Error> {
+        struct GetSeam;
+        impl Visitor for GetSeam {
+            type Output = Seam;
+            fn visit<P: Projection>(self, p: P) -> Seam {
+                p.seam()
+            }
+        }
+        let raster = Raster::new(map, shape)?;
+        let channels = texels.ncols();
+        let texels = texels
+            .to_slice()
+            .filter(|_| texels.nrows() == raster.texels() && channels > 0)
+            .ok_or_else(|| {
+                Error::Shape(format!(
+                    "Expected {} texels of at least one channel, one after the other, got {:?}.",
+                    raster.texels(),
+                    texels.dim()
+                ))
+            })?;
+        Ok(Source {
+            map,
+            raster,
+            texels,
+            channels,
+            seam: map.visit_canonical(GetSeam),
+        })
+    }
+
+    /// The map that the image is in.
+    pub fn map(&self) -> &'a Map {
+        self.map
+    }
+
+    /// The geometry of the image.
+    pub fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
+    /// Looks up world directions: three numbers each in, `channels` texels each out.
+    pub fn sample<R: Scalar>(
+        &self,
+        rotation: Option<DMat3>,
+        filter: Filter,
+        fill: &[T],
+        directions: &[R],
+        out: &mut [T],
+    ) {
+        let turn = self.map.turn(rotation);
+        threads::blocks(directions, 3, out, self.channels, |directions, out| {
+            let mut uv = [[R::default(); 3]; TILE];
+            let mut lookups = Lookups::new(self, filter, fill);
+            for (tile, directions) in directions.chunks(3 * TILE).enumerate() {
+                let uv = &mut uv[..directions.len() / 3];
+                self.map.visit_canonical(EncodeCanonical {
+                    turn,
+                    input: directions,
+                    output: uv.as_flattened_mut(),
+                });
+                let area = Area {
+                    start: tile * TILE,
+                    columns: TILE,
+                    stride: TILE,
+                };
+                lookups.push(uv, out, area);
+            }
+            lookups.finish(out);
+        });
+    }
+
+    fn stored(&self) -> Stored<'_, T> {
+        Stored {
+            raster: &self.raster,
+            texels: self.texels,
+            channels: self.channels,
+        }
+    }
+
+    /// Within this distance from a disk's centre all texels that a filter reaches are valid.
+    fn safe(&self, reach: Reach) -> f64 {
+        if !self.raster.disk {
+            return f64::INFINITY;
+        }
+        let spacing = 2.0
+            / (self
+                .raster
+                .along_u
+                .index()
+                .0
+                .min(self.raster.along_v.index().0));
+        let texels = reach.shift.max(reach.after as f64);
+        (1.0 - std::f64::consts::SQRT_2 * texels * spacing).max(0.0)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn at_edge(&self, filter: Filter, face: usize, uv: [f64; 2], out: &mut [T]) {
+        let mut taps = Taps::new();
+        match filter {
+            Filter::Nearest => {
+                let index = self.nearest(face, uv) * self.channels;
+                return out.copy_from_slice(&self.texels[index..index + self.channels]);
+            }
+            Filter::Bilinear => self.resolve(&mut taps, face, uv, 1.0),
+            Filter::CatmullRom => self.window(&mut taps, face, uv, CatmullRom::weights),
+            Filter::Mitchell => self.window(&mut taps, face, uv, Mitchell::weights),
+            Filter::Lanczos3 => self.window(&mut taps, face, uv, Lanczos3::weights),
+        }
+        self.weigh(&taps, out);
+    }
+
+    /// The sum of texels by their weights, which add up to 1.
+    fn weigh(&self, taps: &Taps, out: &mut [T]) {
+        let heaviest = taps
+            .list()
+            .iter()
+            .fold((0, 0.0), |a, b| if b.1 > a.1 { *b } else { a })
+            .0;
+        for (k, out) in out.iter_mut().enumerate() {
+            let base = self.texels[heaviest * self.channels + k].load();
+            let mut sum = T::Float::new(0.0);
+            for &(index, weight) in taps.list() {
+                let texel = self.texels[index * self.channels + k].load();
+                sum = sum + T::Float::new(weight) * (texel - base);
+            }
+            *out = T::store(base + sum);
+        }
+    }
+}
+
+/// Lookups tile by tile: the texels of one are asked for while those of the one before are weighted.
+pub struct Lookups<'s, 'a, T: Texel, R> {
+    source: &'s Source<'a, T>,
+    filter: Filter,
+    fill: &'s [T],
+    tiles: [Tile<T::Float, R>; 2],
+    current: usize,
+}
+
+struct Tile<F, R> {
+    places: Places<F>,
+    all_inside: bool,
+    uv: [[R; 3]; TILE],
+    area: Area,
+    length: usize,
+}
+
+/// The rectangle of a band of stored texels that a tile of lookups fills, row by row.
+#[derive(Clone, Copy, Debug)]
+pub struct Area {
+    /// Its first texel.
+    pub start: usize,
+    /// Texels in a row; at least one.
+    pub columns: usize,
+    /// Texels from one row to the next.
+    pub stride: usize,
+}
+
+impl<'s, 'a, T: Texel, R: Scalar> Lookups<'s, 'a, T, R> {
+    /// Lookups in an image. Where it holds nothing, the result is `fill`.
+    pub fn new(source: &'s Source<'a, T>, filter: Filter, fill: &'s [T]) -> Self {
+        let tile = || Tile {
+            places: Places::new(),
+            all_inside: false,
+            uv: [[R::default(); 3]; TILE],
+            area: Area {
+                start: 0,
+                columns: 1,
+                stride: 1,
+            },
+            length: 0,
+        };
+        Lookups {
+            source,
+            filter,
+            fill,
+            tiles: [tile(), tile()],
+            current: 0,
+        }
+    }
+
+    /// Looks up canonical (u, v, face), at most [`TILE`] of them, into an area of `band`: at the next
+    /// call.
+    pub fn push(&mut self, uv: &[[R; 3]], band: &mut [T], area: Area) {
+        let source = self.source;
+        let reach = self.filter.reach();
+        let next = &mut self.tiles[1 - self.current];
+        next.all_inside = next
+            .places
+            .set(&source.raster, reach, source.safe(reach), uv);
+        next.uv[..uv.len()].copy_from_slice(uv);
+        (next.area, next.length) = (area, uv.len());
+        self.gather(band, uv.len());
+        self.current = 1 - self.current;
+    }
+
+    /// Does what is left to do.
+    pub fn finish(&mut self, band: &mut [T]) {
+        self.gather(band, 0);
+        self.tiles[self.current].length = 0;
+    }
+
+    /// Weights the texels of the current tile, and asks for those of the first `ahead` lookups of the
+    /// next.
+    fn gather(&self, band: &mut [T], ahead: usize) {
+        match self.filter {
+            Filter::Nearest => self.weigh::<Nearest>(band, ahead),
+            Filter::Bilinear => self.weigh::<Bilinear>(band, ahead),
+            Filter::CatmullRom => self.weigh::<Separable<CatmullRom, 4>>(band, ahead),
+            Filter::Mitchell => self.weigh::<Separable<Mitchell, 4>>(band, ahead),
+            Filter::Lanczos3 => self.weigh::<Separable<Lanczos3, 6>>(band, ahead),
+        }
+    }
+
+    fn weigh<G: Gather<T>>(&self, band: &mut [T], ahead: usize) {
+        let source = self.source;
+        let tile = &self.tiles[self.current];
+        let next = &self.tiles[1 - self.current].places;
+        gather::<T, G>(
+            source.stored(),
+            (&tile.places, tile.all_inside),
+            (next, ahead),
+            band,
+            (tile.area, tile.length),
+            |k, out| {
+                let [u, v, face] = tile.uv[k].map(Real::to_f64);
+                if u.is_nan() {
+                    out.copy_from_slice(self.fill);
+                } else {
+                    source.at_edge(self.filter, face as usize, [u, v], out);
+                }
+            },
+        );
+    }
+}

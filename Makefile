@@ -103,6 +103,7 @@ bench: $(BUILT) $(DEV_DEPS)
 
 docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/make_doc_images.py
+	"$(BIN)/python" tools/make_convention_images.py
 	"$(BIN)/python" tools/generate_names.py
 	"$(BIN)/python" tools/generate_docs.py
 

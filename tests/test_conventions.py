@@ -328,9 +328,7 @@ THREE_FACES = (
 
 def cells(*rows: str) -> dict[str, tuple[int, int]]:
     """Where each digit or letter stands in a picture made of words."""
-    return {
-        mark: (i, j) for j, row in enumerate(rows) for i, mark in enumerate(row) if mark != "."
-    }
+    return {mark: (i, j) for j, row in enumerate(rows) for i, mark in enumerate(row) if mark != "."}
 
 
 STRIP, COLUMN = cells("012345"), cells(*"012345")

@@ -119,7 +119,9 @@ def compare(a: ProjectionLike, b: ProjectionLike, /) -> Comparison:
         if words:
             differences.insert(0, words)
         if order is not None:
-            differences.append(f"face order differs: 0 1 2 ... of the first are {order} of the second")
+            differences.append(
+                f"face order differs: 0 1 2 ... of the first are {order} of the second"
+            )
     else:
         differences += moved
     if p.grid != q.grid:
@@ -130,7 +132,9 @@ def compare(a: ProjectionLike, b: ProjectionLike, /) -> Comparison:
 
 def _of_kinds(p: Projection, q: Projection) -> Comparison:
     what = [f"{r.name}{''.join(f', {k} {v:g}' for k, v in r.parameters.items())}" for r in (p, q)]
-    differences = [f"another kind of image: {what[0]} and {what[1]}; convert turns one into the other"]
+    differences = [
+        f"another kind of image: {what[0]} and {what[1]}; convert turns one into the other"
+    ]
     centres = [r.axes.split()[2] for r in (p, q)]
     if centres[0] != centres[1]:
         differences.append(f"what lies ahead differs: {centres[0]} and {centres[1]}")

@@ -35,7 +35,7 @@ _FINER = 8
 # Points at which images are compared at their own resolution: for the yaw of each candidate, and
 # for the grid of the best one, which is a matter of half a texel.
 _POINTS = 10_000
-_MANY_POINTS = 60_000
+_MANY_POINTS = 40_000
 
 
 @dataclass(frozen=True)
@@ -175,6 +175,7 @@ def identify(
     candidates = [points.candidate(axes, *points.refined(axes, yaw)) for _, axes, yaw in found]
     candidates.sort(key=lambda c: -c.score)
     candidates[0] = _Points(first, second, _MANY_POINTS).with_grid(candidates[0])
+    candidates.sort(key=lambda c: -c.score)  # more points may tell two that fit badly apart
     certain, reason = _verdict(candidates)
     return Identification(certain, reason, tuple(candidates[:count]))
 
@@ -228,7 +229,9 @@ class _Image:
         """Return the image on a small cube in its view frame, and the known share of each texel."""
         n = _ROWS // 2
         p = _with(self.map, axes="+x +y +z")
-        fine = convert(self.values, p, _core.projection("cube", axes="+x +y +z"), size=n * _FINER, fill=np.nan)
+        fine = convert(
+            self.values, p, _core.projection("cube", axes="+x +y +z"), size=n * _FINER, fill=np.nan
+        )
         blocks = fine.reshape(6, n, _FINER, n, _FINER, -1).astype(np.float64)
         known = np.isfinite(blocks).all(axis=-1, keepdims=True)
         share = known.mean(axis=(2, 4))
@@ -252,7 +255,11 @@ def _guess(name: str, shape: tuple[int, ...]) -> tuple[Projection, bool]:
     for channels in (False, True):
         size = shape[:-1] if channels else shape
         for kind in ("latlong", "angular", "cube"):
-            layouts = (None,) if kind != "cube" else ("faces", "cross", "vertical_cross", "strip", "column", "3x2")
+            layouts = (
+                (None,)
+                if kind != "cube"
+                else ("faces", "cross", "vertical_cross", "strip", "column", "3x2")
+            )
             for layout in layouts:
                 p = _core.projection(kind, layout=layout)
                 try:
@@ -339,9 +346,7 @@ def _distinct(found: list[tuple[float, str, float]]) -> list[tuple[float, str, f
     """Leave out what lies within 8° of something better."""
     kept: list[tuple[float, str, float]] = []
     for score, axes, yaw in found:
-        near = (
-            axes == other and abs((yaw - y + 180) % 360 - 180) < 8 for _, other, y in kept
-        )
+        near = (axes == other and abs((yaw - y + 180) % 360 - 180) < 8 for _, other, y in kept)
         if not any(near):
             kept.append((score, axes, yaw))
     return kept
@@ -357,6 +362,16 @@ def _correlation(x: Array, y: Array) -> float:
     return float(np.sum(x * y) / spread) if spread > 0 else -1.0
 
 
+def _even(p: Projection, d: Array, turn: Array | None) -> NDArray[np.bool_]:
+    """Tell where a map, in a direction or across it, is not much coarser than it mostly is."""
+    slopes = np.asarray(p.jacobian(p.encode(d, rotation=turn)))
+    coarse = np.sqrt(np.sum(slopes * slopes, axis=(-2, -1)))
+    known = np.isfinite(coarse)
+    if not known.any():
+        return known
+    return np.asarray(np.where(known, coarse, np.inf) < 2 * np.median(coarse[known]))
+
+
 class _Points:
     """Places that lie evenly on the sphere, and what the first image shows there."""
 
@@ -366,15 +381,22 @@ class _Points:
         r = np.sqrt(1 - y * y)
         self.directions = np.stack([r * np.sin(turn), y, r * np.cos(turn)], axis=-1)
         self.first, self.second = first, second
+        self.keep = _even(first.map, self.directions, None)
         self.seen = first.look(self.directions, first.map)
 
     def score(self, p: Projection, yaw: float) -> float:
+        shown = self.second.look(self.directions, p, np.asarray(rotation(yaw, 0, 0)))
+        return _correlation(self.seen[self.keep], shown[self.keep])
+
+    def without_stretched(self, p: Projection, yaw: float) -> None:
+        """Leave out where a map, about so turned, stretches: all it shows there is blurred."""
         turn = np.asarray(rotation(yaw, 0, 0))
-        return _correlation(self.seen, self.second.look(self.directions, p, turn))
+        self.keep = _even(self.first.map, self.directions, None) & _even(p, self.directions, turn)
 
     def refined(self, axes: str, yaw: float) -> tuple[float, float]:
         """Return the yaw near this one that fits best, and how well."""
         p = _with(self.second.map, axes=axes)
+        self.without_stretched(p, yaw)
         best, step = self.score(p, yaw), 360 / _COLUMNS
         while step > 0.01:
             step /= 2
@@ -394,9 +416,10 @@ class _Points:
     def with_grid(self, found: Candidate) -> Candidate:
         """Try each grid, with the yaw that goes best with it; keep one that clearly fits better."""
         results = []
+        self.without_stretched(found.projection, found.yaw)
         for grid in ("centers", "corners", "corners-v"):
             p = _with(self.second.map, axes=found.axes, grid=grid)
-            near = found.yaw + np.linspace(-0.2, 0.2, 9)
+            near = found.yaw + np.linspace(-0.2, 0.2, 7)
             try:
                 results.append((*max((self.score(p, yaw), yaw) for yaw in near), grid))
             except ValueError:

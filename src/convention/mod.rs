@@ -185,11 +185,11 @@ mod tests {
     #[test]
     fn unknown_names_list_the_nearest_first() {
         let error = find("cube", "ffmpeg").unwrap_err().to_string();
-        let start = "unknown convention 'ffmpeg'; 'cube' has ffmpeg-c1x6, ffmpeg-c3x2, ffmpeg-c6x1, ";
+        let start =
+            "unknown convention 'ffmpeg'; 'cube' has ffmpeg-c1x6, ffmpeg-c3x2, ffmpeg-c6x1, ";
         assert!(error.starts_with(start), "{error}");
         let error = find("latlong", "mitsubo").unwrap_err().to_string();
-        let start =
-            "unknown convention 'mitsubo'; did you mean 'mitsuba'? 'latlong' has mitsuba, ";
+        let start = "unknown convention 'mitsubo'; did you mean 'mitsuba'? 'latlong' has mitsuba, ";
         assert!(error.starts_with(start), "{error}");
     }
 }

@@ -35,7 +35,5 @@ def test_other_signs_do_not_fit(pair):
     n = cube.shape[1]
     opengl = sm.projection("cube", convention="opengl", layout="column", grid="corners")
     made = sm.convert(panorama, "latlong:openexr", opengl, size=n)
-    scores = [
-        correlation(made[f * n : (f + 1) * n], cube[f * n : (f + 1) * n]) for f in range(6)
-    ]
+    scores = [correlation(made[f * n : (f + 1) * n], cube[f * n : (f + 1) * n]) for f in range(6)]
     assert max(scores) < 0.7

@@ -194,7 +194,7 @@ fn landings(map: &Map, axis: usize, seen: &[Vec<[f64; 3]>]) -> Vec<(usize, usize
     });
     let mut placed: Vec<(usize, usize)> = Vec::new();
     for (_, i, j) in near {
-        let apart = |&(a, b): &(usize, usize)| a.abs_diff(i) >= w / 4 || b.abs_diff(j) >= h / 4 + 1;
+        let apart = |&(a, b): &(usize, usize)| a.abs_diff(i) >= w / 4 || b.abs_diff(j) > h / 4;
         if placed.iter().all(apart) {
             placed.push((i, j));
         }

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-
 from oracles import openimageio_oracle
-
 
 # Direction, sharpness and brightness of lamps that no turn or mirror exchanges.
 LAMPS = [

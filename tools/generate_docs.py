@@ -103,9 +103,8 @@ def page(registry: list[dict]) -> str:
             facts.insert(0, f"![The same sky as {name}]({picture})\n")
         parts += [f"## `{name}`: {e['title']}", e["summary"], "\n".join(facts)]
 
-    parts.append(
-        "## Conventions\n\nWhat other programs do is a table of its own: [conventions.md](conventions.md)."
-    )
+    link = "[conventions.md](conventions.md)"
+    parts.append(f"## Conventions\n\nWhat other programs do is a table of its own: {link}.")
     return "\n\n".join(parts) + "\n"
 
 
@@ -114,42 +113,48 @@ CONVENTIONS = """\
 
 Written by `tools/generate_docs.py` from the table in `src/convention`; do not edit.
 
-Everybody lays out the same maps differently. Each row below says how one program does it. Use it as
-`sm.projection("latlong", convention="blender")`, or wherever a projection is asked for as `"latlong:blender"`:
+Everybody lays out the same maps differently. Each row below says how one program does it. Use it
+as `sm.projection("latlong", convention="blender")`, or wherever a projection is asked for as
+`"latlong:blender"`:
 
     cube = sm.convert(panorama, "latlong:blender", "cube:opengl")
     print(sm.compare("latlong:blender", "latlong:threejs"))
     sm.explain("cube:openexr")
     print(sm.identify(photo, render))        # which of all these is it?
 
-**How to read it.** *Axes* are the world axes that point right, down and forward (into the middle of the
-image). *Mirrored* is as seen from inside a right-handed world; a program with a left-handed world sees
-the opposite, and the world's column says which those are. *Grid* is where texels lie: `centers` at (i + 1/2)/n,
-`corners` at i/(n - 1), `corners-v` corners along v alone. *Known by*: "run against" means that a test of
-this project runs that version of the program and compares; "read from source" means that the formula was
-read there, and that a test holds the row to it.
+**How to read it.** *Axes* are the world axes that point right, down and forward (into the middle
+of the image). *Mirrored* is as seen from inside a right-handed world; a program with a
+left-handed world sees the opposite, and the world's column says which those are. *Grid* is where
+texels lie: `centers` at (i + 1/2)/n, `corners` at i/(n - 1), `corners-v` corners along v alone.
+*Known by*: "run against" means that a test of this project runs that version of the program and
+compares; "read from source" means that the formula was read there, and that a test holds the row
+to it.
 
-**The pictures** show one sphere as each program stores it, row 0 at the top. The letters are painted on the
-sphere, upright and readable from inside in a right-handed world: in a mirrored image they are mirrored.
-A stack of faces is shown side by side.
+**The pictures** show one sphere as each program stores it, row 0 at the top. The letters are
+painted on the sphere, upright and readable from inside in a right-handed world: in a mirrored
+image they are mirrored. A stack of faces is shown side by side.
 """
 
 NOT_YET = """\
 ## What has no row, and why
 
-- **ffmpeg `eac`** and **pbrt-v4's equal-area square** are other projections, not other axes. They get their rows
-  with these projections.
-- **skylibs `skylatlong`** is the upper half of a panorama over the whole height of the image. A latlong has
-  no parameter for a part of the sphere.
-- **three.js MatCap** is looked up at 0.495 of the radius instead of 0.5. A matcap has no parameter for a margin.
-- **HDRShop**: no source and no specification of its axes could be found, only files that other programs
-  call compatible. Use `identify` on an image of yours.
-- **pyequilib** is read and not run: it imports PyTorch, several gigabytes, on every start.
-- **OpenEXR's exrenvmap** comes in no Python wheel. Its rows are tested on the two images of one scene
-  that the OpenEXR project publishes, one per kind.
+- **ffmpeg `eac`** and **pbrt-v4's equal-area square** are other projections, not other axes. They
+  get their rows with these projections.
+- **skylibs `skylatlong`** is the upper half of a panorama over the whole height of the image. A
+  latlong has no parameter for a part of the sphere.
+- **three.js MatCap** is looked up at 0.495 of the radius instead of 0.5. A matcap has no
+  parameter for a margin.
+- **HDRShop**: no source and no specification of its axes could be found, only files that other
+  programs call compatible. Use `identify` on an image of yours.
+- **pyequilib** is read and not run in the tests: it imports PyTorch, several gigabytes, on every
+  start. Run once by hand with PyTorch left out, its NumPy code agreed with its rows to 3e-15.
+- **Draco** has its row from its source: the directions that it gives back lie on the same grid
+  whichever axis is the pole.
+- **OpenEXR's exrenvmap** comes in no Python wheel. Its rows are tested on the two images of one
+  scene that the OpenEXR project publishes, one per kind.
 - **three.js** computes in shaders, which need a graphics card; its formulas are read.
-- **Unreal's importer** of panoramas reads texel i at u = i/W. That is no grid here: it lies half a texel beside
-  the row.
+- **Unreal's importer** of panoramas reads texel i at u = i/W. That is no grid here: it lies half
+  a texel beside the row.
 """
 
 

@@ -310,7 +310,7 @@ def identify(
             name = name or _fit.likely(height, width)
             maps.append(_fit.of_file(name, None, height, width, any_aspect=False))
         step("comparing")
-        found = sm.identify(*images, *maps)
+        found = sm.identify(images[0], images[1], maps[0], maps[1])
     print(f"A is taken as {_fit.described(maps[0])}, B as {_fit.described(maps[1])}")
     print(found)
     if not found.certain:

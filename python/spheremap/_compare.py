@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -202,13 +202,13 @@ def _cells(p: Projection) -> list[tuple[str, NDArray[np.float64]]]:
         return [("the image", 0.5 + 0.4 * (_PLACES - 0.5))]
     rows, columns = (n // 2 for n in p.shape(2))
     cells = [
-        (f"cell ({i}, {j})", (_PLACES + [i, j]) / [columns, rows])
+        (f"cell ({i}, {j})", (_PLACES + np.array([i, j])) / np.array([columns, rows]))
         for j, i in itertools.product(range(rows), range(columns))
     ]
     return [(name, uv) for name, uv in cells if p.valid(uv).all()]
 
 
-def _between(d: NDArray[np.float64], e: NDArray[np.float64]) -> NDArray[np.float64]:
+def _between(d: NDArray[Any], e: NDArray[Any]) -> NDArray[np.float64]:
     """Return the signed permutation M with e = M d."""
     matrix = np.zeros((3, 3))
     for i in range(3):

@@ -1,10 +1,11 @@
 """Finding the axes, the yaw and the grid that relate two images of one scene.
 
-Both images are compressed in tone, because a sun would outshine every other feature, and reduced to what
-a panorama of a few degrees a texel can hold. There are 48 axes; a quarter turn about the vertical
-takes one to another, so 12 are left that no yaw relates, and for each of these one circular correlation
-along the rows answers for all yaws at once. What is found is then refined on points over the
-whole sphere, first in yaw and then in the grid, at the full resolution of the images.
+Both images are compressed in tone, because a sun would outshine every other feature, and reduced
+to what a panorama of a few degrees a texel can hold. There are 48 axes; a quarter turn about the
+vertical takes one to another, so 12 are left that no yaw relates, and for each of these one
+circular correlation along the rows answers for all yaws at once. The best are then refined on
+points over the whole sphere, first in yaw and then, for one, in the grid, at the full resolution
+of the images.
 """
 
 from __future__ import annotations
@@ -367,9 +368,8 @@ def _even(p: Projection, d: Array, turn: Array | None) -> NDArray[np.bool_]:
     slopes = np.asarray(p.jacobian(p.encode(d, rotation=turn)))
     coarse = np.sqrt(np.sum(slopes * slopes, axis=(-2, -1)))
     known = np.isfinite(coarse)
-    if not known.any():
-        return known
-    return np.asarray(np.where(known, coarse, np.inf) < 2 * np.median(coarse[known]))
+    usual = np.median(coarse[known]) if known.any() else 0.0
+    return np.asarray(np.where(known, coarse, np.inf) < 2 * usual, np.bool_)
 
 
 class _Points:

@@ -27,11 +27,12 @@ def meshopt_decode(p: np.ndarray, bits: int) -> np.ndarray:
 
 
 def draco_round_trip(normals: np.ndarray, bits: int) -> np.ndarray:
-    """Normals after one encoding and decoding."""
+    """Normals (3 N, 3) after one encoding and decoding, as the corners of triangles."""
     dracopy: Any = need("DracoPy")
     points = np.arange(3 * len(normals), dtype=np.float32).reshape(-1, 3)
     data = dracopy.encode(
         points,
+        np.arange(len(normals), dtype=np.uint32).reshape(-1, 3),
         normals=normals.astype(np.float64),
         normal_quantization_bits=bits,
         preserve_order=True,

@@ -28,7 +28,9 @@ def test_meshoptimizer(bits):
 
 
 @pytest.mark.parametrize("bits", [8, 12])
-def test_draco(bits):
+def test_draco_quantises_on_the_grid_of_its_row(bits):
+    # The lattice |x| + |y| + |z| = const is the same whichever axis is the pole, and what is
+    # stored cannot be seen from outside: which axis it is, is read from source.
     d = random_directions(12_000, 421)
     got = oracle.draco_round_trip(d, bits)
     steps = 2**bits - 2
@@ -37,7 +39,3 @@ def test_draco(bits):
     assert np.abs(place - np.rint(place)).max() < 4e-7 * steps
     # ... and beside what went in: a cell is at most 2 √27 /steps wide in radians.
     assert reference.angle(got, d).max() < 2 * np.sqrt(27) / steps
-    # No other axis is its pole.
-    for axes in ("+x +y +z", "+z +x +y"):
-        other = sm.encode(got, "octahedral", axes=axes) * steps
-        assert np.abs(other - np.rint(other)).max() > 0.4

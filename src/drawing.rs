@@ -111,13 +111,19 @@ fn cells(map: &Map) -> Canvas {
         let beyond = |a: f64, b: f64| {
             let d = at(a, b);
             let dot: f64 = (0..3).map(|k| d[k] * middle[k]).sum();
-            AXES[nearest([0, 1, 2].map(|k| d[k] - dot * middle[k]))]
+            if dot.is_nan() {
+                "" // not a part of the valid image
+            } else {
+                AXES[nearest([0, 1, 2].map(|k| d[k] - dot * middle[k]))]
+            }
         };
         let (x, y) = (column * width, row * height);
         canvas.frame(x, y, x + width, y + height);
         canvas.write(x + 5, y + 1, beyond(0.5, 0.02));
         canvas.write(x + 1, y + 2, beyond(0.02, 0.5));
-        canvas.write(x + 4, y + 2, &format!("({})", AXES[nearest(middle)]));
+        if !middle[0].is_nan() {
+            canvas.write(x + 4, y + 2, &format!("({})", AXES[nearest(middle)]));
+        }
         canvas.write(x + 10, y + 2, beyond(0.98, 0.5));
         canvas.write(x + 5, y + 3, beyond(0.5, 0.98));
         if !arrangement.joined {

@@ -58,7 +58,7 @@ def test_letters_of_several_faces(name, layout):
             if p.faces > 1:
                 uv = np.hstack([places, np.full((3, 1), column)])
             else:
-                uv = (places + [column, row]) / [columns, rows]
+                uv = (places + np.array([column, row])) / np.array([columns, rows])
             d = p.decode(uv)
             if label not in AXES:
                 assert np.isnan(d).all()

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _core
 from ._api import _resolve
+from ._variants import axes_matrix, changed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,8 +20,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Comparison", "compare"]
 
-# Well inside a face, and in no symmetric position.
-_PLACES = np.array([[0.3, 0.4], [0.7, 0.35], [0.45, 0.8], [0.62, 0.58]])
+# Inside a face, in no symmetric position, and enough of them for outlines that leave some out.
+_PLACES = np.array(
+    [[0.3, 0.4], [0.7, 0.35], [0.45, 0.8], [0.62, 0.58], [0.47, 0.44], [0.41, 0.63], [0.55, 0.27]]
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,11 +113,11 @@ def compare(a: ProjectionLike, b: ProjectionLike, /) -> Comparison:
     matrix: NDArray[np.float64] | None = None
     if p.layout != q.layout:
         differences.append(f"layout differs: {p.layout} and {q.layout}")
-        p, q = _stack(p), _stack(q)
+        p, q = changed(p, layout="faces"), changed(q, layout="faces")
     faces, moved = _faces(p, q)
     order = None if _same(faces) else _order(p, q)
     if _same(faces) or order is not None:
-        matrix = faces[0] if order is None else _axes(q).T @ _axes(p)
+        matrix = faces[0] if order is None else axes_matrix(q.axes).T @ axes_matrix(p.axes)
         words = _words(matrix, _up(p))
         if words:
             differences.insert(0, words)
@@ -145,18 +148,6 @@ def _of_kinds(p: Projection, q: Projection) -> Comparison:
     return Comparison(p, q, None, None, tuple(differences))
 
 
-def _stack(p: Projection) -> Projection:
-    """Return the map with its faces apart."""
-    return _core.projection(
-        p.name,
-        convention=p.convention,
-        axes=p.axes,
-        grid=p.grid,
-        layout="faces",
-        parameters=p.parameters,
-    )
-
-
 def _faces(p: Projection, q: Projection) -> tuple[list[NDArray[np.float64]], list[str]]:
     """For each face, or cell, the signed permutation between what both see, and words for it."""
     matrices, words = [], []
@@ -173,19 +164,11 @@ def _same(matrices: list[NDArray[np.float64]]) -> bool:
     return all(np.array_equal(m, matrices[0]) for m in matrices)
 
 
-def _axes(p: Projection) -> NDArray[np.float64]:
-    """Return the matrix from the world to the view frame."""
-    matrix = np.zeros((3, 3))
-    for k, word in enumerate(p.axes.split()):
-        matrix[k, "xyz".index(word[1])] = -1.0 if word[0] == "-" else 1.0
-    return matrix
-
-
 def _order(p: Projection, q: Projection) -> str | None:
     """Return which faces of `q` show what the faces of `p` show, as their axes say it."""
     if not p.faces == q.faces > 1:
         return None
-    matrix = _axes(q).T @ _axes(p)
+    matrix = axes_matrix(q.axes).T @ axes_matrix(p.axes)
     wanted = [p.decode(uv) @ matrix.T for _, uv in _cells(p)]
     shown = [q.decode(uv) for _, uv in _cells(q)]
     order = [[k for k, e in enumerate(shown) if np.allclose(d, e)] for d in wanted]
@@ -196,7 +179,8 @@ def _cells(p: Projection) -> list[tuple[str, NDArray[np.float64]]]:
     """Return places inside each face that is stored, with its name."""
     if p.faces > 1:
         column = np.ones((len(_PLACES), 1))
-        return [(f"face {k}", np.hstack([_PLACES, k * column])) for k in range(p.faces)]
+        stack = [(f"face {k}", np.hstack([_PLACES, k * column])) for k in range(p.faces)]
+        return [(name, uv[p.valid(uv)]) for name, uv in stack]
     if p.layout is None:
         # Around the middle, where every map holds sphere.
         return [("the image", 0.5 + 0.4 * (_PLACES - 0.5))]
@@ -205,7 +189,7 @@ def _cells(p: Projection) -> list[tuple[str, NDArray[np.float64]]]:
         (f"cell ({i}, {j})", (_PLACES + np.array([i, j])) / np.array([columns, rows]))
         for j, i in itertools.product(range(rows), range(columns))
     ]
-    return [(name, uv) for name, uv in cells if p.valid(uv).all()]
+    return [(name, uv[p.valid(uv)]) for name, uv in cells if p.valid(uv).any()]
 
 
 def _between(d: NDArray[Any], e: NDArray[Any]) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from . import _core
 from ._api import _resolve, convert, rotation, sample
+from ._variants import axes_matrix, changed
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -229,7 +230,7 @@ class _Image:
     def faces(self) -> tuple[Array, Array]:
         """Return the image on a small cube in its view frame, and the known share of each texel."""
         n = _ROWS // 2
-        p = _with(self.map, axes="+x +y +z")
+        p = changed(self.map, axes="+x +y +z")
         fine = convert(
             self.values, p, _core.projection("cube", axes="+x +y +z"), size=n * _FINER, fill=np.nan
         )
@@ -238,17 +239,6 @@ class _Image:
         share = known.mean(axis=(2, 4))
         mean = np.where(known, blocks, 0).mean(axis=(2, 4)) / np.maximum(share, 1e-9)
         return mean, share
-
-
-def _with(p: Projection, axes: str | None = None, grid: str | None = None) -> Projection:
-    return _core.projection(
-        p.name,
-        convention=p.convention,
-        axes=axes or p.axes,
-        grid=grid or p.grid,
-        layout=p.layout,
-        parameters=p.parameters,
-    )
 
 
 def _guess(name: str, shape: tuple[int, ...]) -> tuple[Projection, bool]:
@@ -287,17 +277,9 @@ def _classes() -> list[str]:
     return classes
 
 
-def _matrix(axes: str) -> Array:
-    """Return the matrix from the world to the view frame."""
-    matrix = np.zeros((3, 3))
-    for k, word in enumerate(axes.split()):
-        matrix[k, "xyz".index(word[1])] = -1.0 if word[0] == "-" else 1.0
-    return matrix
-
-
 def _seen(cube: Array, valid: Array, image: _Image, axes: str) -> tuple[Array, Array]:
     """Return the small cube of a view frame as a panorama of a world with these axes."""
-    d = _core.projection("latlong").directions((_ROWS, _COLUMNS)) @ _matrix(axes).T
+    d = _core.projection("latlong").directions((_ROWS, _COLUMNS)) @ axes_matrix(axes).T
     p = _core.projection("cube", axes="+x +y +z")
     values = np.asarray(sample(cube * valid, d, p))
     share = np.asarray(sample(valid, d, p))
@@ -395,7 +377,7 @@ class _Points:
 
     def refined(self, axes: str, yaw: float) -> tuple[float, float]:
         """Return the yaw near this one that fits best, and how well."""
-        p = _with(self.second.map, axes=axes)
+        p = changed(self.second.map, axes=axes)
         self.without_stretched(p, yaw)
         best, step = self.score(p, yaw), 360 / _COLUMNS
         while step > 0.01:
@@ -408,7 +390,7 @@ class _Points:
 
     def candidate(self, axes: str, yaw: float, score: float, grid: str | None = None) -> Candidate:
         axes, yaw = _reduced(axes, yaw)
-        p, a = _with(self.second.map, axes=axes, grid=grid), self.first.map
+        p, a = changed(self.second.map, axes=axes, grid=grid), self.first.map
         # The formulas of two kinds may differ in their sense: faces say it, where there are some.
         mirrored = p.mirrored != a.mirrored
         return Candidate(axes, yaw, grid, score, p, mirrored)
@@ -418,7 +400,7 @@ class _Points:
         results = []
         self.without_stretched(found.projection, found.yaw)
         for grid in ("centers", "corners", "corners-v"):
-            p = _with(self.second.map, axes=found.axes, grid=grid)
+            p = changed(self.second.map, axes=found.axes, grid=grid)
             near = found.yaw + np.linspace(-0.2, 0.2, 7)
             try:
                 results.append((*max((self.score(p, yaw), yaw) for yaw in near), grid))
@@ -428,7 +410,7 @@ class _Points:
         score, yaw, grid = results[0]
         # What is left unexplained has to shrink by a tenth.
         if len(results) > 1 and (1 - score) > 0.9 * (1 - results[1][0]):
-            p = _with(self.second.map, axes=found.axes)
+            p = changed(self.second.map, axes=found.axes)
             return self.candidate(found.axes, found.yaw, self.score(p, found.yaw))
         return self.candidate(found.axes, float(yaw), score, grid)
 
@@ -437,7 +419,7 @@ def _reduced(axes: str, yaw: float) -> tuple[str, float]:
     """Put the quarter turns of a yaw into the axes."""
     quarters = int(np.floor((yaw + 45) / 90))
     turn = np.rint(np.asarray(rotation(90 * (quarters % 4), 0, 0)))
-    matrix = _matrix(axes) @ turn.T
+    matrix = axes_matrix(axes) @ turn.T
     words = []
     for row in matrix:
         k = int(np.flatnonzero(row)[0])

@@ -1,5 +1,6 @@
 # Everything that is built lives outside the tree, so that a checkout stays a checkout.
-# A fresh machine needs a Rust toolchain, Python >= 3.11, a C linker and make; the rest is fetched into VENV.
+# A fresh machine needs a Rust toolchain, Python >= 3.11, a C and C++ compiler and make; the rest is fetched into VENV.
+# (The tests run meshoptimizer, which has to be compiled.)
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
@@ -103,6 +104,7 @@ bench: $(BUILT) $(DEV_DEPS)
 
 docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/make_doc_images.py
+	"$(BIN)/python" tools/make_convention_images.py
 	"$(BIN)/python" tools/generate_names.py
 	"$(BIN)/python" tools/generate_docs.py
 

@@ -63,6 +63,31 @@ impl Error {
             hint,
         }
     }
+
+    /// An unknown name among those that `owner` has: all of `names`, the nearest first.
+    pub fn unknown_of(what: &'static str, name: &str, owner: &str, names: &[&str]) -> Error {
+        // Names that start the same are near, however much one of them goes on.
+        let shared = |candidate: &str| {
+            let pairs = name.chars().zip(candidate.chars());
+            pairs.take_while(|(a, b)| a == b).count()
+        };
+        let mut sorted = names.to_vec();
+        sorted.sort_by_key(|candidate| {
+            let far = 2 * distance(name, candidate) as isize - 3 * shared(candidate) as isize;
+            (far, *candidate)
+        });
+        let nearest = match sorted.first() {
+            Some(first) if distance(name, first) <= (first.len() / 3).max(2) => {
+                format!("did you mean '{first}'? ")
+            }
+            _ => String::new(),
+        };
+        Error::Unknown {
+            what,
+            name: name.to_owned(),
+            hint: format!("; {nearest}'{owner}' has {}", sorted.join(", ")),
+        }
+    }
 }
 
 /// Levenshtein's distance.

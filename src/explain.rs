@@ -1,5 +1,7 @@
 //! A map in words: where the world's axes land, which way is up, whether it is mirrored.
 
+use crate::convention;
+use crate::drawing::draw;
 use crate::map::Map;
 use std::fmt::Write;
 
@@ -39,7 +41,18 @@ pub fn explain(map: &Map) -> String {
         );
     }
     line("axes", axes(map));
+    let row = map
+        .convention()
+        .and_then(|name| convention::find(info.name, name).ok());
     line("chirality", chirality(map));
+    if let Some(row) = row {
+        let hand = if row.world.left_handed {
+            "left-handed, so that what is mirrored above is not mirrored there, and the other way round"
+        } else {
+            "right-handed"
+        };
+        line("world", format!("{} up, {hand}", row.world.up));
+    }
     line("up", up(map));
     if let Some(layout) = map.layout() {
         line(
@@ -79,6 +92,15 @@ pub fn explain(map: &Map) -> String {
             format!("{name} {}", place(map, direction)),
         );
     }
+    if let Some(row) = row {
+        line("note", row.note.to_owned());
+        line(
+            "known from",
+            format!("{} ({}), {}", row.source, row.version, row.verified()),
+        );
+    }
+    text.push_str("As it is stored, row 0 at the top; o is texel (0, 0):\n\n");
+    text.push_str(&draw(map));
     text
 }
 

@@ -84,6 +84,8 @@ pub enum Cells {
     Row,
     /// One image, from top to bottom in stored order.
     Column,
+    /// One image of so many columns and rows, filled row by row in stored order.
+    Block(u8, u8),
     /// One image, each canonical face in its cell of a grid of so many columns and rows.
     Grid(u8, u8, &'static [Cell]),
 }
@@ -138,6 +140,26 @@ const VERTICAL_CROSS: &[Cell] = &[
     },
 ];
 
+/// The same column with back not turned: as six images are pasted, not as a box unfolds.
+const VERTICAL_CROSS_UPRIGHT: &[Cell] = &[
+    cell(2, 1),
+    cell(0, 1),
+    cell(1, 0),
+    cell(1, 2),
+    cell(1, 1),
+    cell(1, 3),
+];
+
+/// Front, right, back, left in a row, up and down over and under front: a T on its side.
+const TEE: &[Cell] = &[
+    cell(1, 1),
+    cell(3, 1),
+    cell(0, 0),
+    cell(0, 2),
+    cell(0, 1),
+    cell(2, 1),
+];
+
 /// The layouts of a cube. `dice` is the name that panorama tools give the cross.
 pub const CUBE_LAYOUTS: &[LayoutSpec] = &[
     STRIP_AND_COLUMN[0],
@@ -154,6 +176,18 @@ pub const CUBE_LAYOUTS: &[LayoutSpec] = &[
     LayoutSpec {
         name: "dice",
         cells: Cells::Grid(4, 3, CROSS),
+    },
+    LayoutSpec {
+        name: "vertical_cross_upright",
+        cells: Cells::Grid(3, 4, VERTICAL_CROSS_UPRIGHT),
+    },
+    LayoutSpec {
+        name: "tee",
+        cells: Cells::Grid(4, 3, TEE),
+    },
+    LayoutSpec {
+        name: "3x2",
+        cells: Cells::Block(3, 2),
     },
 ];
 
@@ -172,6 +206,17 @@ impl FaceTable {
         stored: [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11],
         orientation: [Orientation::UPRIGHT; MAX_FACES],
     };
+
+    /// `stored` are the numbers under which the first canonical faces are stored, each as it is drawn.
+    pub const fn ordered(stored: &[u8]) -> FaceTable {
+        let mut table = FaceTable::CANONICAL;
+        let mut face = 0;
+        while face < stored.len() {
+            table.stored[face] = stored[face];
+            face += 1;
+        }
+        table
+    }
 }
 
 /// Where one canonical face lies.
@@ -216,7 +261,9 @@ impl Arrangement {
             Cells::Apart => (1, 1),
             Cells::Row => (faces, 1),
             Cells::Column => (1, faces),
-            Cells::Grid(columns, rows, _) => (columns as usize, rows as usize),
+            Cells::Block(columns, rows) | Cells::Grid(columns, rows, _) => {
+                (columns as usize, rows as usize)
+            }
         };
         let mut places = [Place::default(); MAX_FACES];
         for (face, place) in places.iter_mut().enumerate().take(faces) {
@@ -225,6 +272,10 @@ impl Arrangement {
                 Cells::Apart => (0, 0, Orientation::UPRIGHT),
                 Cells::Row => (stored, 0, Orientation::UPRIGHT),
                 Cells::Column => (0, stored, Orientation::UPRIGHT),
+                Cells::Block(columns, _) => {
+                    let columns = columns as usize;
+                    (stored % columns, stored / columns, Orientation::UPRIGHT)
+                }
                 Cells::Grid(_, _, cells) => {
                     let cell = cells[face];
                     (cell.column as usize, cell.row as usize, cell.orientation)

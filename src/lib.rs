@@ -24,6 +24,7 @@
 
 pub mod convention;
 pub mod convert;
+pub mod drawing;
 pub mod dual;
 pub mod error;
 pub mod explain;

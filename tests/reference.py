@@ -34,12 +34,29 @@ DEFAULT_AXES = {
 DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", "angular"})
 FACES = {"cube": 6, "dual_paraboloid": 2}
 
+# The number under which a program stores right, left, up, down, front, back (in the view frame),
+# where that is not this order itself.
+_FRBLUD = (1, 3, 4, 5, 0, 2)
+STORED: dict[tuple[str, str], tuple[int, ...]] = {
+    ("cube", "openexr"): (0, 1, 2, 3, 5, 4),
+    ("cube", "py360convert-horizon"): _FRBLUD,
+    ("cube", "py360convert-list"): _FRBLUD,
+    ("cube", "py360convert-dice"): _FRBLUD,
+    ("cube", "equilib-horizon"): _FRBLUD,
+    ("cube", "equilib-list"): _FRBLUD,
+    ("cube", "equilib-dice"): _FRBLUD,
+}
+
+# Layouts that take the faces in the order that they are stored in.
+IN_ORDER = frozenset({"strip", "column", "3x2"})
+
 # layout -> (rows, columns, [(row, column, turned by 180°) for each face in face order])
 # Cube faces in the view frame: right, left, up, down, front, back.
 LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
     "cube": {
         "strip": (1, 6, [(0, i, False) for i in range(6)]),
         "column": (6, 1, [(i, 0, False) for i in range(6)]),
+        "3x2": (2, 3, [(i // 3, i % 3, False) for i in range(6)]),
         "cross": (
             3,
             4,
@@ -74,6 +91,30 @@ LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
                 (2, 1, False),
                 (1, 1, False),
                 (1, 3, False),
+            ],
+        ),
+        "vertical_cross_upright": (
+            4,
+            3,
+            [
+                (1, 2, False),
+                (1, 0, False),
+                (0, 1, False),
+                (2, 1, False),
+                (1, 1, False),
+                (3, 1, False),
+            ],
+        ),
+        "tee": (
+            3,
+            4,
+            [
+                (1, 1, False),
+                (1, 3, False),
+                (0, 0, False),
+                (2, 0, False),
+                (1, 0, False),
+                (1, 2, False),
             ],
         ),
     },
@@ -373,6 +414,7 @@ class Reference:
     grid: str = "centers"
     layout: str | None = None
     parameters: dict[str, float] = field(default_factory=dict)
+    convention: str | None = None
 
     # -- shape of the uv space
 
@@ -389,7 +431,16 @@ class Reference:
     def _atlas(self) -> tuple[int, int, list[tuple[int, int, bool]]] | None:
         if self.layout in (None, "faces"):
             return None
-        return LAYOUTS[self.name][self.layout]
+        rows, columns, cells = LAYOUTS[self.name][self.layout]
+        if self.layout in IN_ORDER:
+            cells = [cells[k] for k in self._stored]
+        return rows, columns, cells
+
+    @property
+    def _stored(self) -> tuple[int, ...]:
+        """The stored number of each face."""
+        own = tuple(range(FACES[self.name]))
+        return STORED.get((self.name, self.convention or ""), own)
 
     @property
     def covered_solid_angle(self) -> float:
@@ -421,7 +472,8 @@ class Reference:
         v = np.where(bad, np.nan, np.clip((q + 1) / 2, 0, 1))
         f = np.where(bad, np.nan, f)
         if self.faces > 1:
-            return np.stack([u, v, f], -1)
+            stored = np.select([f == k for k in range(self.faces)], self._stored, np.nan)
+            return np.stack([u, v, stored], -1)
         if self._atlas is None:
             return np.stack([u, v], -1)
         rows, columns, cells = self._atlas
@@ -443,6 +495,7 @@ class Reference:
             f = uv[..., 2]
             with np.errstate(invalid="ignore"):
                 inside = inside & (f >= 0) & (f < self.faces) & (np.floor(f) == f)
+            f = np.select([f == k for k in self._stored], range(self.faces), np.nan)
             s, t = u, v
         elif self._atlas is None:
             f, s, t = np.zeros_like(u), u, v
@@ -509,7 +562,12 @@ class Reference:
     def texel_uv(self, shape: tuple[int, ...]) -> Array:
         """Give uv of every texel centre, shape (H, W, 2) or (F, H, W, 3)."""
         h, w = shape[-2:]
-        v, u = np.meshgrid(self._coordinates(h, True), self._coordinates(w, False), indexing="ij")
+        rows, columns, _ = self._atlas or (1, 1, [])
+        x, y = self._coordinates(w // columns, False), self._coordinates(h // rows, True)
+        # Each face has a grid of its own: on corners, neighbours in a picture repeat an edge.
+        u = ((np.arange(columns)[:, None] + x) / columns).ravel()
+        v = ((np.arange(rows)[:, None] + y) / rows).ravel()
+        v, u = np.meshgrid(v, u, indexing="ij")
         uv = np.stack([u, v], -1)
         if len(shape) == 2:
             return uv
@@ -535,12 +593,11 @@ class Reference:
             return np.broadcast_to(one, shape).copy()
         if self._atlas is None:
             return self._face_solid_angle(2 * ue - 1, 2 * ve - 1, order)
-        if self.grid != "centers":
-            raise NotImplementedError("the reference has atlas layouts on texel centres only")
         rows, _, cells = self._atlas
         n = h // rows
-        e = 2 * self.edges(n, False) - 1
-        one = self._face_solid_angle(e, e, order)
+        one = self._face_solid_angle(
+            2 * self.edges(n, False) - 1, 2 * self.edges(n, True) - 1, order
+        )
         out = np.zeros(shape)
         for row, column, turned in cells:
             block = one[::-1, ::-1] if turned else one
@@ -694,7 +751,13 @@ def of(projection: Any) -> Reference:
         projection.grid,
         projection.layout,
         dict(projection.parameters),
+        projection.convention,
     )
+
+
+def stored(projection: Any, face: int) -> int:
+    """Give the number under which a map stores its face of this number, if it has several."""
+    return of(projection)._stored[face] if projection.name == "cube" else face
 
 
 def make(name: str, **options: Any) -> Reference:

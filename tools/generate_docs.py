@@ -1,4 +1,4 @@
-"""Write README's table of projections and docs/projections.md from the registry of the core.
+"""Write README's table, docs/projections.md and docs/conventions.md from the core's tables.
 
 python tools/generate_docs.py            write them
 python tools/generate_docs.py --check    fail if one is out of date
@@ -74,7 +74,7 @@ def readme_table(registry: list[dict]) -> str:
     return table(["name", "what it is", "covers", "image", "area of texels, max/min", "also"], rows)
 
 
-def page(registry: list[dict], conventions: list[dict]) -> str:
+def page(registry: list[dict]) -> str:
     parts = [
         "# Projections",
         "Written by `tools/generate_docs.py` from the registry; do not edit.\n"
@@ -103,24 +103,89 @@ def page(registry: list[dict], conventions: list[dict]) -> str:
             facts.insert(0, f"![The same sky as {name}]({picture})\n")
         parts += [f"## `{name}`: {e['title']}", e["summary"], "\n".join(facts)]
 
-    rows = []
-    for c in sorted(conventions, key=lambda c: c["kind"]):
-        values = ", ".join(f"{k}={v:g}" for k, v in c["parameters"].items())
-        shape = " ".join(x for x in (c["layout"], values) if x) or "–"
-        version = f" ({c['version']})" if c["version"] else ""
-        state = "tested" if c["verified"] else "read"
-        call = f"`{c['kind']}:{c['name']}`"
-        rows.append(
-            [call, f"`{c['axes']}`", c["grid"], shape, c["note"], c["source"] + version, state]
-        )
-    parts += [
-        "## Conventions",
-        "What other programs do, as `sm.projection(kind, convention=name)` or the name "
-        '`"kind:name"` gives it. *tested*: a test holds it against the program or its published '
-        "formula; *read*: taken from its source or manual.",
-        table(["name", "axes", "grid", "layout", "note", "source", "known by"], rows),
-    ]
+    link = "[conventions.md](conventions.md)"
+    parts.append(f"## Conventions\n\nWhat other programs do is a table of its own: {link}.")
     return "\n\n".join(parts) + "\n"
+
+
+CONVENTIONS = """\
+# Conventions
+
+Written by `tools/generate_docs.py` from the table in `src/convention`; do not edit.
+
+Everybody lays out the same maps differently. Each row below says how one program does it. Use it
+as `sm.projection("latlong", convention="blender")`, or wherever a projection is asked for as
+`"latlong:blender"`:
+
+    cube = sm.convert(panorama, "latlong:blender", "cube:opengl")
+    print(sm.compare("latlong:blender", "latlong:threejs"))
+    sm.explain("cube:openexr")
+    print(sm.identify(photo, render))        # which of all these is it?
+
+**How to read it.** *Axes* are the world axes that point right, down and forward (into the middle
+of the image). *Mirrored* is as seen from inside a right-handed world; a program with a
+left-handed world sees the opposite, and the world's column says which those are. *Grid* is where
+texels lie: `centers` at (i + 1/2)/n, `corners` at i/(n - 1), `corners-v` corners along v alone.
+*Known by*: "run against" means that a test of this project runs that version of the program and
+compares; "read from source" means that the formula was read there, and that a test holds the row
+to it.
+
+**The pictures** show one sphere as each program stores it, row 0 at the top. The letters are
+painted on the sphere, upright and readable from inside in a right-handed world: in a mirrored
+image they are mirrored. A stack of faces is shown side by side.
+"""
+
+NOT_YET = """\
+## What has no row, and why
+
+- **ffmpeg `eac`** and **pbrt-v4's equal-area square** are other projections, not other axes. They
+  get their rows with these projections.
+- **skylibs `skylatlong`** is the upper half of a panorama over the whole height of the image. A
+  latlong has no parameter for a part of the sphere.
+- **three.js MatCap** is looked up at 0.495 of the radius instead of 0.5. A matcap has no
+  parameter for a margin.
+- **HDRShop**: no source and no specification of its axes could be found, only files that other
+  programs call compatible. Use `identify` on an image of yours.
+- **pyequilib** is read and not run in the tests: it imports PyTorch, several gigabytes, on every
+  start. Run once by hand with PyTorch left out, its NumPy code agreed with its rows to 3e-15.
+- **Draco** has its row from its source: the directions that it gives back lie on the same grid
+  whichever axis is the pole.
+- **OpenEXR's exrenvmap** comes in no Python wheel. Its rows are tested on the two images of one
+  scene that the OpenEXR project publishes, one per kind.
+- **three.js** computes in shaders, which need a graphics card; its formulas are read.
+- **Unreal's importer** of panoramas reads texel i at u = i/W. That is no grid here: it lies half
+  a texel beside the row.
+"""
+
+
+def conventions_page(registry: list[dict], conventions: list[dict]) -> str:
+    parts = [CONVENTIONS.rstrip()]
+    for entry in registry:
+        rows = [c for c in conventions if c["kind"] == entry["name"]]
+        if not rows:
+            continue
+        body = []
+        for c in rows:
+            p = _core.projection(c["kind"], convention=c["name"])
+            values = ", ".join(f"{k} = {v:g}" for k, v in c["parameters"].items())
+            laid = " ".join(x for x in (c["layout"], values) if x)
+            picture = f"images/conventions/{c['kind']}-{c['name']}.png"
+            hand = "left-handed" if c["left_handed"] else "right-handed"
+            body.append(
+                [
+                    f"`{c['name']}`",
+                    f"![]({picture})",
+                    f"`{c['axes']}`" + ("<br>" + laid if laid else ""),
+                    "mirrored" if p.mirrored else "no",
+                    c["grid"],
+                    f"{c['up']} up, {hand}",
+                    c["note"],
+                    f"{c['source']} ({c['version']}): {c['verified']}",
+                ]
+            )
+        head = ["name", "picture", "axes", "mirrored", "grid", "world", "note", "known by"]
+        parts += [f"## `{entry['name']}`", table(head, body)]
+    return "\n\n".join([*parts, NOT_YET.rstrip()]) + "\n"
 
 
 def readme(text: str, registry: list[dict]) -> str:
@@ -138,7 +203,8 @@ def render() -> dict[Path, str]:
     readme_path = ROOT / "README.md"
     return {
         readme_path: readme(readme_path.read_text(encoding="utf-8"), registry),
-        ROOT / "docs" / "projections.md": page(registry, _core.convention_table()),
+        ROOT / "docs" / "projections.md": page(registry),
+        ROOT / "docs" / "conventions.md": conventions_page(registry, _core.convention_table()),
     }
 
 

@@ -28,10 +28,16 @@ from ._api import (
     solid_angle,
     valid,
 )
+from ._compare import Comparison, compare
+from ._identify import Candidate, Identification, identify
 
 __all__ = [
+    "Candidate",
+    "Comparison",
+    "Identification",
     "Projection",
     "__version__",
+    "compare",
     "conventions",
     "convert",
     "covers",
@@ -41,6 +47,7 @@ __all__ = [
     "encode",
     "explain",
     "get_num_threads",
+    "identify",
     "jacobian",
     "projection",
     "projections",

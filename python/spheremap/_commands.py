@@ -249,6 +249,75 @@ def explain(name: Name) -> None:
 
 
 @app.command()
+def conventions(
+    kind: Annotated[
+        str | None, typer.Argument(metavar="[KIND]", help="A projection, as latlong.")
+    ] = None,
+) -> None:
+    """List how named programs lay out their maps."""
+    with _as_usage():
+        rows = sm.conventions(kind)
+    table = Table("name", "axes", "mirrored", "grid", "layout", "known by", box=SIMPLE_HEAD)
+    for row in rows:
+        name = f"{row['kind']}:{row['name']}"
+        table.add_row(
+            f"[bold]{escape(name)}[/]",
+            row["axes"],
+            "yes" if sm.projection(name).mirrored else "no",
+            row["grid"],
+            row["layout"] or "",
+            row["verified"],
+        )
+    _console().print(table)
+
+
+@app.command()
+def compare(
+    a: Annotated[str, typer.Argument(metavar="A", help="A projection, as latlong:mitsuba.")],
+    b: Annotated[str, typer.Argument(metavar="B", help="Another.")],
+) -> None:
+    """Tell what turns one convention into another."""
+    _usage(a)
+    _usage(b)
+    print(sm.compare(a, b))
+
+
+@app.command()
+def identify(
+    first: Annotated[Path, typer.Argument(metavar="A", help="An image whose map is known.")],
+    second: Annotated[Path, typer.Argument(metavar="B", help="The same scene, of another map.")],
+    first_as: Annotated[
+        str | None, typer.Option("--a", metavar="NAME", help="Map of A. [by default from its size]")
+    ] = None,
+    second_as: Annotated[
+        str | None,
+        typer.Option("--b", metavar="NAME", help="Projection of B. [by default from its size]"),
+    ] = None,
+) -> None:
+    """Find the axes and the yaw that relate two images of one scene.
+
+    The exit code is 1 where it cannot tell.
+    """
+    images, maps = [], []
+    with _progress() as step:
+        for path, name in ((first, first_as), (second, second_as)):
+            step(f"reading {path.name}")
+            if name is not None:
+                _usage(name)
+            image = io.read(path)
+            height, width = image.shape[:2]
+            images.append(image)
+            name = name or _fit.likely(height, width)
+            maps.append(_fit.of_file(name, None, height, width, any_aspect=False))
+        step("comparing")
+        found = sm.identify(images[0], images[1], maps[0], maps[1])
+    print(f"A is taken as {_fit.described(maps[0])}, B as {_fit.described(maps[1])}")
+    print(found)
+    if not found.certain:
+        raise typer.Exit(1)
+
+
+@app.command()
 def demo(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where to put the pictures.")],
     input: Annotated[

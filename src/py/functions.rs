@@ -274,7 +274,7 @@ pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
 #[pyfunction]
 pub fn convention_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     let list = PyList::empty(py);
-    for row in convention::TABLE {
+    for row in convention::all() {
         let parameters = PyDict::new(py);
         for (name, value) in row.parameters {
             parameters.set_item(name, value)?;
@@ -286,10 +286,12 @@ pub fn convention_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         dict.set_item("grid", row.grid.name())?;
         dict.set_item("layout", row.layout)?;
         dict.set_item("parameters", parameters)?;
+        dict.set_item("up", row.world.up)?;
+        dict.set_item("left_handed", row.world.left_handed)?;
         dict.set_item("note", row.note)?;
         dict.set_item("source", row.source)?;
         dict.set_item("version", row.version)?;
-        dict.set_item("verified", row.verified)?;
+        dict.set_item("verified", row.verified())?;
         list.append(dict)?;
     }
     Ok(list)

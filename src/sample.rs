@@ -320,6 +320,7 @@ impl<'a, T: Texel> Source<'a, T> {
                     taps.push(stored(wrapped(around + 1), j), 0.5 * weight);
                 }
             }
+            Seam::Periodic => taps.push(stored(i.rem_euclid(w), j), weight),
             Seam::Octahedral => {
                 let (mut i, mut j) = (i, j);
                 if !(0..w).contains(&i) {

@@ -28,23 +28,32 @@ from ._api import (
     solid_angle,
     valid,
 )
+from ._depth import convert_depth
+from ._pad import pad
+from ._plans import RemapPlan, remap_plan
+from ._views import embed
 
 __all__ = [
     "Projection",
+    "RemapPlan",
     "__version__",
     "conventions",
     "convert",
+    "convert_depth",
     "covers",
     "decode",
     "density",
     "directions",
+    "embed",
     "encode",
     "explain",
     "get_num_threads",
     "jacobian",
+    "pad",
     "projection",
     "projections",
     "reflect",
+    "remap_plan",
     "rotation",
     "sample",
     "set_num_threads",

@@ -68,6 +68,8 @@ def bench_times(args: argparse.Namespace) -> list[str]:
     rng = np.random.default_rng(0)
     rows = []
     for title, src, source_shape, dst, shape in PAIRS:
+        if args.match not in title:
+            continue
         source_shape, shape = small(source_shape, args.quick), small(shape, args.quick)
         floats = rng.random((*source_shape, 3), np.float32)
         kinds = {"": floats, "u8 ": (floats * 255).astype(np.uint8)}
@@ -127,7 +129,7 @@ def bench_times(args: argparse.Namespace) -> list[str]:
         "look after; the next column is what making them costs in numpy. The ratio is ours to "
         "`cv2.remap` without that, less is faster.",
         table(head, body, 2),
-        *bench_lookups(args),
+        *(bench_lookups(args) if args.match in "lookups" else []),
     ]
 
 
@@ -360,6 +362,7 @@ def picture(image: np.ndarray, dst: str) -> np.ndarray:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", choices=("times", "quality"), help="this half alone, printed")
+    parser.add_argument("--match", default="", help="time the rows whose title has this, printed")
     parser.add_argument("--quick", action="store_true", help="a smoke test with small images")
     parser.add_argument("--figures", action="store_true", help="write the pictures of the docs")
     parser.add_argument("--threads", type=int, default=min(2, os.cpu_count() or 1))
@@ -374,11 +377,11 @@ def main() -> None:
     parts = ["## Resampling", f"{machine()}; {args.threads} threads each. {peer_versions()}."]
     if args.only != "quality":
         parts += ["### Times", *bench_times(args)]
-    if args.only != "times":
+    if args.only != "times" and not args.match:
         parts += ["### Quality", *bench_quality(args)]
     text = "\n\n".join(parts)
     print(text)
-    if args.quick or args.only:
+    if args.quick or args.only or args.match:
         return
     path = ROOT / "BENCHMARKS.md"
     old = path.read_text(encoding="utf-8") if path.exists() else "# Benchmarks\n"

@@ -46,6 +46,20 @@ impl<R: Real> Uv<R> {
         }
     }
 
+    /// A point from p and q of a map of one face whose coverage ends at the edges of the square: NaN beyond
+    /// them, by more than rounding, and where it is not `seen`.
+    #[inline(always)]
+    pub fn in_square(p: R, q: R, seen: bool) -> Self {
+        let edge = R::new(1.0 + 8.0 * R::EPSILON);
+        let inside = seen & (p.abs() <= edge) & (q.abs() <= edge);
+        let nan = R::new(f64::NAN);
+        Self::centred(
+            if inside { p.clamped(-1.0, 1.0) } else { nan },
+            if inside { q.clamped(-1.0, 1.0) } else { nan },
+            R::new(0.0),
+        )
+    }
+
     /// A point from p and q of a map of one face whose coverage ends at the rim of the disk: NaN beyond it, by
     /// more than rounding.
     #[inline(always)]

@@ -84,22 +84,23 @@ def test_octahedral_is_a_permutation():
     assert got[0, 0] == image[3, 3] and got[0, 5] == image[3, 0]
 
 
-@pytest.mark.parametrize("name", ["latlong", "octahedral"])
 @pytest.mark.parametrize("grid", GRIDS)
-def test_permutations_are_lookups(name, grid):
-    p = sm.projection(name, grid=grid)
-    shape = (9, 17) if name == "latlong" else (9, 9)
-    rng = np.random.default_rng(221)
-    image = rng.random(shape)
-    if grid != "centers":  # texels that are one direction hold one value
-        image = sm.sample(image, sm.directions(p, shape), p, filter="nearest")
-    padded = sm.pad(image, 2, p)
-    if grid == "centers":
-        return
-    # On corners each border texel is the direction of a texel: the one just inside the edge.
-    column = 1 if name == "octahedral" and grid == "corners" else None
-    if column is not None:
-        assert np.array_equal(padded[2:-2, 1], image[::-1, column])
+def test_corner_grids_do_not_repeat_the_edge(grid):
+    p = sm.projection("latlong", grid=grid)
+    image = sm.sample(
+        np.random.default_rng(221).random((9, 17)), sm.directions(p, (9, 17)), "latlong"
+    )
+    padded = sm.pad(image, 1, p)
+    # With a row on the pole, what lies beyond it is the row next to the pole.
+    row, turn = (0, 17) if grid == "centers" else (1, 16 if grid == "corners" else 17)
+    near, far = (image[row, (8 + k + turn // 2) % turn] for k in (0, turn % 2))
+    assert padded[0, 9] == pytest.approx((near + far) / 2, abs=1e-15)
+    # With a column on the seam, the last is the first, and the next is the second.
+    assert padded[1, -1] == (image[0, 1] if grid == "corners" else image[0, 0])
+    q = sm.projection("octahedral", grid=grid)
+    square = np.random.default_rng(222).random((6, 6))
+    beside = 1 if grid == "corners" else 0
+    assert np.array_equal(sm.pad(square, 1, q)[1:-1, 0], square[::-1, beside])
 
 
 @each([c for c in LAYOUTS if c.make().layout is not None])

@@ -35,6 +35,18 @@ def spatial_axes(p: Projection) -> int:
     return 2 if p.faces == 1 else 3
 
 
+def spatial_shape(image: NDArray[Any], p: Projection, name: str) -> tuple[int, ...]:
+    """Return the shape of an image without its channels, or raise."""
+    axes = spatial_axes(p)
+    if image.ndim not in (axes, axes + 1):
+        pattern = "(H, W) or (H, W, C)" if axes == 2 else "(F, N, N) or (F, N, N, C)"
+        raise ValueError(
+            f"Expected `{name}` of projection '{p.name}' to have shape {pattern}, "
+            f"got {image.shape}."
+        )
+    return p.shape(image.shape[:axes])
+
+
 def texel(u: NDArray[Any], n: int, cells: int, corners: bool) -> NDArray[Any]:
     """Return the place of a coordinate on a side of `n` texels: 0 at the first centre."""
     places: NDArray[Any] = u * n - 0.5

@@ -92,20 +92,13 @@ def pad(
     if n < 0:
         raise ValueError(f"Expected a border of at least 0 texels, got {n}.")
     texels = as_image(image, None)
-    dimensions = _grid.spatial_axes(p)
-    if texels.ndim not in (dimensions, dimensions + 1):
-        pattern = "(H, W) or (H, W, C)" if dimensions == 2 else "(F, N, N) or (F, N, N, C)"
-        raise ValueError(
-            f"Expected an image of projection '{p.name}' to have shape {pattern}, "
-            f"got {texels.shape}."
-        )
-    shape = p.shape(texels.shape[:dimensions])
+    shape = _grid.spatial_shape(texels, p, "image")
+    channels = texels.shape[len(shape) :]
     if p.layout not in (None, "faces"):
         apart = _apart(p)
         face = shape[0] // _grid.cells(p)[0]
         texels = convert(texels, p, apart, size=face, filter="nearest")
         p, shape = apart, (apart.faces, face, face)
-    channels = texels.shape[len(shape) :]
     flat = texels.reshape(-1, *shape[-2:], *channels)
     rule = _PERMUTATIONS.get(p.seam)
     if rule is not None:

@@ -93,7 +93,8 @@ def embed(
     """
     small, large = _resolve(view_projection), _resolve(into_projection)
     image, whole = as_image(view, out), as_image(into, None)
-    shape, target = _spatial(image, small, "view"), _spatial(whole, large, "into")
+    shape = _grid.spatial_shape(image, small, "view")
+    target = _grid.spatial_shape(whole, large, "into")
     channels = image.shape[len(shape) :]
     if channels != whole.shape[len(target) :]:
         raise ValueError(
@@ -139,17 +140,6 @@ def embed(
             blend = np.clip(np.floor(blend + 0.5), 0, np.iinfo(old.dtype).max)
         old[seen] = blend
     return out
-
-
-def _spatial(image: NDArray[Any], p: Projection, name: str) -> tuple[int, ...]:
-    axes = _grid.spatial_axes(p)
-    if image.ndim not in (axes, axes + 1):
-        pattern = "(H, W) or (H, W, C)" if axes == 2 else "(F, N, N) or (F, N, N, C)"
-        raise ValueError(
-            f"Expected `{name}` of projection '{p.name}' to have shape {pattern}, "
-            f"got {image.shape}."
-        )
-    return p.shape(image.shape[:axes])
 
 
 def _weights(mask: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float32]:

@@ -90,14 +90,7 @@ impl Projection for Cylindrical {
         let west = x <= R::new(0.0);
         let p = (R::half_turns(ax, z) * R::new(1.0 / self.edge)).negated_if(west);
         let q = y / h * R::new(1.0 / self.half_height);
-        let edge = R::new(1.0 + 4.0 * R::EPSILON);
-        let inside = (p.abs() <= edge) & (q.abs() <= edge);
-        let nan = R::new(f64::NAN);
-        Uv::centred(
-            if inside { p.clamped(-1.0, 1.0) } else { nan },
-            if inside { q.clamped(-1.0, 1.0) } else { nan },
-            R::new(0.0),
-        )
+        Uv::in_square(p, q, true)
     }
 
     #[inline(always)]

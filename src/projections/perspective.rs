@@ -122,15 +122,7 @@ impl Projection for Perspective {
         let [half_x, half_y] = self.half;
         let p = x / z * R::new(1.0 / half_x) + R::new(self.principal[0]);
         let q = y / z * R::new(1.0 / half_y) + R::new(self.principal[1]);
-        // The sum rounds by ε/2 of a number up to 5, and its parts as much.
-        let edge = R::new(1.0 + 8.0 * R::EPSILON);
-        let inside = (z > R::new(0.0)) & (p.abs() <= edge) & (q.abs() <= edge);
-        let nan = R::new(f64::NAN);
-        Uv::centred(
-            if inside { p.clamped(-1.0, 1.0) } else { nan },
-            if inside { q.clamped(-1.0, 1.0) } else { nan },
-            R::new(0.0),
-        )
+        Uv::in_square(p, q, z > R::new(0.0))
     }
 
     #[inline(always)]

@@ -36,7 +36,7 @@ ROOT = Path(__file__).resolve().parent.parent
 COUNT = {"f32": 10_000_000, "f64": 5_000_000}
 DTYPE = {"f32": np.float32, "f64": np.float64}
 # Maps with an arctangent or a sine; the others are algebraic.
-TRANSCENDENTAL = {"angular", "latlong"}
+TRANSCENDENTAL = {"angular", "latlong", "cylindrical"}
 TARGET_FRESH = 0.9
 PEERS = ("drjit", "numba", "numpy")  # each into memory of its own
 POOL = "drjit pool"  # DrJit again, a view of memory that it keeps for the next call
@@ -488,7 +488,11 @@ def main() -> None:
     if output is None and not args.only and not args.quick:
         output = ROOT / "BENCHMARKS.md"
     if output is not None:
-        output.write_text(text, encoding="utf-8")
+        # The section of benches/resample.py stays.
+        old = output.read_text(encoding="utf-8") if output.exists() else ""
+        start, end = old.find("<!-- resampling:"), old.find("<!-- end of resampling -->")
+        kept = "" if start < 0 else f"\n{old[start:end]}<!-- end of resampling -->\n"
+        output.write_text(text + kept, encoding="utf-8")
         say(f"wrote {output}")
 
 

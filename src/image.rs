@@ -406,7 +406,7 @@ impl<R: Scalar> Centres<R> {
 /// The shape of an image whose face has size `n`: a latlong's height, a square's side, a cube's face.
 pub fn shape_of_size(map: &Map, n: usize) -> Vec<usize> {
     let arrangement = map.arrangement();
-    let (width, height) = (n * map.info().aspect.0, n * map.info().aspect.1);
+    let (width, height) = map.face_size(n);
     let (rows, columns) = (height * arrangement.rows, width * arrangement.columns);
     if arrangement.joined {
         vec![rows, columns]

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::faces::{Arranged, Arrangement, Cells, FaceTable};
 use crate::frame::{Axes, Turn};
 use crate::kernel::{self, Frame, Lanes, Point, Scalar};
-use crate::projection::{Coverage, Info, Projection, Uv};
+use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::projections::{Kind, REGISTRY, Visitor};
 use crate::real::{Real, Tame, max};
 use crate::threads;
@@ -256,6 +256,30 @@ impl Map {
         self.kind.visit(Get)
     }
 
+    /// What lies beyond its edges.
+    pub fn seam(&self) -> Seam {
+        struct Get;
+        impl Visitor for Get {
+            type Output = Seam;
+            fn visit<P: Projection>(self, p: P) -> Seam {
+                p.seam()
+            }
+        }
+        self.kind.visit(Get)
+    }
+
+    /// Width and height of a face of size `n`.
+    pub fn face_size(&self, n: usize) -> (usize, usize) {
+        struct Get(usize);
+        impl Visitor for Get {
+            type Output = (usize, usize);
+            fn visit<P: Projection>(self, p: P) -> (usize, usize) {
+                p.size(self.0)
+            }
+        }
+        self.kind.visit(Get(n))
+    }
+
     /// Smallest and largest dω/(du dv) over the valid image.
     pub fn density_range(&self) -> (f64, f64) {
         struct Get;
@@ -341,6 +365,18 @@ impl Map {
         let turn = self.turn(rotation).inverse();
         threads::blocks(uv, self.uv_width(), directions, 3, |input, output| {
             self.visit(DecodeBlock {
+                turn,
+                input,
+                output,
+            });
+        });
+    }
+
+    /// The directions that each face's formula gives, also beyond the face's edges.
+    pub fn continued<R: Scalar>(&self, uv: &[R], directions: &mut [R]) {
+        let turn = self.turn(None).inverse();
+        threads::blocks(uv, self.uv_width(), directions, 3, |input, output| {
+            self.visit(ContinuedBlock {
                 turn,
                 input,
                 output,
@@ -567,6 +603,18 @@ impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
 }
 
 #[derive(Clone, Copy)]
+struct Continued<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Continued<P> {
+    const DIRECTION_OUT: bool = true;
+
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 3] {
+        self.0.decode(uv(x))
+    }
+}
+
+#[derive(Clone, Copy)]
 struct Jacobian<P>(P);
 
 impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
@@ -665,6 +713,33 @@ impl<R: Scalar> Visitor for DecodeBlock<'_, R> {
         } else {
             kernel::run(
                 Decode(p),
+                &frame_out::<R, 3, 3>(self.turn),
+                self.input,
+                self.output,
+            );
+        }
+    }
+}
+
+struct ContinuedBlock<'a, R> {
+    turn: Turn,
+    input: &'a [R],
+    output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for ContinuedBlock<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        if P::INFO.faces == 1 {
+            kernel::run(
+                Continued(p),
+                &frame_out::<R, 2, 3>(self.turn),
+                self.input,
+                self.output,
+            );
+        } else {
+            kernel::run(
+                Continued(p),
                 &frame_out::<R, 3, 3>(self.turn),
                 self.input,
                 self.output,

@@ -46,6 +46,33 @@ impl<R: Real> Uv<R> {
         }
     }
 
+    /// A point from p and q of a map of one face whose coverage ends at the edges of the square: NaN beyond
+    /// them, by more than rounding, and where it is not `seen`.
+    #[inline(always)]
+    pub fn in_square(p: R, q: R, seen: bool) -> Self {
+        let edge = R::new(1.0 + 8.0 * R::EPSILON);
+        let inside = seen & (p.abs() <= edge) & (q.abs() <= edge);
+        let nan = R::new(f64::NAN);
+        Self::centred(
+            if inside { p.clamped(-1.0, 1.0) } else { nan },
+            if inside { q.clamped(-1.0, 1.0) } else { nan },
+            R::new(0.0),
+        )
+    }
+
+    /// A point from p and q of a map of one face whose coverage ends at the rim of the disk: NaN beyond it, by
+    /// more than rounding.
+    #[inline(always)]
+    pub fn in_disk(p: R, q: R) -> Self {
+        let inside = p * p + q * q <= R::new(1.0 + 4.0 * R::EPSILON);
+        let nan = R::new(f64::NAN);
+        Self::centred(
+            if inside { p.clamped(-1.0, 1.0) } else { nan },
+            if inside { q.clamped(-1.0, 1.0) } else { nan },
+            R::new(0.0),
+        )
+    }
+
     /// (p, q) = (2u - 1, 2v - 1): zero at the image centre.
     #[inline(always)]
     pub fn pq(self) -> (R, R) {
@@ -63,6 +90,23 @@ pub enum Coverage {
     Hemisphere,
     /// Directions within this many radians of the image centre.
     Cap(f64),
+    /// Any other part, of this many steradians: `covers` tells which.
+    Part(f64),
+}
+
+impl Seam {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Seam::Ends => "ends",
+            Seam::Latlong => "latlong",
+            Seam::Periodic => "periodic",
+            Seam::Octahedral => "octahedral",
+            Seam::Faces => "faces",
+            Seam::RimOpposite => "rim-opposite",
+            Seam::RimOtherFace => "rim-other-face",
+        }
+    }
 }
 
 impl Coverage {
@@ -72,6 +116,7 @@ impl Coverage {
             Coverage::Sphere => "sphere",
             Coverage::Hemisphere => "hemisphere",
             Coverage::Cap(_) => "cap",
+            Coverage::Part(_) => "part",
         }
     }
 
@@ -83,6 +128,7 @@ impl Coverage {
             Coverage::Hemisphere => 2.0 * PI,
             // 1 - cos θ without its cancellation.
             Coverage::Cap(half_angle) => 4.0 * PI * (0.5 * half_angle).sin().powi(2),
+            Coverage::Part(solid_angle) => solid_angle,
         }
     }
 }
@@ -103,6 +149,8 @@ pub enum Seam {
     Ends,
     /// u is periodic; beyond the first and last row lies the same row, half a turn around.
     Latlong,
+    /// u is periodic; the coverage ends at the first and last row.
+    Periodic,
     /// Beyond each edge lies the same edge, mirrored about its middle.
     Octahedral,
     /// Other faces: the neighbour that the continued plane of this face meets.
@@ -149,7 +197,8 @@ pub struct Info {
     pub faces: usize,
     /// The ways to lay several faces out; empty for a map of one face.
     pub layouts: &'static [LayoutSpec],
-    /// The default shape of a face of size n is (n · aspect.1, n · aspect.0) rows and columns.
+    /// The default shape of a face of size n is (n · aspect.1, n · aspect.0) rows and columns, at the
+    /// default parameters: see [`Projection::size`].
     pub aspect: (usize, usize),
     /// What part of a face holds sphere.
     pub outline: Outline,
@@ -168,6 +217,11 @@ pub trait Projection: Copy + Send + Sync + 'static {
 
     /// One with these parameters, in the order of [`Info::parameters`] and within their ranges.
     fn with_parameters(parameters: &[f64]) -> Self;
+
+    /// Width and height of a face of size `n`: n is its height where it is wider than high.
+    fn size(self, n: usize) -> (usize, usize) {
+        (n * Self::INFO.aspect.0, n * Self::INFO.aspect.1)
+    }
 
     /// The part of the sphere it holds.
     fn coverage(self) -> Coverage;
@@ -235,6 +289,11 @@ pub trait Projection: Copy + Send + Sync + 'static {
     fn density<R: Real>(self, uv: Uv<R>) -> R {
         density(self, uv)
     }
+}
+
+/// Width and height of an image of height `n` and this aspect, for [`Projection::size`].
+pub fn size_of_aspect(aspect: f64, n: usize) -> (usize, usize) {
+    (((n as f64 * aspect).round() as usize).max(1), n)
 }
 
 /// dω/(du dv) = |∂d/∂u × ∂d/∂v|.

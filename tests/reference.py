@@ -30,8 +30,17 @@ DEFAULT_AXES = {
     "octahedral": "+x +y +z",
     "hemioctahedral": "+x +y +z",
     "latlong": "+x -y -z",
+    "perspective": "+x -y -z",
+    "cylindrical": "+x -y -z",
+    "equisolid": "+x -y -z",
+    "stereographic": "+x -y -z",
+    "orthographic": "+x -y -z",
 }
-DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", "angular"})
+# The angle that the diameter of a fisheye spans where nothing is said, in degrees.
+FISHEYES = {"angular": 360.0, "equisolid": 180.0, "stereographic": 180.0, "orthographic": 180.0}
+DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", *FISHEYES})
+# Maps whose rim an error ε of a coordinate moves by √ε.
+ROOT_RIMS = frozenset({"sphere", "matcap", "orthographic"})
 FACES = {"cube": 6, "dual_paraboloid": 2}
 
 # The number under which a program stores right, left, up, down, front, back (in the view frame),
@@ -263,6 +272,74 @@ def _encode_latlong(
     return p, 2 * np.arctan2(h, -y) / pi - 1, np.zeros_like(p)
 
 
+def _encode_perspective(
+    x: Array, y: Array, z: Array, parameters: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    half_p, half_q, cp, cq = _picture(parameters, x.dtype)
+    p, q = x / z / half_p + cp, y / z / half_q + cq
+    return *_within(p, q, z > 0), np.zeros_like(x)
+
+
+def _encode_cylindrical(
+    x: Array, y: Array, z: Array, parameters: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    half, height = _cylinder(parameters, x.dtype)
+    longitude = np.where((x == 0) & (z < 0), -_pi(x.dtype), np.arctan2(x, z))
+    _c, _s, h = _azimuth(x, z)
+    return *_within(longitude / half, y / h / height, h > 0), np.zeros_like(x)
+
+
+def _encode_equisolid(
+    x: Array, y: Array, z: Array, parameters: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    p, q, f = _encode_sphere(x, y, z, parameters)
+    rim = np.sin(_half(parameters, "equisolid", x.dtype) / 2)
+    return *_fisheye(p / rim, q / rim), f
+
+
+def _encode_stereographic(
+    x: Array, y: Array, z: Array, parameters: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    c, s, h = _azimuth(x, y)
+    r = np.where(z >= 0, h / (1 + z), (1 - z) / h)
+    r = r / np.tan(_half(parameters, "stereographic", x.dtype) / 2)
+    return *_fisheye(r * c, r * s), np.zeros_like(x)
+
+
+def _encode_orthographic(
+    x: Array, y: Array, z: Array, parameters: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    rim = np.sin(_half(parameters, "orthographic", x.dtype))
+    p, q = _fisheye(x / rim, y / rim)
+    return np.where(z < 0, np.nan, p), np.where(z < 0, np.nan, q), np.zeros_like(x)
+
+
+def _fisheye(p: Array, q: Array) -> tuple[Array, Array]:
+    _, ok = _disk(p, q)
+    return np.where(ok, p, np.nan), np.where(ok, q, np.nan)
+
+
+def _within(p: Array, q: Array, ok: Array) -> tuple[Array, Array]:
+    edge = 1 + 8 * np.finfo(p.dtype).eps
+    ok = ok & (np.abs(p) <= edge) & (np.abs(q) <= edge)
+    return np.where(ok, np.clip(p, -1, 1), np.nan), np.where(ok, np.clip(q, -1, 1), np.nan)
+
+
+def _half(parameters: dict[str, float], name: str, dtype: Any) -> Any:
+    return _radians(parameters.get("fov", FISHEYES[name]), dtype) / 2
+
+
+def _picture(parameters: dict[str, float], dtype: Any) -> tuple[Any, Any, Any, Any]:
+    half = np.tan(_radians(parameters.get("fov", 90.0), dtype) / 2)
+    cx, cy = (np.asarray(parameters.get(k, 0.0), dtype) for k in ("cx", "cy"))
+    return half, half / parameters.get("aspect", 1.0), 2 * cx, 2 * cy
+
+
+def _cylinder(parameters: dict[str, float], dtype: Any) -> tuple[Any, Any]:
+    half = _radians(parameters.get("fov", 360.0), dtype) / 2
+    return half, half / parameters.get("aspect", 4.0)
+
+
 # --- decode: p, q, face -> unit vectors, NaN outside the valid image ------------------------
 
 
@@ -329,6 +406,33 @@ def _decode_latlong(p: Array, q: Array, _f: Array, _: dict[str, float]) -> Array
     return np.stack([sin * np.sin(phi), -np.cos(theta), sin * np.cos(phi)], -1)
 
 
+def _decode_perspective(p: Array, q: Array, _f: Array, parameters: dict[str, float]) -> Array:
+    half_p, half_q, cp, cq = _picture(parameters, p.dtype)
+    return np.stack([(p - cp) * half_p, (q - cq) * half_q, np.ones_like(p)], -1)
+
+
+def _decode_cylindrical(p: Array, q: Array, _f: Array, parameters: dict[str, float]) -> Array:
+    half, height = _cylinder(parameters, p.dtype)
+    return np.stack([np.sin(p * half), q * height, np.cos(p * half)], -1)
+
+
+def _decode_equisolid(p: Array, q: Array, f: Array, parameters: dict[str, float]) -> Array:
+    rim = np.sin(_half(parameters, "equisolid", p.dtype) / 2)
+    return _mask(_decode_sphere(p * rim, q * rim, f, parameters), _disk(p, q)[1])
+
+
+def _decode_stereographic(p: Array, q: Array, _f: Array, parameters: dict[str, float]) -> Array:
+    c, s, r = _azimuth(p, q)
+    theta = 2 * np.arctan(r * np.tan(_half(parameters, "stereographic", p.dtype) / 2))
+    sin = np.sin(theta)
+    return _mask(np.stack([c * sin, s * sin, np.cos(theta)], -1), _disk(p, q)[1])
+
+
+def _decode_orthographic(p: Array, q: Array, f: Array, parameters: dict[str, float]) -> Array:
+    rim = np.sin(_half(parameters, "orthographic", p.dtype))
+    return _mask(_decode_matcap(p * rim, q * rim, f, parameters), _disk(p, q)[1])
+
+
 def _mask(d: Array, ok: Array) -> Array:
     return np.where(ok[..., None], d, np.nan)
 
@@ -374,6 +478,32 @@ def _density_latlong(p: Array, q: Array, _: dict[str, float]) -> Array:
     return pi * pi / 2 * np.sin((q + 1) / 2 * pi)
 
 
+def _density_perspective(p: Array, q: Array, parameters: dict[str, float]) -> Array:
+    half_p, half_q, cp, cq = _picture(parameters, p.dtype)
+    a, b = (p - cp) * half_p, (q - cq) * half_q
+    return half_p * half_q * (1 + a * a + b * b) ** -1.5
+
+
+def _density_cylindrical(p: Array, q: Array, parameters: dict[str, float]) -> Array:
+    half, height = _cylinder(parameters, p.dtype)
+    return half * height * (1 + (q * height) ** 2) ** -1.5
+
+
+def _density_equisolid(p: Array, q: Array, parameters: dict[str, float]) -> Array:
+    rim = np.sin(_half(parameters, "equisolid", p.dtype) / 2)
+    return np.full_like(p, 4 * rim * rim)
+
+
+def _density_stereographic(p: Array, q: Array, parameters: dict[str, float]) -> Array:
+    t = np.tan(_half(parameters, "stereographic", p.dtype) / 2)
+    return 4 * t * t / (1 + t * t * (p * p + q * q)) ** 2
+
+
+def _density_orthographic(p: Array, q: Array, parameters: dict[str, float]) -> Array:
+    rim = np.sin(_half(parameters, "orthographic", p.dtype))
+    return rim * rim * _density_matcap(p * rim, q * rim, parameters)
+
+
 def _pi(dtype: Any) -> Any:
     return np.arctan(np.ones((), dtype)) * 4
 
@@ -402,6 +532,11 @@ FORMULAS: dict[str, Formulas] = {
         _encode_hemioctahedral, _decode_hemioctahedral, _density_hemioctahedral
     ),
     "latlong": Formulas(_encode_latlong, _decode_latlong, _density_latlong),
+    "perspective": Formulas(_encode_perspective, _decode_perspective, _density_perspective),
+    "cylindrical": Formulas(_encode_cylindrical, _decode_cylindrical, _density_cylindrical),
+    "equisolid": Formulas(_encode_equisolid, _decode_equisolid, _density_equisolid),
+    "stereographic": Formulas(_encode_stereographic, _decode_stereographic, _density_stereographic),
+    "orthographic": Formulas(_encode_orthographic, _decode_orthographic, _density_orthographic),
 }
 
 
@@ -446,13 +581,25 @@ class Reference:
     def covered_solid_angle(self) -> float:
         if self.name in ("matcap", "hemioctahedral"):
             return 2 * math.pi
-        if self.name == "angular":
-            return 4 * math.pi * math.sin(math.radians(self.parameters.get("fov", 360.0)) / 4) ** 2
+        if self.name in FISHEYES:
+            return 4 * math.pi * math.sin(float(_half(self.parameters, self.name, float)) / 2) ** 2
+        if self.name == "cylindrical":
+            half, height = _cylinder(self.parameters, float)
+            return float(4 * half * height / math.hypot(1, height))
+        if self.name == "perspective":
+            # A rectangle from the axis to (a, b) spans atan(ab/√(1 + a² + b²)), signs kept.
+            half_p, half_q, cp, cq = _picture(self.parameters, float)
+            a, b = (half_p * (np.array([-1, 1]) - cp))[:, None], half_q * (np.array([-1, 1]) - cq)
+            corner = np.arctan2(a * b, np.sqrt(1 + a * a + b * b))
+            return float(corner[1, 1] - corner[0, 1] - corner[1, 0] + corner[0, 0])
         return 4 * math.pi
 
     def shape(self, size: int) -> tuple[int, ...]:
         if self.name == "latlong":
             return (size, 2 * size)
+        if self.name in ("perspective", "cylindrical"):
+            aspect = self.parameters.get("aspect", 4.0 if self.name == "cylindrical" else 1.0)
+            return (size, max(1, math.floor(size * aspect + 0.5)))
         if self.layout == "faces":
             return (self.faces, size, size)
         if self._atlas is not None:
@@ -531,6 +678,35 @@ class Reference:
 
     def covers(self, directions: Any) -> Array:
         return ~np.isnan(self.encode(directions)[..., 0])
+
+    @property
+    def stretch(self) -> float:
+        """Radians that a fisheye moves for a change of u, where it moves fastest; 0 for others."""
+        if self.name == "equisolid":
+            half = float(_half(self.parameters, self.name, float)) / 2
+            return 4 * math.tan(half)
+        if self.name == "stereographic":
+            return 4 * math.tan(float(_half(self.parameters, self.name, float)) / 2)
+        return 0.0
+
+    def clear_of_the_border(self, directions: Any, margin: float = 1e-6) -> Array:
+        """Tell directions that rounding cannot move over the edge of the coverage."""
+        view = _permute(self.axes, unit(np.asarray(directions).astype(np.longdouble)), back=False)
+        x, y, z = view[..., 0], view[..., 1], view[..., 2]
+        fov = self.parameters.get("fov", FISHEYES.get(self.name))
+        if self.name in ("matcap", "hemioctahedral"):
+            return z >= 0  # exact: a sign
+        if self.name == "orthographic" and fov == 180:
+            return z >= 0
+        if self.name in FISHEYES and fov < 360:
+            theta = np.arctan2(np.hypot(x, y), z)
+            return theta < np.radians(fov) / 2 * (1 - margin)
+        if self.name in ("perspective", "cylindrical"):
+            with np.errstate(all="ignore"):
+                p, q, _ = FORMULAS[self.name].encode(x, y, z, self.parameters)
+                wraps = self.name == "cylindrical" and self.parameters.get("fov", 360.0) == 360
+                return (np.abs(q) < 1 - margin) & ((np.abs(p) < 1 - margin) | (wraps & (p == p)))
+        return np.ones(z.shape, bool)
 
     def density(self, uv: Any) -> Array:
         p, q, _f = self.local(uv)
@@ -642,7 +818,15 @@ class Reference:
             return r * r / (1 + np.sqrt(1 - r * r))
         if self.name == "dual_paraboloid":
             return 2 * r * r / (1 + r * r)
-        half = math.radians(self.parameters.get("fov", 360.0)) / 2
+        half = float(_half(self.parameters, self.name, float))
+        if self.name == "equisolid":
+            return 2 * (r * np.sin(half / 2)) ** 2
+        if self.name == "stereographic":
+            t = (r * np.tan(half / 2)) ** 2
+            return 2 * t / (1 + t)
+        if self.name == "orthographic":
+            t = (r * np.sin(half)) ** 2
+            return t / (1 + np.sqrt(np.maximum(1 - t, 0)))
         return 2 * np.sin(half * r / 2) ** 2
 
     def _disk_cell(self, p0: float, p1: float, q0: float, q1: float) -> float:

@@ -16,7 +16,7 @@ VERBS = ("encode", "decode", "jacobian", "density")
 def inputs(case, verb: str, n: int, seed: int, dtype=np.float64) -> np.ndarray:
     r = case.reference()
     if verb == "encode":
-        d = random_directions(2 * n + 100, seed)
+        d = random_directions(12 * n + 100, seed)
         return d[r.covers(d)][:n].astype(dtype)
     return valid_uv(r, n, seed, margin=1e-3).astype(dtype)
 
@@ -89,7 +89,7 @@ def test_integers_become_float64(kind):
     for name in sm.projections():
         got = sm.encode(d, name)
         assert got.dtype == np.float64
-        assert np.array_equal(got, sm.encode(d.astype(np.float64), name))
+        assert np.array_equal(got, sm.encode(d.astype(np.float64), name), equal_nan=True)
 
 
 def test_lists_and_integers_of_python():
@@ -402,7 +402,9 @@ def test_rotation_of_encode_and_decode(case):
     e32 = reference.angle(p.decode(p.encode(d32, rotation=turn), rotation=turn), d32)
     ok = p.covers(d32, rotation=turn) & ~np.isnan(np.asarray(e32, float))
     # The bounds of the round trip plus the rounding of two turns.
-    assert e32[ok].max() < {"sphere": 1.3e-3, "matcap": 5e-4}.get(case.name, 1.5e-6)
+    assert e32[ok].max() < {"sphere": 1.3e-3, "matcap": 5e-4, "orthographic": 5e-4}.get(
+        case.name, 1.5e-6
+    )
 
 
 @each(LAYOUTS)

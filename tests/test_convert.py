@@ -59,6 +59,8 @@ def test_smooth_function_at_every_texel(src, dst):
     border = (np.abs(d @ reference.axes_matrix(a.axes)[2]) < 1e-12) & (a.coverage == "hemisphere")
     assert np.all(got[~seen & ~border] == -5.0)
     seen &= ~border
+    if not seen.any():
+        return  # two hemispheres that look away from each other
     error = np.abs(got[seen] - reference.smooth_function(d[seen])).max(-1)
     limit = smooth_bound(ra, d[seen], a.shape(n), "bilinear")
     i = int(np.argmax(error / limit))
@@ -84,7 +86,7 @@ def test_convert_is_sample_at_the_texels(src, dst, filter):
         assert np.mean(~ok) < 0.01
         error = np.abs(got - want).max(-1)[ok]
         # The rim of a sphere map blurs uv by √eps.
-        assert error.max() < (1e-5 if src in ("sphere", "matcap") else 1e-11)
+        assert error.max() < (1e-5 if src in reference.ROOT_RIMS else 1e-11)
 
 
 @each(LAYOUTS)
@@ -163,10 +165,11 @@ def test_labelled_axes_land_where_they_should(src, dst):
     label = np.argmax(d @ axes.T, axis=-1).astype(np.float64)
     image = sm.convert(label, src, dst, size=33, filter="nearest", fill=-1.0)
     seen = a.covers(axes) & b.covers(axes)
-    if src in ("matcap", "hemioctahedral") or dst in ("matcap", "hemioctahedral"):
-        assert seen.sum() >= 1
+    for part in (a, b):
+        if part.coverage == "sphere":
+            continue
         seen &= np.abs(axes[:, 2]) == 1  # the others lie on the border
-        tilt = axes * 0.95 + [0, 0, 0.15]  # so look a bit above it, too
+        tilt = axes * 0.95 + 0.15 * part.decode([0.5, 0.5])  # so look a bit above it, too
         both = a.covers(tilt) & b.covers(tilt)
         got = b.sample(image, tilt[both], filter="nearest")
         assert np.array_equal(got, np.flatnonzero(both))

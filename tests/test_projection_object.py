@@ -58,7 +58,7 @@ def test_attributes_have_their_types(case):
     assert p.layout is None or isinstance(p.layout, str)
     assert p.convention is None or isinstance(p.convention, str)
     assert p.grid in ("centers", "corners", "corners-v")
-    assert p.coverage in ("sphere", "hemisphere", "cap")
+    assert p.coverage in ("sphere", "hemisphere", "cap", "part")
     assert re.fullmatch(r"[+-][xyz] [+-][xyz] [+-][xyz]", p.axes)
     assert all(isinstance(v, float) for v in p.parameters.values())
 

@@ -276,7 +276,7 @@ def test_error_falls_with_the_square_of_the_texel_at_seams_as_elsewhere(case):
     # h²: 4; the octahedral creases inside the image are of first order on a share h of it, so
     # their mean falls by 4 too. Random scatter of these means is a few per cent.
     assert inner1 / inner2 > 3
-    if case.name in ("sphere", "matcap"):
+    if case.name in reference.ROOT_RIMS:
         assert seam2 < seam1 / 1.3  # √h at the rim, where the map itself degenerates
     elif p.coverage != "sphere":
         assert seam1 / seam2 > 1.8  # h: the border clamps, and nothing lies beyond it

@@ -30,28 +30,37 @@ from ._api import (
 )
 from ._compare import Comparison, compare
 from ._identify import Candidate, Identification, identify
+from ._depth import convert_depth
+from ._pad import pad
+from ._plans import RemapPlan, remap_plan
+from ._views import embed
 
 __all__ = [
     "Candidate",
     "Comparison",
     "Identification",
     "Projection",
+    "RemapPlan",
     "__version__",
     "compare",
     "conventions",
     "convert",
+    "convert_depth",
     "covers",
     "decode",
     "density",
     "directions",
+    "embed",
     "encode",
     "explain",
     "get_num_threads",
     "identify",
     "jacobian",
+    "pad",
     "projection",
     "projections",
     "reflect",
+    "remap_plan",
     "rotation",
     "sample",
     "set_num_threads",

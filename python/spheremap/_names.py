@@ -14,6 +14,11 @@ ProjectionName: TypeAlias = Literal[
     "octahedral",
     "hemioctahedral",
     "latlong",
+    "perspective",
+    "cylindrical",
+    "equisolid",
+    "stereographic",
+    "orthographic",
 ]
 
 ConventionName: TypeAlias = Literal[

@@ -19,7 +19,7 @@ use crate::real::{Real, max};
 /// 1 - |n|² for |n| near 1, without rounding: the heads lie on a grid so coarse that their squares and
 /// sums are exact, and what the tails add is small.
 #[inline(always)]
-fn remainder<R: Real>(n: [R; 3]) -> R {
+pub(super) fn remainder<R: Real>(n: [R; 3]) -> R {
     let grid = R::new(if R::EPSILON > 1e-10 {
         1.5 * 2048.0
     } else {
@@ -33,7 +33,7 @@ fn remainder<R: Real>(n: [R; 3]) -> R {
 
 /// ½ + p(1 + correction)/2 with one rounding: what the first sum rounds off is carried on.
 #[inline(always)]
-fn rounded_once<R: Real>(p: R, correction: R) -> R {
+pub(super) fn rounded_once<R: Real>(p: R, correction: R) -> R {
     let half = R::new(0.5);
     let x = p * half;
     let sum = half + x;

@@ -61,4 +61,9 @@ projections! {
     octahedral::Octahedral,
     hemioctahedral::Hemioctahedral,
     latlong::Latlong,
+    perspective::Perspective,
+    cylindrical::Cylindrical,
+    equisolid::Equisolid,
+    stereographic::Stereographic,
+    orthographic::Orthographic,
 }

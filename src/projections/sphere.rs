@@ -18,6 +18,37 @@ use crate::light::solid_angle::{self, Rect};
 use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::real::{Real, max, scaled};
 
+/// A direction of any length near 1 in Lambert's map, whose disk has radius 1/`rim`; (1/`rim`, 0) for the direction
+/// opposite the centre. Scaled under the root, it costs no rounding of its own.
+#[inline(always)]
+pub(super) fn to_disk<R: Real>([x, y, z]: [R; 3], rim: f64) -> (R, R) {
+    let (zero, one) = (R::new(0.0), R::new(1.0));
+    let (xs, ys, _) = scaled(x, y);
+    let hs = xs * xs + ys * ys;
+    let blind = hs.vanishes();
+    let length = (x * x + y * y + z * z).sqrt();
+    let near = length + z.abs();
+    let front = z >= zero;
+    // In front (x, y)/√(2L(L+z)); behind (x, y)/h · √((L-z)/2L), with h at the scale of x and y.
+    let a = if front { x } else { xs + if blind { one } else { zero } };
+    let b = if front { y } else { ys };
+    let numerator = if front { one } else { near };
+    let hs = hs + if blind { one } else { zero };
+    let denominator = length * R::new(2.0 * rim * rim) * if front { near } else { hs };
+    let factor = (numerator / denominator).sqrt();
+    (a * factor, b * factor)
+}
+
+/// The unit direction at a point of the unit disk of Lambert's map.
+#[inline(always)]
+pub(super) fn from_disk<R: Real>(p: R, q: R) -> [R; 3] {
+    let s = p * p + q * q;
+    let one = R::new(1.0);
+    let c = max(one - s, R::new(0.0));
+    let root = c.sqrt() * R::new(2.0);
+    [p * root, q * root, c - (one - c)]
+}
+
 /// The mirror ball.
 #[derive(Clone, Copy, Debug)]
 pub struct Sphere;
@@ -56,32 +87,15 @@ impl Projection for Sphere {
     }
 
     #[inline(always)]
-    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (zero, one) = (R::new(0.0), R::new(1.0));
-        let (xs, ys, _) = scaled(x, y);
-        let hs = xs * xs + ys * ys;
-        let blind = hs.vanishes();
-        let length = (x * x + y * y + z * z).sqrt();
-        let near = length + z.abs();
-        let front = z >= zero;
-        // In front (x, y)/√(2L(L+z)); behind (x, y)/h · √((L-z)/2L), with h at the scale of x and y.
-        let a = if front { x } else { xs + if blind { one } else { zero } };
-        let b = if front { y } else { ys };
-        let numerator = if front { one } else { near };
-        let hs = hs + if blind { one } else { zero };
-        let denominator = length * R::new(2.0) * if front { near } else { hs };
-        let factor = (numerator / denominator).sqrt();
-        Uv::centred((a * factor).clamped(-1.0, 1.0), (b * factor).clamped(-1.0, 1.0), zero)
+    fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
+        let (p, q) = to_disk(d, 1.0);
+        Uv::centred(p.clamped(-1.0, 1.0), q.clamped(-1.0, 1.0), R::new(0.0))
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        let s = p * p + q * q;
-        let one = R::new(1.0);
-        let c = max(one - s, R::new(0.0));
-        let root = c.sqrt() * R::new(2.0);
-        [p * root, q * root, c - (one - c)]
+        from_disk(p, q)
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

@@ -115,6 +115,21 @@ impl PyProjection {
         })
     }
 
+    /// Unit directions that each face's formula gives, also beyond its edges: for `pad`.
+    #[pyo3(signature = (uv, /))]
+    fn _continued<'py>(
+        &self,
+        py: Python<'py>,
+        uv: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let map = &self.0;
+        let reals = reals(uv, "uv", None)?;
+        with_reals!(&reals, uv => {
+            let work = |uv: &[_], result: &mut [_]| map.continued(uv, result);
+            points(py, uv, "uv", map.uv_width(), None, uv.dtype(), &[3], work)
+        })
+    }
+
     /// Derivatives of the direction by u and v: (..., 3, 2).
     #[pyo3(signature = (uv, /, *, rotation=None, out=None))]
     fn jacobian<'py>(
@@ -304,10 +319,17 @@ impl PyProjection {
         Ok(dict)
     }
 
-    /// The part of the sphere it holds: "sphere", "hemisphere" or "cap".
+    /// The part of the sphere it holds: "sphere", "hemisphere", "cap" or "part".
     #[getter]
     fn coverage(&self) -> &'static str {
         self.0.coverage().name()
+    }
+
+    /// What lies beyond its edges: "ends", "latlong", "periodic", "octahedral", "faces", "rim-opposite" or
+    /// "rim-other-face".
+    #[getter]
+    fn seam(&self) -> &'static str {
+        self.0.seam().name()
     }
 
     /// The solid angle it holds, in steradians.

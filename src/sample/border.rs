@@ -161,6 +161,7 @@ impl<T: Texel> Source<'_, T> {
                     taps.push(stored(wrapped(around + 1), j), 0.5 * weight);
                 }
             }
+            Seam::Periodic => taps.push(stored(i.rem_euclid(w), j), weight),
             Seam::Octahedral => {
                 let (mut i, mut j) = (i, j);
                 if !(0..w).contains(&i) {

@@ -25,6 +25,16 @@ pub fn cube(r: Rect) -> f64 {
     patch(&corners, 4.0, |[u, v]| [2.0 * u - 1.0, 2.0 * v - 1.0, 1.0])
 }
 
+/// Solid angle of a rectangle of a picture whose half sides at distance 1 are `half` and whose axis is at
+/// `principal`, in coordinates from -1 to 1.
+pub fn perspective(r: Rect, half: [f64; 2], principal: [f64; 2]) -> f64 {
+    let corners = [[r.u0, r.v0], [r.u1, r.v0], [r.u1, r.v1], [r.u0, r.v1]];
+    patch(&corners, 4.0 * half[0] * half[1], |uv| {
+        let at = |k: usize| (2.0 * uv[k] - 1.0 - principal[k]) * half[k];
+        [at(0), at(1), 1.0]
+    })
+}
+
 /// Solid angle of a rectangle of the octahedral map.
 pub fn octahedral(r: Rect) -> f64 {
     // The diamond |p| + |q| = 1 is a + b = ½; outside of it the face is folded out.

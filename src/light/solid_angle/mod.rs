@@ -6,6 +6,9 @@
 //! | cube, octahedral, hemi-octahedral | spherical polygons | Van Oosterom & Strackee 1983 |
 //! | equal-area disk | area of a rectangle in a disk: trapezoids and a circular segment | elementary |
 //! | MatCap | difference of arctangents across, Gauss–Legendre along | ∫dq/√(w-q²) = asin(q/√w) |
+//! | perspective | a plane polygon, as a cube's | Van Oosterom & Strackee 1983 |
+//! | cylindrical | longitude times a difference of sines | Archimedes' zone |
+//! | stereographic and orthographic fisheyes | Gauss–Legendre along the azimuth over bands of closed form | ω = ∫ (cos θ_in - cos θ_out) dφ |
 //! | other azimuthal | Gauss–Legendre; Green's theorem for big texels | ω = ∮ (1 - cos θ) dφ |
 //! | anything else | adaptive Gauss–Legendre | [`quadrature`] |
 //!
@@ -44,9 +47,9 @@ mod tests;
 
 use std::f64::consts::PI;
 
-pub use disk::{azimuthal, disk_area, matcap};
+pub use disk::{azimuthal, bands, disk_area, matcap};
 pub use gauss::quadrature;
-pub use gnomonic::{cube, gnomonic_polygon, hemioctahedral, octahedral};
+pub use gnomonic::{cube, gnomonic_polygon, hemioctahedral, octahedral, perspective};
 
 /// A rectangle of the unit square: u0 <= u <= u1, v0 <= v <= v1.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +65,14 @@ pub struct Rect {
 }
 
 impl Rect {
+    /// The unit square.
+    pub const WHOLE: Rect = Rect {
+        u0: 0.0,
+        u1: 1.0,
+        v0: 0.0,
+        v1: 1.0,
+    };
+
     fn du(self) -> f64 {
         self.u1 - self.u0
     }
@@ -92,6 +103,25 @@ pub fn latlong(r: Rect) -> f64 {
         twice
     };
     4.0 * PI * r.du() * (0.5 * PI * pole).sin() * (0.5 * PI * r.dv()).sin()
+}
+
+/// Solid angle of a rectangle of a cylinder that spans `fov` radians across and the latitudes ±atan(`half_height`).
+///
+/// The zone's height is the difference of the sines y/√(1 + y²) of its two latitudes; on one side of the horizon
+/// it is written as a quotient without that difference.
+pub fn cylindrical(r: Rect, fov: f64, half_height: f64) -> f64 {
+    let (a, b) = (
+        half_height * (2.0 * r.v0 - 1.0),
+        half_height * (2.0 * r.v1 - 1.0),
+    );
+    let (la, lb) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
+    let width = 2.0 * half_height * r.dv();
+    let zone = if a * b > 0.0 {
+        width * (a + b) / ((a * lb + b * la) * la * lb)
+    } else {
+        b / lb - a / la
+    };
+    fov * r.du() * zone
 }
 
 /// A rectangle inside one quadrant of the square, measured from that quadrant's outer corner:

@@ -1,0 +1,115 @@
+//! The orthographic fisheye: a globe seen from far away.
+//!
+//! Source: the orthographic projection r = sin θ/sin(fov/2); fisheye lenses with r = f sin θ, and the sky over
+//! a horizontal surface, where area in the disk is irradiance (Nusselt's analogue). At 180° it is
+//! MatCap's formula with another frame, and shares its careful rounding.
+//!
+//! Domain: all directions within fov/2 of the axis, else NaN. Singular: the rim at 180°, where the density
+//! grows without bound and a coordinate rounded by ε moves the direction by √ε.
+
+use super::matcap::{remainder, rounded_once};
+use crate::light::solid_angle::{self, Rect};
+use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
+use crate::real::{Real, max};
+use std::f64::consts::PI;
+
+/// A globe from far away.
+#[derive(Clone, Copy, Debug)]
+pub struct Orthographic {
+    /// The angle of the rim from the axis, in half turns.
+    angle: f64,
+    /// The sine of that angle.
+    rim: f64,
+}
+
+impl Orthographic {
+    fn whole(self) -> bool {
+        self.angle == 0.5
+    }
+}
+
+impl Projection for Orthographic {
+    const INFO: Info = Info {
+        name: "orthographic",
+        title: "Orthographic fisheye",
+        source: "Orthographic projection; Snyder 1987, Map Projections: A Working Manual, p. 145; Nusselt 1928",
+        summary: "Fisheye with r = sin θ: a globe from far away; area in the image is irradiance.",
+        singular: "At fov = 180 the density grows without bound toward the rim.",
+        axes: "+x -y -z",
+        faces: 1,
+        layouts: &[],
+        aspect: (1, 1),
+        outline: Outline::Disk,
+        equal_area: false,
+        conformal: false,
+        parameters: &[Parameter {
+            name: "fov",
+            default: 180.0,
+            above: 0.0,
+            maximum: 180.0,
+            unit: "degrees",
+            doc: "the angle that the image's diameter spans",
+        }],
+    };
+
+    fn with_parameters(parameters: &[f64]) -> Self {
+        let angle = parameters[0] / 360.0;
+        Orthographic { angle, rim: f64::sin_cos_half_turns(angle).0 }
+    }
+
+    fn coverage(self) -> Coverage {
+        Coverage::Cap(PI * self.angle)
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        let centre = 4.0 * self.rim * self.rim;
+        let rim = if self.whole() { 0.0 } else { f64::sin_cos_half_turns(self.angle).1 };
+        (centre, centre / rim)
+    }
+
+    fn seam(self) -> Seam {
+        Seam::Ends
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
+        let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
+        let (a, b, c) = (x * inverse, y * inverse, z * inverse);
+        let half = remainder([a, b, c]) * R::new(0.5);
+        let scale = R::new(1.0 / self.rim);
+        let (p, q) = (a * scale, b * scale);
+        let inside = (z >= R::new(0.0)) & (p * p + q * q <= R::new(1.0 + 8.0 * R::EPSILON));
+        let nan = R::new(f64::NAN);
+        Uv::flat(
+            if inside { rounded_once(p, half) } else { nan },
+            if inside { rounded_once(q, half) } else { nan },
+        )
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let (p, q) = uv.pq();
+        let (a, b) = (p * R::new(self.rim), q * R::new(self.rim));
+        let c = remainder([a, b, R::new(0.0)]);
+        [a, b, max(c, R::new(0.0)).sqrt()]
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        if self.whole() {
+            return solid_angle::matcap(rect);
+        }
+        let t = self.rim * self.rim;
+        solid_angle::bands(rect, |inner, outer| {
+            let cosine = |r: f64| (1.0 - t * r * r).max(0.0).sqrt();
+            t * (outer - inner) * (outer + inner) / (cosine(inner) + cosine(outer))
+        })
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, uv: Uv<R>) -> R {
+        let (p, q) = uv.pq();
+        let t = R::new(self.rim * self.rim);
+        let cosine = max(R::new(1.0) - t * (p * p + q * q), R::new(0.0)).sqrt();
+        R::new(4.0) * t / cosine
+    }
+}

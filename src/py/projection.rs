@@ -242,6 +242,7 @@ impl PyProjection {
                 rotation,
                 fill,
                 out,
+                skipna: false,
             },
         )
     }

@@ -21,7 +21,7 @@ const FEWEST: usize = 16;
 
 /// The image of a map, in a frame that two images share.
 pub(super) struct Lattice<'a> {
-    map: &'a Map,
+    pub map: &'a Map,
     pub raster: Raster,
     /// The map's view frame to the shared one, and back; none where they are the same.
     frame: Option<[[[f64; 3]; 3]; 2]>,

@@ -543,7 +543,8 @@ def convert(
         Turns the content in the world.
     filter : {"bilinear", "nearest", "area", "mode"}
         ``"area"`` is conservative: each texel is the mean of the source over its own solid angle,
-        so that no light is lost or made. ``"mode"`` is the value that covers most of it, for labels.
+        so that no light is lost or made. ``"mode"`` is the value that covers most of it, for
+        labels.
     fill : float
         The value where the result has no sphere, or the source does not hold the direction.
     out : ndarray, optional
@@ -567,9 +568,9 @@ def convert(
 
     With ``"area"``, Σ L·dω is kept to 1e-6 for any pair of projections, sizes and rotations, and no
     texel is darker or brighter than the source. A texel that the source covers in part is the mean
-    over that part. Texels cut by a disk's rim hold a value even where their centre lies outside; in a
-    source, such texels hold none (credits are printed there), and what they cover is given to
-    the nearest texel inside. It is first-order conservative remapping (Jones 1999, SCRIP).
+    over that part. Texels cut by a disk's rim hold a value even where their centre lies outside;
+    in a source, such texels hold none (credits are printed there), and what they cover is given
+    to the nearest texel inside. It is first-order conservative remapping (Jones 1999, SCRIP).
 
     Examples
     --------

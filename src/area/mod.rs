@@ -181,7 +181,8 @@ fn valid_texel(raster: &Raster, [i, j]: [usize; 2]) -> [usize; 2] {
             for x in i.saturating_sub(reach)..=(i + reach).min(raster.width - 1) {
                 let [p, q] = centre(x, y);
                 let square = (p - u) * (p - u) + (q - v) * (q - v);
-                if square < best.0 && raster.holds(x as isize, y as isize) {
+                // Of equally near ones the first, whatever rounding says.
+                if square < best.0 * (1.0 - 1e-9) && raster.holds(x as isize, y as isize) {
                     best = (square, [x, y]);
                 }
             }

@@ -1,8 +1,8 @@
 """An independent reference of conservative conversion: brute force, from `reference` alone.
 
-Each target texel is cut into many, each of which looks up the source texel that holds its centre and
-counts by the density there. The error goes as the supersampling to the power -3/2, which is
-far from 1e-6, and shares nothing with the method under test.
+Each target texel is cut into many, each of which looks up the source texel that holds its
+centre and counts by the density there. The error goes as the supersampling to the power -3/2,
+which is far from 1e-6, and shares nothing with the method under test.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ impl Part {
             (along[0] * off[0] + along[1] * off[1]) / (along[0] * along[0] + along[1] * along[1])
         };
         // 0/0 becomes 0.
-        t.max(0.0).min(1.0)
+        if t > 0.0 { t.min(1.0) } else { 0.0 }
     }
 }
 

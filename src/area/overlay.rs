@@ -248,15 +248,12 @@ impl<'l, 'a> Overlay<'l, 'a> {
         } else if length <= near {
             return self.step_by_step(edge, a, b, size);
         } else if let (Some(p), Some(q)) = (a.spot, b.spot)
-            && p.face == q.face
+            && let Some((axis, at)) = single_crossing(&p, &q)
+            && let Some([before, after]) = self.solve(edge, a, b, axis, at)
         {
-            if let Some((axis, at)) = single_crossing(&p, &q)
-                && let Some([before, after]) = self.solve(edge, a, b, axis, at)
-            {
-                self.walk(edge, a, &before, size);
-                self.cross(edge, &before, &after, size);
-                return self.walk(edge, &after, b, size);
-            }
+            self.walk(edge, a, &before, size);
+            self.cross(edge, &before, &after, size);
+            return self.walk(edge, &after, b, size);
         }
         let t = 0.5 * (a.t + b.t);
         if t <= a.t || t >= b.t {

@@ -22,6 +22,7 @@
 //! - Every instruction-set level and any number of threads give the same bits.
 //! - Texel solid angles sum to the coverage's solid angle.
 
+pub mod area;
 pub mod convention;
 pub mod convert;
 pub mod drawing;

@@ -36,6 +36,8 @@ class Filter(StrEnum):
 
     nearest = "nearest"
     bilinear = "bilinear"
+    area = "area"
+    mode = "mode"
 
 
 class UsageError(Exception):

@@ -146,9 +146,10 @@ def convert(
     /,
     *,
     rotation: Any | None = None,
-    filter: Literal["nearest", "bilinear"] = "bilinear",
+    filter: Literal["nearest", "bilinear", "area", "mode"] = "bilinear",
     fill: float | None = None,
     out: NDArray[Any] | None = None,
+    skipna: bool = False,
 ) -> NDArray[Any]: ...
 def reflect(
     view: ArrayLike, normal: ArrayLike, /, *, out: NDArray[Any] | None = None

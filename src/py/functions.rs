@@ -83,7 +83,7 @@ pub fn rebuild(
 
 /// An image of one projection as an image of another.
 #[pyfunction]
-#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None))]
+#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None, skipna=false))]
 #[expect(clippy::too_many_arguments, reason = "the Python signature")]
 pub fn convert<'py>(
     py: Python<'py>,
@@ -95,6 +95,7 @@ pub fn convert<'py>(
     filter: &str,
     fill: Option<&Bound<'py, PyAny>>,
     out: Option<&Bound<'py, PyAny>>,
+    skipna: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
     let rotation = arrays::rotation(rotation)?;
     let shape = size(&dst.0, shape)?;
@@ -104,6 +105,7 @@ pub fn convert<'py>(
         rotation,
         fill: Some(fill.unwrap_or(&zero)),
         out,
+        skipna,
     };
     images::convert(py, image, &src.0, &dst.0, &shape, &options)
 }

@@ -3,6 +3,7 @@
 use super::arrays::{
     Reals, contiguous, disjoint, finish, helper, leading, output, reals, with_reals, writable,
 };
+use crate::area::{self, Statistic};
 use crate::convert;
 use crate::image::{Texel, tuple};
 use crate::map::Map;
@@ -147,6 +148,8 @@ pub struct Lookup<'a, 'py> {
     pub rotation: Option<DMat3>,
     pub fill: Option<&'a Bound<'py, PyAny>>,
     pub out: Option<&'a Bound<'py, PyAny>>,
+    /// Whether NaN texels have no weight.
+    pub skipna: bool,
 }
 
 /// `Projection.sample`.
@@ -209,10 +212,22 @@ fn convert_texels<'py, T: PyTexel>(
     shape: &[usize],
     options: &Lookup<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let filter = Filter::find(options.filter)?;
+    // The filter's name is looked at first.
+    let statistic = Statistic::find(options.filter);
+    let filter = match statistic {
+        Some(_) => None,
+        None => Some(Filter::find(options.filter)?),
+    };
     let (source_shape, channels, texel) = split(src, image.shape())?;
     let fill = fill_texels::<T>(options.fill, channels)?;
-    let source = Source::new(src, source_shape, texels(image, channels)?)?;
+    let texels = texels(image, channels)?;
+    let source = Source::new(src, source_shape, texels)?;
+    if options.skipna && statistic.is_none() {
+        return Err(PyValueError::new_err(format!(
+            "`skipna` needs filter 'area' or 'mode', got '{}'.",
+            options.filter
+        )));
+    }
     let mut whole = shape.to_vec();
     whole.extend_from_slice(texel);
     let array = output::<T>(py, options.out, T::NAME, &whole)?;
@@ -221,7 +236,22 @@ fn convert_texels<'py, T: PyTexel>(
         let out = target.as_slice_mut()?;
         disjoint(image.as_slice()?, out)?;
         let rotation = options.rotation;
-        py.detach(|| convert::convert(&source, dst, shape, rotation, filter, &fill, out))?;
+        let skipna = options.skipna;
+        py.detach(|| match (statistic, filter) {
+            (Some(statistic), _) => {
+                let source = area::Source {
+                    map: src,
+                    shape: source_shape,
+                    texels,
+                    skipna,
+                };
+                area::convert(source, dst, shape, rotation, statistic, &fill, out)
+            }
+            (_, Some(filter)) => {
+                convert::convert(&source, dst, shape, rotation, filter, &fill, out)
+            }
+            (None, None) => Ok(()),
+        })?;
     }
     finish(array, options.out.is_some())
 }

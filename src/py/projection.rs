@@ -257,6 +257,7 @@ impl PyProjection {
                 rotation,
                 fill,
                 out,
+                skipna: false,
             },
         )
     }

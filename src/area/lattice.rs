@@ -1,0 +1,447 @@
+//! The texels of an image as cells on the sphere.
+//!
+//! A [`Cell`] is the part of a texel's rectangle that holds sphere, with its border as a closed loop of
+//! smooth parts in the sense of (u, v): sides of the rectangle, and the rim of the valid image
+//! where it cuts the texel. Places on the border have a coordinate: the number of the part plus how
+//! far along it.
+//!
+//! Small images are refined, so that no cell spans more than a fraction of the sphere; a cell then is a
+//! part of its texel. The valid image is taken as convex, and its rim is found by bisection of
+//! [`Projection::contains`]: whatever the outline is, no formula of it is needed.
+
+use super::sphere::{Curve, Direction, normalized, triangle};
+use crate::error::Error;
+use crate::image::Raster;
+use crate::map::Map;
+use crate::projection::{Outline, Projection, Uv};
+use crate::projections::Visitor;
+
+/// Cells along a side of a face, at least.
+const FEWEST: usize = 16;
+
+/// The image of a map, in a frame that two images share.
+pub(super) struct Lattice<'a> {
+    pub map: &'a Map,
+    pub raster: Raster,
+    /// The map's view frame to the shared one, and back; none where they are the same.
+    frame: Option<[[[f64; 3]; 3]; 2]>,
+    /// Cells a texel, along each side.
+    pub refined: usize,
+    pub columns: usize,
+    pub rows: usize,
+    /// For each face, +1 where (u, v) turn as seen from outside, else -1.
+    sense: Vec<f64>,
+}
+
+/// A place in an image.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    pub face: usize,
+    pub uv: [f64; 2],
+    /// In cells from the left and from the top.
+    pub xy: [f64; 2],
+    /// The cell that holds it.
+    pub at: [usize; 2],
+}
+
+impl Spot {
+    pub fn same_cell(&self, other: &Spot) -> bool {
+        self.face == other.face && self.at == other.at
+    }
+}
+
+/// A smooth part of a border, from one place of a face to another: straight in (u, v), or along the rim.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Part {
+    pub from: [f64; 2],
+    pub to: [f64; 2],
+    /// Which side of the rectangle: top, right, bottom, left, or 4 for the rim.
+    pub side: u8,
+}
+
+pub(super) const RIM: u8 = 4;
+
+impl Part {
+    /// The parameter of the part's place nearest to `uv`; on a rim, of that in line with `inside`.
+    fn parameter(&self, inside: [f64; 2], uv: [f64; 2]) -> f64 {
+        let minus = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+        let along = minus(self.to, self.from);
+        let t = if self.side == RIM {
+            let (ray, off) = (minus(uv, inside), minus(inside, self.from));
+            (off[0] * ray[1] - off[1] * ray[0]) / (along[0] * ray[1] - along[1] * ray[0])
+        } else {
+            let off = minus(uv, self.from);
+            (along[0] * off[0] + along[1] * off[1]) / (along[0] * along[0] + along[1] * along[1])
+        };
+        // 0/0 becomes 0.
+        if t > 0.0 { t.min(1.0) } else { 0.0 }
+    }
+}
+
+/// What a cell covers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell {
+    pub face: usize,
+    pub at: [usize; 2],
+    parts: [Part; 8],
+    count: usize,
+    /// A place inside, which sees the whole border.
+    pub inside: [f64; 2],
+}
+
+impl Cell {
+    pub fn parts(&self) -> &[Part] {
+        &self.parts[..self.count]
+    }
+
+    fn push(&mut self, part: Part) {
+        if self.count < self.parts.len() {
+            self.parts[self.count] = part;
+            self.count += 1;
+        }
+    }
+}
+
+struct Decode(Uv<f64>);
+
+impl Visitor for Decode {
+    type Output = Direction;
+    fn visit<P: Projection>(self, p: P) -> Direction {
+        p.decode(self.0)
+    }
+}
+
+struct Encode(Direction);
+
+impl Visitor for Encode {
+    type Output = Uv<f64>;
+    fn visit<P: Projection>(self, p: P) -> Uv<f64> {
+        p.encode(self.0)
+    }
+}
+
+struct Contains(Uv<f64>);
+
+impl Visitor for Contains {
+    type Output = bool;
+    fn visit<P: Projection>(self, p: P) -> bool {
+        p.contains(self.0)
+    }
+}
+
+/// The last valid place on the way from a valid place through another one and beyond, within the square.
+struct LastValid {
+    face: usize,
+    from: [f64; 2],
+    through: [f64; 2],
+    /// How far it goes, in distances between the two.
+    limit: f64,
+}
+
+impl Visitor for LastValid {
+    type Output = [f64; 2];
+    fn visit<P: Projection>(self, p: P) -> [f64; 2] {
+        let at = |r: f64| [0, 1].map(|k| self.from[k] + r * (self.through[k] - self.from[k]));
+        let valid = |r: f64| {
+            let [u, v] = at(r);
+            p.contains(Uv {
+                u,
+                v,
+                face: self.face as f64,
+            })
+        };
+        let (mut low, mut high) = (0.0, self.limit);
+        if valid(high) {
+            return at(high);
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if valid(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        at(low)
+    }
+}
+
+fn times(m: &[[f64; 3]; 3], d: Direction) -> Direction {
+    m.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
+}
+
+impl<'a> Lattice<'a> {
+    /// An image of this shape; `frame` takes the map's view frame to the shared one.
+    pub fn new(map: &'a Map, shape: &[usize], frame: Option<[[f64; 3]; 3]>) -> Result<Self, Error> {
+        let raster = Raster::new(map, shape)?;
+        let refined = match FEWEST.div_ceil(raster.width.min(raster.height)) {
+            1 => 1,
+            // Even, so that a kink on an axis lies between cells.
+            k => k.next_multiple_of(2),
+        };
+        let frame = frame.map(|m| {
+            let transposed = [0, 1, 2].map(|i| [m[0][i], m[1][i], m[2][i]]);
+            [m, transposed]
+        });
+        let mut lattice = Lattice {
+            map,
+            raster,
+            frame,
+            refined,
+            columns: raster.width * refined,
+            rows: raster.height * refined,
+            sense: Vec::new(),
+        };
+        lattice.sense = (0..map.arrangement().faces)
+            .map(|face| {
+                let at = |u, v| lattice.decode(face, [u, v]);
+                triangle(at(0.45, 0.4), at(0.4501, 0.4), at(0.45, 0.4001)).signum()
+            })
+            .collect();
+        Ok(lattice)
+    }
+
+    pub fn sense(&self, face: usize) -> f64 {
+        self.sense[face]
+    }
+
+    pub fn decode(&self, face: usize, [u, v]: [f64; 2]) -> Direction {
+        let face = face as f64;
+        let d = self.map.visit_canonical(Decode(Uv { u, v, face }));
+        match &self.frame {
+            None => d,
+            Some([m, _]) => times(m, d),
+        }
+    }
+
+    /// Where a direction lies, if the image holds it.
+    pub fn locate(&self, d: Direction) -> Option<Spot> {
+        let d = match &self.frame {
+            None => d,
+            Some([_, m]) => times(m, d),
+        };
+        let Uv { u, v, face } = self.map.visit_canonical(Encode(d));
+        if u.is_nan() {
+            return None;
+        }
+        let k = self.refined as f64;
+        let place = |(scale, offset): (f64, f64), x: f64| (x * scale + (offset + 0.5)) * k;
+        let x = place(self.raster.along_u.index(), u);
+        let y = place(self.raster.along_v.index(), v);
+        Some(Spot {
+            face: face as usize,
+            uv: [u, v],
+            xy: [x, y],
+            // `as` takes negative numbers to 0.
+            at: [
+                (x as usize).min(self.columns - 1),
+                (y as usize).min(self.rows - 1),
+            ],
+        })
+    }
+
+    /// The edges of cell `i` along one side, within the image.
+    fn edges(&self, (scale, offset): (f64, f64), cells: usize, i: usize) -> (f64, f64) {
+        let k = self.refined as f64;
+        let edge = |i: usize| {
+            if offset == -0.5 {
+                // As exact as the grid's own edges.
+                i as f64 / cells as f64
+            } else {
+                (((i as f64 / k) - (offset + 0.5)) / scale).clamp(0.0, 1.0)
+            }
+        };
+        (edge(i), edge(i + 1))
+    }
+
+    /// The cell's rectangle: (u0, u1), (v0, v1).
+    pub fn rectangle(&self, at: [usize; 2]) -> [(f64, f64); 2] {
+        [
+            self.edges(self.raster.along_u.index(), self.columns, at[0]),
+            self.edges(self.raster.along_v.index(), self.rows, at[1]),
+        ]
+    }
+
+    fn contains(&self, face: usize, [u, v]: [f64; 2]) -> bool {
+        let face = face as f64;
+        self.map.visit_canonical(Contains(Uv { u, v, face }))
+    }
+
+    fn last_valid(&self, face: usize, from: [f64; 2], through: [f64; 2], limit: f64) -> [f64; 2] {
+        self.map.visit_canonical(LastValid {
+            face,
+            from,
+            through,
+            limit,
+        })
+    }
+
+    /// A cell; none where it holds no sphere.
+    pub fn cell(&self, face: usize, at: [usize; 2]) -> Option<Cell> {
+        let [(u0, u1), (v0, v1)] = self.rectangle(at);
+        if u1 <= u0 || v1 <= v0 {
+            return None;
+        }
+        let corners = [[u0, v0], [u1, v0], [u1, v1], [u0, v1]];
+        let centre = [0.5 * (u0 + u1), 0.5 * (v0 + v1)];
+        let mut cell = Cell {
+            face,
+            at,
+            parts: [Part::default(); 8],
+            count: 0,
+            inside: centre,
+        };
+        let whole = self.map.info().outline == Outline::Square
+            || corners.iter().all(|uv| self.contains(face, *uv));
+        let mut sides = [None; 4];
+        for (side, slot) in sides.iter_mut().enumerate() {
+            let (from, to) = (corners[side], corners[(side + 1) % 4]);
+            let ends = if whole {
+                Some((from, to))
+            } else {
+                self.valid_part(face, from, to)
+            };
+            *slot = ends.map(|(from, to)| Part {
+                from,
+                to,
+                side: side as u8,
+            });
+        }
+        let mut given = sides
+            .iter()
+            .flatten()
+            .copied()
+            .collect::<smallparts::Parts>();
+        let parts = given.slice();
+        if parts.is_empty() {
+            return None;
+        }
+        for (k, part) in parts.iter().enumerate() {
+            cell.push(*part);
+            let next = parts[(k + 1) % parts.len()].from;
+            if next != part.to {
+                cell.push(Part {
+                    from: part.to,
+                    to: next,
+                    side: RIM,
+                });
+            }
+        }
+        if !whole {
+            let n = 2.0 * parts.len() as f64;
+            let mean = [0, 1].map(|k| parts.iter().map(|p| p.from[k] + p.to[k]).sum::<f64>() / n);
+            // The centre might lie between the rim and its chord. Where there is one side only, the mean
+            // lies on it: half way from there to the rim.
+            let far = self.last_valid(face, mean, centre, 1.0);
+            cell.inside = if parts.len() == 1 {
+                [0.5 * (mean[0] + far[0]), 0.5 * (mean[1] + far[1])]
+            } else {
+                mean
+            };
+        }
+        Some(cell)
+    }
+
+    /// What of a side lies in the valid image.
+    fn valid_part(
+        &self,
+        face: usize,
+        from: [f64; 2],
+        to: [f64; 2],
+    ) -> Option<([f64; 2], [f64; 2])> {
+        let valid = |uv: [f64; 2]| self.contains(face, uv);
+        let cut = |inside: [f64; 2], end: [f64; 2]| {
+            if valid(end) {
+                end
+            } else {
+                self.last_valid(face, inside, end, 1.0)
+            }
+        };
+        // The side's place nearest to the image's centre is valid if any is.
+        let nearest = [0, 1].map(|k| 0.5_f64.clamp(from[k].min(to[k]), from[k].max(to[k])));
+        let inside = [from, to, nearest].into_iter().find(|uv| valid(*uv))?;
+        let (from, to) = (cut(inside, from), cut(inside, to));
+        (from != to).then_some((from, to))
+    }
+
+    /// The coordinate of the place on a cell's border that is nearest to `uv`.
+    pub fn along(&self, cell: &Cell, uv: [f64; 2]) -> f64 {
+        let mut best = (f64::INFINITY, 0.0);
+        for (k, part) in cell.parts().iter().enumerate() {
+            let t = part.parameter(cell.inside, uv);
+            let [u, v] = self.place(cell, part, t);
+            let (x, y) = (u - uv[0], v - uv[1]);
+            let distance = x * x + y * y;
+            if distance < best.0 {
+                best = (distance, k as f64 + t);
+            }
+        }
+        best.1
+    }
+
+    /// The place on a part of a cell's border.
+    pub fn place(&self, cell: &Cell, part: &Part, t: f64) -> [f64; 2] {
+        if t <= 0.0 {
+            return part.from;
+        }
+        if t >= 1.0 {
+            return part.to;
+        }
+        let chord = [0, 1].map(|k| part.from[k] + t * (part.to[k] - part.from[k]));
+        if part.side != RIM {
+            return chord;
+        }
+        self.last_valid(cell.face, cell.inside, chord, 16.0)
+    }
+}
+
+mod smallparts {
+    //! Up to four parts.
+    use super::Part;
+
+    #[derive(Default)]
+    pub struct Parts([Part; 4], usize);
+
+    impl Parts {
+        pub fn slice(&mut self) -> &[Part] {
+            &self.0[..self.1]
+        }
+    }
+
+    impl FromIterator<Part> for Parts {
+        fn from_iter<I: IntoIterator<Item = Part>>(parts: I) -> Self {
+            let mut all = Parts::default();
+            for part in parts.into_iter().take(4) {
+                all.0[all.1] = part;
+                all.1 += 1;
+            }
+            all
+        }
+    }
+}
+
+/// A part of a cell's border as a curve.
+pub(super) struct Along<'l, 'a> {
+    pub lattice: &'l Lattice<'a>,
+    pub cell: &'l Cell,
+    pub part: Part,
+}
+
+impl Curve for Along<'_, '_> {
+    fn at(&self, t: f64) -> Direction {
+        self.lattice
+            .decode(self.cell.face, self.lattice.place(self.cell, &self.part, t))
+    }
+}
+
+impl Lattice<'_> {
+    /// The cell that lies across a place of a cell's border, if any.
+    pub fn across(&self, cell: &Cell, part: &Part, t: f64) -> Option<Spot> {
+        let (border, inside) = (
+            self.decode(cell.face, self.place(cell, part, t)),
+            self.decode(cell.face, cell.inside),
+        );
+        let beyond = [0, 1, 2].map(|k| border[k] + 1e-6 * (border[k] - inside[k]));
+        self.locate(normalized(beyond))
+    }
+}

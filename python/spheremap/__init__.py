@@ -28,8 +28,10 @@ from ._api import (
     solid_angle,
     valid,
 )
+from ._distribution import Distribution
 
 __all__ = [
+    "Distribution",
     "Projection",
     "__version__",
     "conventions",

@@ -29,11 +29,18 @@ from ._api import (
     valid,
 )
 from ._distribution import Distribution
+from ._energy import Energy, energy
+from ._lights import Light, Lights, Sun, add_sun, lights, remove_sun, sun
 
 __all__ = [
     "Distribution",
+    "Energy",
+    "Light",
+    "Lights",
     "Projection",
+    "Sun",
     "__version__",
+    "add_sun",
     "conventions",
     "convert",
     "covers",
@@ -41,16 +48,20 @@ __all__ = [
     "density",
     "directions",
     "encode",
+    "energy",
     "explain",
     "get_num_threads",
     "jacobian",
+    "lights",
     "projection",
     "projections",
     "reflect",
+    "remove_sun",
     "rotation",
     "sample",
     "set_num_threads",
     "simd_level",
     "solid_angle",
+    "sun",
     "valid",
 ]

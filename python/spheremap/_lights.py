@@ -379,6 +379,8 @@ def _find(t: _Texels) -> _Found | None:
     near = angle <= 2 * _LARGEST
     step = float(np.sqrt(t.weight[near].max()))
     dull = float(np.median(t.luminance[near]))
+    if not t.luminance[peak] > dull:
+        return None
     core = np.sort(angle[near & (t.luminance > dull + _CORE * (t.luminance[peak] - dull))])
     # From the peak outward, as far as there is a bright texel in every step.
     gaps = np.flatnonzero(np.diff(core) > 1.5 * step)

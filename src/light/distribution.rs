@@ -50,6 +50,9 @@ pub const FINE: usize = 512;
 /// The most that the density of a cell may be off when it is taken for straight, relative.
 pub const STRAIGHT: f64 = 8e-6;
 
+/// Fewer buckets take more steps of a search, and leave more of the cache to what is searched.
+const COLUMNS_A_BUCKET: usize = 4;
+
 /// Samples keep this share of a cell away from its edges, where rounding decides on whose side they are.
 const MARGIN: f64 = 1.0 / (1 << 24) as f64;
 
@@ -93,11 +96,13 @@ pub struct Distribution {
     /// For each row its distribution function, columns + 1 numbers from 0 to 1.
     conditional: Vec<f64>,
     guide: Vec<u32>,
+    buckets: usize,
     /// A bit for each cell in which the map's density is not straight; empty if there is none.
     crooked: Vec<u64>,
     /// For each texel, face by face, the density per steradian.
     density: Vec<f32>,
-    radiance: Radiance,
+    /// For each texel its channels, and its density once more: a sample finds both in one place.
+    records: Radiance,
     channels: usize,
     integral: f64,
 }
@@ -111,8 +116,8 @@ struct Draft {
     x: f64,
     /// Where in the row the sample lies, 0 to 1.
     t: f64,
-    /// The distribution function behind the guessed cell.
-    ahead: f64,
+    /// The distribution function before the guessed cell.
+    behind: f64,
     valid: bool,
 }
 
@@ -199,20 +204,25 @@ impl Distribution {
             normalize(row)
         });
         normalize(&mut marginal);
-        let mut guide = vec![0; points];
-        threads::rows(&mut guide, columns + 1, points, |row, guide| {
+        let buckets = columns.div_ceil(COLUMNS_A_BUCKET);
+        let mut guide = vec![0; rows.len() * (buckets + 1)];
+        threads::rows(&mut guide, buckets + 1, points, |row, guide| {
             fill_guide(&conditional[row * (columns + 1)..][..=columns], guide);
         });
         let mut marginal_guide = vec![0; 2 * rows.len() + 1];
         fill_guide(&marginal, &mut marginal_guide);
 
-        let density = light
+        let density: Vec<f32> = light
             .iter()
             .map(|light| (light / integral) as f32)
             .collect();
-        let radiance = match radiance {
-            Radiance::Single(stored) => Radiance::Single(gathered(&sources, stored, channels)),
-            Radiance::Double(stored) => Radiance::Double(gathered(&sources, stored, channels)),
+        let records = match radiance {
+            Radiance::Single(stored) => {
+                Radiance::Single(recorded(&sources, stored, channels, &density))
+            }
+            Radiance::Double(stored) => {
+                Radiance::Double(recorded(&sources, stored, channels, &density))
+            }
         };
         debug_assert_eq!(texels, sources.len());
         Ok(Distribution {
@@ -228,9 +238,10 @@ impl Distribution {
             marginal_guide,
             conditional,
             guide,
+            buckets,
             crooked,
             density,
-            radiance,
+            records,
             channels,
             integral,
         })
@@ -353,10 +364,12 @@ impl Distribution {
             draft.x = x.min(BELOW_ONE);
         }
         for draft in drafts.iter_mut() {
-            draft.guess = self.guide[draft.row as usize * stride + bucket(draft.x, stride)];
+            let entries = self.buckets + 1;
+            draft.guess = self.guide[draft.row as usize * entries + bucket(draft.x, entries)];
         }
+        // A first touch, whose misses wait together.
         for draft in drafts.iter_mut() {
-            draft.ahead = self.conditional[draft.row as usize * stride + draft.guess as usize + 1];
+            draft.behind = self.conditional[draft.row as usize * stride + draft.guess as usize];
         }
         let (mut cells, mut texels) = ([0.0; 7 * TILE], [0; TILE]);
         let cells = &mut cells[..7 * drafts.len()];
@@ -369,8 +382,9 @@ impl Distribution {
         for (draft, (cell, texel)) in drafts.iter().zip(places) {
             let at = draft.row as usize * stride;
             let function = &self.conditional[at..at + stride];
-            let guess = draft.guess as usize + usize::from(draft.ahead <= draft.x);
-            let column = search(function, &self.guide[at..at + stride], guess, draft.x);
+            let guess = draft.guess as usize - usize::from(draft.behind > draft.x);
+            let guide = &self.guide[draft.row as usize * (self.buckets + 1)..][..=self.buckets];
+            let column = search(function, guide, guess, draft.x);
             let s = position(function, column, draft.x);
             let row = &self.rows[draft.row as usize];
             let i = if self.split == 1 {
@@ -402,14 +416,21 @@ impl Distribution {
         for (out, x) in directions.iter_mut().zip(drawn.iter()) {
             *out = R::new(*x);
         }
-        for (pdf, texel) in pdf.iter_mut().zip(texels.iter()) {
-            *pdf = R::new(f64::from(self.density[*texel]));
-        }
-        if !weights.is_empty() {
-            match (&self.radiance, self.channels) {
-                (Radiance::Single(radiance), 3) => self.weigh::<R, _, 3>(radiance, texels, weights),
-                (Radiance::Single(radiance), _) => self.weigh::<R, _, 0>(radiance, texels, weights),
-                (Radiance::Double(radiance), _) => self.weigh::<R, _, 0>(radiance, texels, weights),
+        if weights.is_empty() {
+            for (pdf, texel) in pdf.iter_mut().zip(texels.iter()) {
+                *pdf = R::new(f64::from(self.density[*texel]));
+            }
+        } else {
+            match (&self.records, self.channels) {
+                (Radiance::Single(records), 3) => {
+                    weigh::<R, _, 3>(records, 3, texels, pdf, weights)
+                }
+                (Radiance::Single(records), c) => {
+                    weigh::<R, _, 0>(records, c, texels, pdf, weights)
+                }
+                (Radiance::Double(records), c) => {
+                    weigh::<R, _, 0>(records, c, texels, pdf, weights)
+                }
             }
         }
         for (k, draft) in drafts.iter().enumerate() {
@@ -424,29 +445,30 @@ impl Distribution {
         }
     }
 
-    /// CHANNELS is 0 where their number is known at run time only.
-    fn weigh<R: Scalar, T: Real, const CHANNELS: usize>(
-        &self,
-        radiance: &[T],
-        texels: &[usize],
-        weights: &mut [R],
-    ) {
-        let c = if CHANNELS == 0 {
-            self.channels
-        } else {
-            CHANNELS
-        };
-        for (weights, texel) in weights.chunks_exact_mut(c).zip(texels) {
-            let inverse = 1.0 / f64::from(self.density[*texel]);
-            for (weight, x) in weights.iter_mut().zip(&radiance[texel * c..texel * c + c]) {
-                *weight = R::new(x.to_f64() * inverse);
-            }
-        }
-    }
-
     fn is_crooked(&self, row: usize, column: usize) -> bool {
         let words = self.columns.div_ceil(64);
         self.crooked[row * words + column / 64] >> (column % 64) & 1 != 0
+    }
+}
+
+/// Densities and weights from the records of texels. CHANNELS is 0 where their number is known at run time only.
+fn weigh<R: Scalar, T: Real, const CHANNELS: usize>(
+    records: &[T],
+    channels: usize,
+    texels: &[usize],
+    pdf: &mut [R],
+    weights: &mut [R],
+) {
+    let c = if CHANNELS == 0 { channels } else { CHANNELS };
+    let places = pdf.iter_mut().zip(weights.chunks_exact_mut(c));
+    for ((pdf, weights), texel) in places.zip(texels) {
+        let record = &records[texel * (c + 1)..][..=c];
+        let density = record[c].to_f64();
+        *pdf = R::new(density);
+        let inverse = 1.0 / density;
+        for (weight, x) in weights.iter_mut().zip(record) {
+            *weight = R::new(x.to_f64() * inverse);
+        }
     }
 }
 
@@ -485,13 +507,19 @@ fn covers_some(raster: &Raster, i: usize, j: usize) -> bool {
     p * p + q * q < 0.25
 }
 
-fn gathered<T: Real>(sources: &[Option<usize>], stored: &[T], channels: usize) -> Vec<T> {
-    let mut out = Vec::with_capacity(sources.len() * channels);
-    for source in sources {
+fn recorded<T: Real>(
+    sources: &[Option<usize>],
+    stored: &[T],
+    channels: usize,
+    density: &[f32],
+) -> Vec<T> {
+    let mut out = Vec::with_capacity(sources.len() * (channels + 1));
+    for (source, density) in sources.iter().zip(density) {
         match source {
             Some(texel) => out.extend_from_slice(&stored[texel * channels..][..channels]),
             None => out.extend(std::iter::repeat_n(T::new(0.0), channels)),
         }
+        out.push(T::new(f64::from(*density)));
     }
     out
 }
@@ -631,23 +659,26 @@ fn fill_guide(function: &[f64], guide: &mut [u32]) {
     }
 }
 
-/// The cell with function[cell] <= x < function[cell + 1], for x < 1, from a guess that the guide gave.
+/// The cell with function[cell] <= x < function[cell + 1], for x < 1, from the one that the guide gave.
 #[inline(always)]
 fn search(function: &[f64], guide: &[u32], guess: usize, x: f64) -> usize {
+    const WINDOW: usize = 8;
     let mut cell = guess;
     // A product that rounds up to the next bucket may have led too far.
     while function[cell] > x {
         cell -= 1;
     }
-    for _ in 0..2 {
-        cell += usize::from(function[cell + 1] <= x);
+    if let Some(window) = function.get(cell + 1..cell + 1 + WINDOW) {
+        // Counted without a branch: where a search ends is what no CPU foresees.
+        let passed: u32 = window.iter().map(|edge| u32::from(*edge <= x)).sum();
+        cell += passed as usize;
+        if passed < WINDOW as u32 {
+            return cell;
+        }
     }
-    if function[cell + 1] <= x {
-        let last = guide[bucket(x, guide.len()) + 1] as usize + 1;
-        let within = &function[cell + 1..=last.max(cell + 1)];
-        cell += within.partition_point(|edge| *edge <= x);
-    }
-    cell
+    let last = guide[bucket(x, guide.len()) + 1] as usize + 1;
+    let within = &function[cell + 1..=last.max(cell + 1)];
+    cell + within.partition_point(|edge| *edge <= x)
 }
 
 /// Where x lies in its cell, 0 to 1, clear of the edges.

@@ -11,7 +11,8 @@
 //! By inverting distribution functions, v first and then u, so that a low-discrepancy set stays one: no alias table,
 //! which is faster in its inner loop but scatters neighbours. Each search starts from a guide table (the cutpoint
 //! method, Chen and Asau 1974), which leaves a step or two. A tile of samples goes through each step together:
-//! the loads of one step do not wait for each other, which is what a table larger than the cache needs.
+//! the loads of one step do not wait for each other, and those of the next tile are under way while this one is
+//! computed, which is what a table larger than the cache needs.
 //!
 //! Within a cell the density of the *map* must be inverted as well. Where it is nearly a straight line in v, and
 //! then in u, the inverse is a root ([`crate::map::DrawCanonical`]). The grid of cells is the image's, cut into
@@ -26,7 +27,8 @@
 //!
 //! # What did not help
 //!
-//! Searching at once instead of in passes (the misses of one sample wait for each other), f32 tables (half the memory,
+//! Searching at once instead of in passes (the misses of one sample wait for each other; passes
+//! and prefetch were twice as fast), a guide as fine as the cells (it takes the cache from the tables), f32 tables (half the memory,
 //! no faster, and a dim texel beside a sun loses its digits), an own density at each end of a cell (twice the memory
 //! for what two evaluations of the formula cost).
 
@@ -35,7 +37,7 @@ use super::solid_angle::Rect;
 use crate::error::Error;
 use crate::frame::Turn;
 use crate::image::Raster;
-use crate::kernel::Scalar;
+use crate::kernel::{Scalar, prefetch_item};
 use crate::map::{DensityCanonical, DrawCanonical, EncodeCanonical, Map};
 use crate::projection::{Projection, Uv};
 use crate::projections::Visitor;
@@ -52,6 +54,12 @@ pub const STRAIGHT: f64 = 8e-6;
 
 /// Fewer buckets take more steps of a search, and leave more of the cache to what is searched.
 const COLUMNS_A_BUCKET: usize = 4;
+
+/// How many edges a search looks at in one go.
+const WINDOW: usize = 8;
+
+/// Samples that one thread draws before it looks for more work.
+const JOB: usize = 16 * TILE;
 
 /// Samples keep this share of a cell away from its edges, where rounding decides on whose side they are.
 const MARGIN: f64 = 1.0 / (1 << 24) as f64;
@@ -116,8 +124,6 @@ struct Draft {
     x: f64,
     /// Where in the row the sample lies, 0 to 1.
     t: f64,
-    /// The distribution function before the guessed cell.
-    behind: f64,
     valid: bool,
 }
 
@@ -268,15 +274,11 @@ impl Distribution {
     }
 
     fn pdf_tile<R: Scalar>(&self, directions: &[R], out: &mut [R]) {
-        let (mut wide, mut uv) = ([0.0; 3 * TILE], [0.0; 3 * TILE]);
-        let (wide, uv) = (&mut wide[..directions.len()], &mut uv[..directions.len()]);
-        // In f64 whatever comes in: the distance from the last pole has too few digits in f32.
-        for (wide, x) in wide.iter_mut().zip(directions) {
-            *wide = x.to_f64();
-        }
+        let mut uv = [R::default(); 3 * TILE];
+        let uv = &mut uv[..directions.len()];
         self.map.visit_canonical(EncodeCanonical {
             turn: self.into_view,
-            input: wide,
+            input: directions,
             output: uv,
         });
         let (w, h) = (self.raster.width, self.raster.height);
@@ -284,14 +286,16 @@ impl Distribution {
         let mut index = [0; TILE];
         for (uv, index) in uv.as_chunks::<3>().0.iter().zip(&mut index) {
             // `as` takes NaN to 0.
-            let i = ((uv[0] * su + (ou + 0.5)) as usize).min(w - 1);
-            let j = ((uv[1] * sv + (ov + 0.5)) as usize).min(h - 1);
-            *index = (uv[2] as usize * h + j) * w + i;
+            let i = ((uv[0].to_f64() * su + (ou + 0.5)) as usize).min(w - 1);
+            let j = ((uv[1].to_f64() * sv + (ov + 0.5)) as usize).min(h - 1);
+            *index = (uv[2].to_f64() as usize * h + j) * w + i;
+        }
+        for (out, index) in out.iter_mut().zip(&index) {
+            *out = R::new(f64::from(self.density[*index]));
         }
         for (k, out) in out.iter_mut().enumerate() {
-            *out = R::new(f64::from(self.density[index[k]]));
             if uv[3 * k].is_nan() {
-                let d = &wide[3 * k..3 * k + 3];
+                let d = [0, 1, 2].map(|c| directions[3 * k + c].to_f64());
                 let direction = d.iter().all(|x| x.is_finite()) && d.iter().any(|x| *x != 0.0);
                 *out = R::new(if direction { 0.0 } else { f64::NAN });
             }
@@ -317,9 +321,9 @@ impl Distribution {
         let each = if weights.is_empty() { 0 } else { self.channels };
         let mut weights = weights;
         let mut jobs: Vec<Job<'_, R>> = xi
-            .chunks(2 * TILE)
-            .zip(directions.chunks_mut(3 * TILE))
-            .zip(pdf.chunks_mut(TILE))
+            .chunks(2 * JOB)
+            .zip(directions.chunks_mut(3 * JOB))
+            .zip(pdf.chunks_mut(JOB))
             .map(|((xi, directions), pdf)| {
                 let (here, rest) = std::mem::take(&mut weights).split_at_mut(each * pdf.len());
                 weights = rest;
@@ -331,23 +335,44 @@ impl Distribution {
                 }
             })
             .collect();
-        threads::rows(&mut jobs, 16, points, |_, jobs| {
+        threads::rows(&mut jobs, 1, points, |_, jobs| {
             for job in jobs {
-                self.sample_tile(job.xi, job.directions, job.pdf, job.weights);
+                self.sample_tiles(job.xi, job.directions, job.pdf, job.weights);
             }
         });
     }
 
-    fn sample_tile<R: Scalar>(
+    fn sample_tiles<R: Scalar>(
         &self,
         xi: &[R],
         directions: &mut [R],
         pdf: &mut [R],
         weights: &mut [R],
     ) {
-        let mut drafts = [Draft::default(); TILE];
-        let drafts = &mut drafts[..pdf.len()];
-        let stride = self.columns + 1;
+        let each = if weights.is_empty() { 0 } else { self.channels };
+        let mut weights = weights;
+        let (mut drafts, mut next) = ([Draft::default(); TILE], [Draft::default(); TILE]);
+        let mut coming = xi.chunks(2 * TILE);
+        self.draft(coming.next().unwrap_or_default(), &mut next);
+        let tiles = directions.chunks_mut(3 * TILE).zip(pdf.chunks_mut(TILE));
+        for (directions, pdf) in tiles {
+            std::mem::swap(&mut drafts, &mut next);
+            let drafts = &drafts[..pdf.len()];
+            let (mut cells, mut texels) = ([0.0; 7 * TILE], [0; TILE]);
+            let (cells, texels) = (&mut cells[..7 * pdf.len()], &mut texels[..pdf.len()]);
+            self.find_cells(drafts, cells, texels);
+            // The next tile's part of the tables is on its way while this one is computed.
+            self.draft(coming.next().unwrap_or_default(), &mut next);
+            let (here, rest) = std::mem::take(&mut weights).split_at_mut(each * pdf.len());
+            weights = rest;
+            self.finish(drafts, cells, texels, directions, pdf, here);
+        }
+    }
+
+    /// Rows, and where the search for the column will begin.
+    fn draft<R: Scalar>(&self, xi: &[R], drafts: &mut [Draft]) {
+        let (stride, entries) = (self.columns + 1, self.buckets + 1);
+        let drafts = &mut drafts[..xi.len() / 2];
         for (draft, xi) in drafts.iter_mut().zip(xi.as_chunks::<2>().0) {
             let (x, y) = (xi[0].to_f64(), xi[1].to_f64());
             let unit = 0.0..=1.0;
@@ -362,50 +387,72 @@ impl Distribution {
             draft.row = row as u32;
             draft.t = position(&self.marginal, row, y);
             draft.x = x.min(BELOW_ONE);
+            prefetch_item(&self.guide, row * entries + bucket(draft.x, entries));
         }
-        for draft in drafts.iter_mut() {
-            let entries = self.buckets + 1;
-            draft.guess = self.guide[draft.row as usize * entries + bucket(draft.x, entries)];
+        for draft in drafts {
+            let row = draft.row as usize;
+            draft.guess = self.guide[row * entries + bucket(draft.x, entries)];
+            let at = row * stride + draft.guess as usize;
+            prefetch_item(&self.conditional, at);
+            prefetch_item(&self.conditional, at + WINDOW);
         }
-        // A first touch, whose misses wait together.
-        for draft in drafts.iter_mut() {
-            draft.behind = self.conditional[draft.row as usize * stride + draft.guess as usize];
-        }
-        let (mut cells, mut texels) = ([0.0; 7 * TILE], [0; TILE]);
-        let cells = &mut cells[..7 * drafts.len()];
-        let texels = &mut texels[..drafts.len()];
+    }
+
+    /// Rectangles with the two numbers that say where in them a sample lies, and their texels.
+    fn find_cells(&self, drafts: &[Draft], cells: &mut [f64], texels: &mut [usize]) {
+        let (stride, entries) = (self.columns + 1, self.buckets + 1);
         let places = cells
             .as_chunks_mut::<7>()
             .0
             .iter_mut()
             .zip(texels.iter_mut());
         for (draft, (cell, texel)) in drafts.iter().zip(places) {
-            let at = draft.row as usize * stride;
-            let function = &self.conditional[at..at + stride];
-            let guess = draft.guess as usize - usize::from(draft.behind > draft.x);
-            let guide = &self.guide[draft.row as usize * (self.buckets + 1)..][..=self.buckets];
-            let column = search(function, guide, guess, draft.x);
-            let s = position(function, column, draft.x);
-            let row = &self.rows[draft.row as usize];
+            let number = draft.row as usize;
+            let function = &self.conditional[number * stride..][..stride];
+            let guide = &self.guide[number * entries..][..entries];
+            let column = search(function, guide, draft.guess as usize, draft.x);
+            let row = &self.rows[number];
             let i = if self.split == 1 {
                 column
             } else {
                 (column as u32 / self.split as u32) as usize
             };
             *texel = row.texel + i;
+            self.prefetch_record(*texel);
             *cell = [
                 self.edges[column],
                 self.edges[column + 1],
                 row.v0,
                 row.v1,
                 row.face,
-                s,
+                position(function, column, draft.x),
                 draft.t,
             ];
-            if !self.crooked.is_empty() && self.is_crooked(draft.row as usize, column) {
+            if !self.crooked.is_empty() && self.is_crooked(number, column) {
                 *cell = self.map.visit_canonical(Straighten(*cell));
             }
         }
+    }
+
+    #[inline(always)]
+    fn prefetch_record(&self, texel: usize) {
+        let at = texel * (self.channels + 1);
+        match &self.records {
+            Radiance::Single(records) => prefetch_item(records, at),
+            Radiance::Double(records) => prefetch_item(records, at),
+        }
+    }
+
+    /// From rectangles to directions, densities and weights.
+    fn finish<R: Scalar>(
+        &self,
+        drafts: &[Draft],
+        cells: &[f64],
+        texels: &[usize],
+        directions: &mut [R],
+        pdf: &mut [R],
+        weights: &mut [R],
+    ) {
         let mut drawn = [0.0; 3 * TILE];
         let drawn = &mut drawn[..3 * drafts.len()];
         self.map.visit_canonical(DrawCanonical {
@@ -662,7 +709,6 @@ fn fill_guide(function: &[f64], guide: &mut [u32]) {
 /// The cell with function[cell] <= x < function[cell + 1], for x < 1, from the one that the guide gave.
 #[inline(always)]
 fn search(function: &[f64], guide: &[u32], guess: usize, x: f64) -> usize {
-    const WINDOW: usize = 8;
     let mut cell = guess;
     // A product that rounds up to the next bucket may have led too far.
     while function[cell] > x {
@@ -710,10 +756,8 @@ impl Visitor for Straighten {
             }
             if u1 - u0 >= v1 - v0 {
                 let middle = 0.5 * (u0 + u1);
-                let (a, b) = (
-                    solid_angle(u0, middle, v0, v1),
-                    solid_angle(middle, u1, v0, v1),
-                );
+                let a = solid_angle(u0, middle, v0, v1);
+                let b = rest(here, a, || solid_angle(middle, u1, v0, v1));
                 let first = choose(a, b, &mut s);
                 (u0, u1, here) = if first {
                     (u0, middle, a)
@@ -722,10 +766,8 @@ impl Visitor for Straighten {
                 };
             } else {
                 let middle = 0.5 * (v0 + v1);
-                let (a, b) = (
-                    solid_angle(u0, u1, v0, middle),
-                    solid_angle(u0, u1, middle, v1),
-                );
+                let a = solid_angle(u0, u1, v0, middle);
+                let b = rest(here, a, || solid_angle(u0, u1, middle, v1));
                 let first = choose(a, b, &mut t);
                 (v0, v1, here) = if first {
                     (v0, middle, a)
@@ -744,6 +786,15 @@ impl Visitor for Straighten {
         let held = places.into_iter().find(|(u, v)| p.contains(at(*u, *v)));
         let (u, v) = held.unwrap_or(places[0]);
         [u, u, v, v, face, 0.5, 0.5]
+    }
+}
+
+/// What is left of a solid angle: the difference, or itself where that would cancel.
+fn rest(whole: f64, part: f64, itself: impl Fn() -> f64) -> f64 {
+    if part < 0.75 * whole {
+        whole - part
+    } else {
+        itself()
     }
 }
 

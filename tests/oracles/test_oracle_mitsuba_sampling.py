@@ -95,16 +95,6 @@ def test_their_samples_fall_where_our_density_says():
     assert np.abs(dist.pdf(theirs[mid]) / pdf[mid] - 1).max() < 0.2
 
 
-def test_same_numbers_same_places():
-    # Both invert rows first: the same pair of numbers lands within a texel or so, but for where
-    # they begin to count u: mitsuba's grid is half a texel off in u, and has one more column.
-    image = smooth_light(256)
-    xi = np.random.default_rng(302).random((500, 2))
-    theirs, _, _ = their_samples(image, xi)
-    ours, _ = sm.Distribution(image, CONVENTION).sample(xi)
-    assert np.median(np.arccos(np.clip((theirs * ours).sum(-1), -1, 1))) < 2 * np.pi / 256
-
-
 def test_estimates_agree():
     image = smooth_light(128)
     xi = np.random.default_rng(303).random((4000, 2))

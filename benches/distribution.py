@@ -144,8 +144,10 @@ def bench_others(args: argparse.Namespace, xi: np.ndarray) -> list[str]:
             ]
         )
     head = ["image", "samples, M/s, `out=`", "the distribution, ms", "64 lights, ms", "energy, ms"]
-    return ["Every projection, direction, pdf and weight, and what else is made of an image:",
-            table(head, body)]
+    return [
+        "Every projection, direction, pdf and weight, and what else is made of an image:",
+        table(head, body),
+    ]
 
 
 def main() -> None:

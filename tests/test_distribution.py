@@ -123,8 +123,9 @@ def expected_mass(p, image, weight):
     """Luminance times solid angle; a bin across the rim has what its texel's holder has."""
     shape = tuple(n // 3 if i >= image.ndim - 2 else n for i, n in enumerate(image.shape))
     axes = image.ndim - 2
-    coarse = np.take(np.take(image, np.arange(1, image.shape[-1], 3), -1),
-                     np.arange(1, image.shape[-2], 3), -2)
+    coarse = np.take(
+        np.take(image, np.arange(1, image.shape[-1], 3), -1), np.arange(1, image.shape[-2], 3), -2
+    )
     outside = np.isnan(p.directions(shape)[..., 0])
     if outside.any():
         coarse = filled(coarse, outside)
@@ -346,9 +347,7 @@ def test_mis_compensation():
     weight = p.solid_angle(16)
     mean = np.sum(image * weight) / np.sum(weight)
     want = np.maximum(image - mean, 0)
-    np.testing.assert_allclose(
-        dist.pdf(p.directions(16)), want / np.sum(want * weight), rtol=1e-6
-    )
+    np.testing.assert_allclose(dist.pdf(p.directions(16)), want / np.sum(want * weight), rtol=1e-6)
     _, pdf, w = dist.sample(numbers(1000, 13), weights=True)
     assert (pdf > 0).all() and np.isfinite(w).all()
     # With nothing above the mean the image itself is the density.
@@ -514,7 +513,7 @@ def test_real_images(data_folder):
     oiio = pytest.importorskip("OpenImageIO")
     probe = np.asarray(oiio.ImageBuf(str(data_folder / "grace_probe.hdr")).get_pixels("float"))
     dist = sm.Distribution(probe[..., :3], "angular")
-    d, _, weight = dist.sample(numbers(20_000, 19), weights=True)
+    _, _, weight = dist.sample(numbers(20_000, 19), weights=True)
     want = np.tensordot(_core.texel_weights(sm.projection("angular"), 1000), probe[..., :3], 2)
     assert np.all(np.abs(weight.mean(0) - want) < 5 * weight.std(0) / np.sqrt(20_000))
     venice = np.asarray(oiio.ImageBuf(str(data_folder / "venice.exr")).get_pixels("float"))
@@ -522,5 +521,6 @@ def test_real_images(data_folder):
         with pytest.raises(ValueError, match="negative"):
             sm.Distribution(venice[..., :3], "latlong")
     dist = sm.Distribution(np.maximum(venice[..., :3], 0), "latlong")
-    np.testing.assert_allclose(dist.sample(numbers(9, 1), weights=True)[2] @ REC709,
-                               dist.integral, rtol=1e-5)
+    np.testing.assert_allclose(
+        dist.sample(numbers(9, 1), weights=True)[2] @ REC709, dist.integral, rtol=1e-5
+    )

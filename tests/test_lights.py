@@ -97,8 +97,11 @@ def test_any_projection_gives_nearly_the_same_lights(case):
 
     def light(d):
         d = np.nan_to_num(d)
-        return np.where(p.covers(np.where(np.any(d, -1, keepdims=True), d, bright)),
-                        0.05 + (d @ bright > 0.97) * 20.0, 0)
+        return np.where(
+            p.covers(np.where(np.any(d, -1, keepdims=True), d, bright)),
+            0.05 + (d @ bright > 0.97) * 20.0,
+            0,
+        )
 
     a = sm.lights(light(p.directions(160)), p, 8, method="variance")
     b = sm.lights(light(covered), "latlong", 8, method="variance")

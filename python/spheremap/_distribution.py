@@ -198,7 +198,8 @@ class Distribution:
         Examples
         --------
         >>> import numpy as np, spheremap as sm
-        >>> sm.Distribution(np.ones((8, 8)), "matcap").pdf([[0, 0, 1], [0, 0, -1]]).round(6).tolist()
+        >>> dist = sm.Distribution(np.ones((8, 8)), "matcap")
+        >>> dist.pdf([[0, 0, 1], [0, 0, -1]]).round(6).tolist()
         [0.159155, 0.0]
         """
         return self._core.pdf(directions, out=out)

@@ -19,7 +19,7 @@ def checked_image(
     skipna: bool = False,
     negative: Literal["keep", "raise"] = "keep",
 ) -> NDArray[Any]:
-    """Return `image` when all of its numbers are finite, else raise; `skipna` puts 0 for the others.
+    """Return `image` if all of its numbers are finite, else raise; `skipna` puts 0 for the others.
 
     The error counts them and names the first positions. With ``negative="raise"`` the same goes for
     negative numbers.

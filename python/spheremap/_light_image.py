@@ -72,8 +72,7 @@ def coefficients(image: NDArray[Any], axes: int, given: ArrayLike | None) -> NDA
             return np.ones(1)
         if channels not in (3, 4):
             raise ValueError(
-                f"`luminance` must say how {channels} channels make luminance: "
-                "one number for each."
+                f"`luminance` must say how {channels} channels make luminance: one number for each."
             )
         given = (*REC709, 0.0)[:channels]
     array = np.asarray(_arrays.as_real(given, "luminance"), np.float64)
@@ -91,8 +90,9 @@ def luminance_of(
 ) -> NDArray[np.float64]:
     """Return the luminance of each texel, in float64."""
     if image.ndim == axes:
-        return np.multiply(image, weights[0], dtype=np.float64)
-    total = np.multiply(image[..., 0], weights[0], dtype=np.float64)
+        alone: NDArray[np.float64] = np.multiply(image, weights[0], dtype=np.float64)
+        return alone
+    total: NDArray[np.float64] = np.multiply(image[..., 0], weights[0], dtype=np.float64)
     for channel, weight in enumerate(weights[1:], 1):
         if weight:
             total += np.multiply(image[..., channel], weight, dtype=np.float64)

@@ -70,9 +70,7 @@ class Lights:
         return len(self.directions)
 
     def __getitem__(self, index: int) -> Light:
-        return Light(
-            self.directions[index], self.irradiance[index], float(self.solid_angle[index])
-        )
+        return Light(self.directions[index], self.irradiance[index], float(self.solid_angle[index]))
 
     def __iter__(self) -> Iterator[Light]:
         return (self[index] for index in range(len(self)))
@@ -140,7 +138,7 @@ def _texels(
     bright = luminance_of(array, n, coefficients(array, n, luminance)).reshape(-1)
     weight = texel_weights(p, shape).reshape(-1)
     held = np.flatnonzero(weight > 0)
-    toward = directions(p, shape, rotation=rotation).reshape(-1, 3)
+    toward = directions(p, shape, rotation=rotation).reshape(-1, 3).astype(np.float64, copy=False)
     flat = array.reshape(len(weight), -1)
     if len(held) == len(weight):
         return _Texels(array, held, flat.astype(np.float64), bright, weight, toward)
@@ -223,9 +221,8 @@ def lights(
     energy = np.maximum(texels.luminance, 0) * texels.weight
     columns = [texels.weight, energy, *(energy * x for x in texels.direction.T)]
     columns += [texels.weight * x for x in texels.light.T]
-    grid = np.stack(
-        [np.bincount(cell, c, minlength=2 * rows * rows) for c in columns], axis=-1
-    ).reshape(rows, 2 * rows, -1)
+    sums = [np.bincount(cell, c, minlength=2 * rows * rows) for c in columns]
+    grid = np.stack(sums, axis=-1).astype(np.float64, copy=False).reshape(rows, 2 * rows, -1)
     return _as_lights(grid, _regions(grid[..., 1:5], count, method))
 
 
@@ -280,8 +277,9 @@ def _regions(grid: Array, count: int, method: Method) -> list[_Region]:
 
 
 def _sums(table: Array, r: _Region) -> Array:
-    corner = table[r.bottom, r.right] - table[r.top, r.right]
-    return corner - table[r.bottom, r.left] + table[r.top, r.left]  # type: ignore[no-any-return]
+    right = table[r.bottom, r.right] - table[r.top, r.right]
+    sums: Array = right - (table[r.bottom, r.left] - table[r.top, r.left])
+    return sums
 
 
 def _variance(sums: Array) -> Array:
@@ -289,7 +287,8 @@ def _variance(sums: Array) -> Array:
     energy = sums[..., 0]
     squared = (sums[..., 1:] ** 2).sum(-1)
     safe = np.where(energy > 0, energy, 1)
-    return np.where(energy > 0, np.maximum(energy - squared / safe, 0), 0)
+    variance: Array = np.where(energy > 0, np.maximum(energy - squared / safe, 0), 0)
+    return variance
 
 
 def _prefixes(table: Array, r: _Region, axis: int) -> Array:
@@ -298,7 +297,8 @@ def _prefixes(table: Array, r: _Region, axis: int) -> Array:
         lines = table[r.top : r.bottom, r.right] - table[r.top : r.bottom, r.left]
     else:
         lines = table[r.bottom, r.left : r.right] - table[r.top, r.left : r.right]
-    return lines[1:] - lines[0]
+    sums: Array = lines[1:] - lines[0]
+    return sums
 
 
 def _cut(r: _Region, axis: int, at: int) -> tuple[_Region, _Region]:
@@ -340,9 +340,7 @@ def _variance_cut(table: Array, r: _Region, dark: float) -> tuple[_Region, _Regi
 
 
 def _as_lights(grid: Array, regions: list[_Region]) -> Lights:
-    sums = np.array(
-        [grid[r.top : r.bottom, r.left : r.right].sum(axis=(0, 1)) for r in regions]
-    )
+    sums = np.array([grid[r.top : r.bottom, r.left : r.right].sum(axis=(0, 1)) for r in regions])
     sums = sums[np.argsort(-sums[:, 1], kind="stable")]
     toward, length = sums[:, 2:5], np.linalg.norm(sums[:, 2:5], axis=-1, keepdims=True)
     # Without light, or with the same from everywhere, there is no centroid: any direction serves.
@@ -358,7 +356,8 @@ def _radius(solid_angle: float) -> float:
 
 def _angles(directions: Array, axis: Array) -> Array:
     chord = np.linalg.norm(directions - axis, axis=-1)
-    return 2 * np.arcsin(np.minimum(1, 0.5 * chord))
+    angles: Array = 2 * np.arcsin(np.minimum(1, 0.5 * chord))
+    return angles
 
 
 class _Found(NamedTuple):

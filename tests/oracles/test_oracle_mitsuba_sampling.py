@@ -1,7 +1,7 @@
 """mitsuba's envmap emitter against Distribution: densities, and where its samples fall.
 
-Its density is another one: bilinear in luminance times sine between texels on corners, ours constant
-in each texel. On smooth content at a fine grid both are the density of the same light.
+Its density is another one: bilinear in luminance times sine between texels on corners, ours
+constant in each texel. On smooth content at a fine grid both are the density of the same light.
 """
 
 from __future__ import annotations

@@ -252,6 +252,11 @@ def test_no_sun():
     assert sm.sun(1.5 + p.directions(32)[..., 1], p) is None
     # Bright, but no disc: a whole hemisphere.
     assert sm.sun(np.where(p.directions(64)[..., 1] > 0, 100.0, 0.1), p) is None
+    # A bright texel among negative ones, as compression makes them: noise.
+    noise = np.ones((32, 64))
+    noise[10:13, 20:23] = -50
+    noise[11, 21] = 60
+    assert sm.sun(noise, p) is None
     image = np.ones((8, 16), np.float32)
     same, none = sm.remove_sun(image, p)
     assert none is None and np.array_equal(same, image) and same is not image

@@ -395,6 +395,8 @@ def _find(t: _Texels) -> _Found | None:
     if not highest > _CONTRAST * max(dull, 0.0):
         return None
     above = (t.luminance[region] - dull) * t.weight[region]
+    if not above.sum() > 0:  # a bright texel among deep negative ones is noise
+        return None
     toward = above @ t.direction[region]
     sun = Sun(
         direction=toward / np.linalg.norm(toward),

@@ -144,7 +144,7 @@ class Distribution:
         /,
         *,
         weights: bool = False,
-        out: tuple[Any, Any, Any] = (None, None, None),
+        out: tuple[Any, Any, Any] | None = None,
     ) -> tuple[NDArray[np.floating[Any]], ...]: ...
 
 def texel_weights(

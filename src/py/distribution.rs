@@ -84,19 +84,15 @@ impl PyDistribution {
     }
 
     /// (directions, pdf) or (directions, pdf, weights) of numbers in [0, 1]: (..., 2), contiguous floats.
-    #[pyo3(signature = (xi, /, *, weights=false, out=(None, None, None)))]
+    #[pyo3(signature = (xi, /, *, weights=false, out=None))]
     fn sample<'py>(
         &self,
         py: Python<'py>,
         xi: &Bound<'py, PyAny>,
         weights: bool,
-        out: (
-            Option<Bound<'py, PyAny>>,
-            Option<Bound<'py, PyAny>>,
-            Option<Bound<'py, PyAny>>,
-        ),
+        out: Option<Outputs<'py>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let out = [out.0, out.1, out.2];
+        let out = out.unwrap_or_default();
         if let Some(xi) = contiguous::<f32>(xi)? {
             return self.draw(py, &xi, weights, &out);
         }

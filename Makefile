@@ -102,6 +102,7 @@ lint-generated: $(BUILT) $(DEV_DEPS)
 bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/compare.py $(BENCH_ARGS)
 	"$(BIN)/python" benches/resample.py
+	"$(BIN)/python" benches/distribution.py
 
 docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/make_doc_images.py

@@ -403,3 +403,18 @@ fn prefetch<T>(chunk: &T, ahead: usize) {
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (chunk, ahead);
 }
+
+/// Asks for the memory of an item that will be read soon, at no cost if it never is.
+#[inline(always)]
+pub fn prefetch_item<T>(items: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let item = items.as_ptr().wrapping_add(index).cast::<i8>();
+        // SAFETY: a prefetch is a hint and never faults, whatever the address; `wrapping_add` makes
+        // no claim that it lies in the slice.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(item) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (items, index);
+}

@@ -855,3 +855,81 @@ impl<R: Scalar> Visitor for DecodeCanonical<'_, R> {
         );
     }
 }
+
+/// dω/(du dv) at canonical (u, v, face), on the caller's thread; NaN outside the valid image.
+pub struct DensityCanonical<'a, R> {
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Densities.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DensityCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        kernel::run(
+            Density(p),
+            &Frame::<R, 3, 1>::plain(),
+            self.input,
+            self.output,
+        );
+    }
+}
+
+/// Where the share x of the mass lies on [0, 1] when the density runs straight from a to b.
+#[inline(always)]
+fn share_of_line<R: Real>(a: R, b: R, x: R) -> R {
+    let t = (a + b) * x / (a + (a * a + x * (b * b - a * a)).sqrt());
+    // Both ends zero or one of them infinite: no line, and no place for NaN.
+    if (t >= R::new(0.0)) & (t <= R::new(1.0)) {
+        t
+    } else {
+        x
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Draw<P>(P);
+
+impl<P: Projection, R: Scalar> Point<R, 7, 3> for Draw<P> {
+    const DIRECTION_OUT: bool = true;
+
+    #[inline(always)]
+    fn apply(self, [u0, u1, v0, v1, face, s, t]: [R; 7]) -> [R; 3] {
+        let density = |u, v| self.0.density(Uv { u, v, face });
+        let (mut s, mut t) = (s, t);
+        if !P::INFO.equal_area {
+            let middle = R::new(0.5) * (u0 + u1);
+            t = share_of_line(density(middle, v0), density(middle, v1), t);
+        }
+        let v = v0 + t * (v1 - v0);
+        if !P::INFO.equal_area {
+            s = share_of_line(density(u0, v), density(u1, v), s);
+        }
+        let u = u0 + s * (u1 - u0);
+        self.0.decode(Uv { u, v, face })
+    }
+}
+
+/// World directions spread evenly, by solid angle, over small rectangles of faces: (u0, u1, v0, v1, face)
+/// and two numbers in [0, 1], seven a direction. The density is taken to be linear in each.
+pub struct DrawCanonical<'a, R> {
+    /// View to world.
+    pub turn: Turn,
+    /// Rectangles, faces and numbers.
+    pub input: &'a [R],
+    /// Directions.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DrawCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        kernel::run(
+            Draw(p),
+            &frame_out::<R, 7, 3>(self.turn),
+            self.input,
+            self.output,
+        );
+    }
+}

@@ -43,6 +43,19 @@ __all__ = [
     "RemapPlan",
     "__version__",
     "compare",
+from ._distribution import Distribution
+from ._energy import Energy, energy
+from ._lights import Light, Lights, Sun, add_sun, lights, remove_sun, sun
+
+__all__ = [
+    "Distribution",
+    "Energy",
+    "Light",
+    "Lights",
+    "Projection",
+    "Sun",
+    "__version__",
+    "add_sun",
     "conventions",
     "convert",
     "convert_depth",
@@ -52,6 +65,7 @@ __all__ = [
     "directions",
     "embed",
     "encode",
+    "energy",
     "explain",
     "get_num_threads",
     "identify",
@@ -61,10 +75,16 @@ __all__ = [
     "projections",
     "reflect",
     "remap_plan",
+    "lights",
+    "projection",
+    "projections",
+    "reflect",
+    "remove_sun",
     "rotation",
     "sample",
     "set_num_threads",
     "simd_level",
     "solid_angle",
+    "sun",
     "valid",
 ]

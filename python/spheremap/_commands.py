@@ -197,8 +197,21 @@ def convert(
 
 
 @app.command()
-def info(file: FileIn) -> None:
-    """Tell what an image holds and which projections it may be."""
+def info(
+    file: FileIn,
+    from_: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="NAME",
+            help="Projection for the light report; by default what its aspect suggests.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Tell what an image holds, which projections it may be, and its light."""
+    if from_ is not None:
+        _usage(from_)
     with _progress() as step:
         step(f"reading {file.name}")
         image = io.read(file)
@@ -217,6 +230,8 @@ def info(file: FileIn) -> None:
             )
             counts = [np.isnan(values), np.isinf(values), values < 0]
             table.add_row(escape(name), *numbers, *(str(np.count_nonzero(c)) for c in counts))
+        step("adding up its light")
+        light = _light(image, from_)
     console = _console()
     print(file)
     print(f"  size      {width} x {height}")
@@ -224,6 +239,19 @@ def info(file: FileIn) -> None:
     print(f"  dtype     {image.dtype}")
     print(f"  fits      {', '.join(_fit.fitting(height, width)) or 'no projection as it is'}")
     console.print(table)
+    if light is not None:
+        print(light)
+
+
+def _light(image: np.ndarray[Any, Any], name: str | None) -> str | None:
+    """Return the energy report of an image, unless there is no saying what it is."""
+    height, width, count = image.shape
+    if name is None and (count not in (1, 3, 4) or not _fit.fitting(height, width)):
+        return None
+    name = name or _fit.likely(height, width)
+    p = _fit.of_file(name, None, height, width, any_aspect=False)
+    lines = str(sm.energy(image, p, skipna=True)).splitlines()
+    return "\n  ".join([f"  light     as {_fit.described(p)}", *lines])
 
 
 @app.command()

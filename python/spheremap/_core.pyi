@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 __all__ = [
+    "Distribution",
     "Projection",
     "__version__",
     "_rebuild",
@@ -18,6 +19,7 @@ __all__ = [
     "set_simd_level",
     "simd_level",
     "simd_levels",
+    "texel_weights",
 ]
 
 __version__: str
@@ -119,6 +121,38 @@ class Projection:
     def __hash__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
+@final
+class Distribution:
+    def __new__(
+        cls,
+        projection: Projection,
+        luminance: NDArray[np.float64],
+        radiance: NDArray[np.floating[Any]],
+        /,
+        *,
+        rotation: Any | None = None,
+    ) -> Distribution: ...
+    @property
+    def integral(self) -> float: ...
+    def pdf(
+        self,
+        directions: ArrayLike,
+        /,
+        *,
+        out: NDArray[Any] | None = None,
+    ) -> NDArray[np.floating[Any]]: ...
+    def sample(
+        self,
+        xi: NDArray[np.floating[Any]],
+        /,
+        *,
+        weights: bool = False,
+        out: tuple[Any, Any, Any] | None = None,
+    ) -> tuple[NDArray[np.floating[Any]], ...]: ...
+
+def texel_weights(
+    projection: Projection, shape: int | tuple[int, ...], /
+) -> NDArray[np.float64]: ...
 def _rebuild(
     name: str,
     convention: str | None,

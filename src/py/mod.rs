@@ -5,6 +5,7 @@
 //! float64 take the friendly path through `spheremap._arrays`.
 
 mod arrays;
+mod distribution;
 mod functions;
 mod images;
 mod projection;
@@ -14,6 +15,8 @@ use pyo3::prelude::*;
 /// The compiled core of spheremap.
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::distribution::{PyDistribution, texel_weights};
     #[pymodule_export]
     use super::functions::{
         convention_table, convert, get_num_threads, projection, rebuild, reflect, registry,

@@ -1,0 +1,167 @@
+//! The class `Distribution`: an importance distribution in the core, and the weights of texels.
+
+use super::arrays::{
+    self, Float, contiguous, disjoint, finish, leading, output, points, reals, run, with_reals,
+    writable,
+};
+use super::projection::{PyProjection, size};
+use crate::light::distribution::{Distribution, Radiance};
+use crate::light::rim;
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+/// A density on the sphere, proportional to the luminance of an image.
+#[pyclass(name = "Distribution", module = "spheremap._core", frozen)]
+pub struct PyDistribution {
+    distribution: Distribution,
+    /// The shape of a texel: () or (channels,).
+    texel: Vec<usize>,
+}
+
+/// What `sample` returns: directions, densities and, if asked for, weights.
+type Outputs<'py> = [Option<Bound<'py, PyAny>>; 3];
+
+#[pymethods]
+impl PyDistribution {
+    /// `luminance` is float64 of the image's shape, `radiance` float32 or float64 with its channels.
+    #[new]
+    #[pyo3(signature = (projection, luminance, radiance, /, *, rotation=None))]
+    fn new(
+        py: Python<'_>,
+        projection: &PyProjection,
+        luminance: &Bound<'_, PyAny>,
+        radiance: &Bound<'_, PyAny>,
+        rotation: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let unfit = || PyTypeError::new_err("Expected contiguous float arrays.");
+        let rotation = arrays::rotation(rotation)?;
+        let luminance = contiguous::<f64>(luminance)?.ok_or_else(unfit)?;
+        let (values, shape) = if let Some(array) = contiguous::<f32>(radiance)? {
+            (
+                Radiance::Single(array.as_slice()?.to_vec()),
+                array.shape().to_vec(),
+            )
+        } else {
+            let array = contiguous::<f64>(radiance)?.ok_or_else(unfit)?;
+            (
+                Radiance::Double(array.as_slice()?.to_vec()),
+                array.shape().to_vec(),
+            )
+        };
+        let texel = shape.get(luminance.ndim()..).unwrap_or_default().to_vec();
+        let channels = texel.iter().product();
+        let (image, light) = (luminance.shape(), luminance.as_slice()?);
+        let map = &projection.0;
+        let distribution =
+            py.detach(|| Distribution::new(map, image, rotation, light, &values, channels))?;
+        Ok(PyDistribution {
+            distribution,
+            texel,
+        })
+    }
+
+    /// ∫ L dω of the luminance.
+    #[getter]
+    fn integral(&self) -> f64 {
+        self.distribution.integral()
+    }
+
+    /// Density per steradian: (..., 3) -> (...).
+    #[pyo3(signature = (directions, /, *, out=None))]
+    fn pdf<'py>(
+        &self,
+        py: Python<'py>,
+        directions: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let reals = reals(directions, "directions", out)?;
+        with_reals!(&reals, d => {
+            let work = |d: &[_], pdf: &mut [_]| self.distribution.pdf(d, pdf);
+            points(py, d, "directions", 3, out, d.dtype(), &[], work)
+        })
+    }
+
+    /// (directions, pdf) or (directions, pdf, weights) of numbers in [0, 1]: (..., 2), contiguous floats.
+    #[pyo3(signature = (xi, /, *, weights=false, out=None))]
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        xi: &Bound<'py, PyAny>,
+        weights: bool,
+        out: Option<Outputs<'py>>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let out = out.unwrap_or_default();
+        if let Some(xi) = contiguous::<f32>(xi)? {
+            return self.draw(py, &xi, weights, &out);
+        }
+        let xi = contiguous::<f64>(xi)?
+            .ok_or_else(|| PyTypeError::new_err("Expected contiguous floats."))?;
+        self.draw(py, &xi, weights, &out)
+    }
+}
+
+impl PyDistribution {
+    fn draw<'py, T: Float>(
+        &self,
+        py: Python<'py>,
+        xi: &PyReadonlyArrayDyn<'py, T>,
+        weights: bool,
+        out: &Outputs<'py>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let lead = leading(xi.shape(), 2, "xi")?;
+        let shape = |tail: &[usize]| [lead, tail].concat();
+        let array =
+            |k: usize, tail: &[usize]| output::<T>(py, out[k].as_ref(), T::NAME, &shape(tail));
+        let (directions, pdf) = (array(0, &[3])?, array(1, &[])?);
+        let weight = if weights {
+            Some(array(2, &self.texel)?)
+        } else {
+            None
+        };
+        {
+            let (mut d, mut p) = (writable(&directions)?, writable(&pdf)?);
+            let mut w = weight.as_ref().map(writable).transpose()?;
+            let input = xi.as_slice()?;
+            let (d, p) = (d.as_slice_mut()?, p.as_slice_mut()?);
+            let w = match &mut w {
+                Some(w) => w.as_slice_mut()?,
+                None => &mut [],
+            };
+            disjoint(input, d)?;
+            disjoint(input, p)?;
+            disjoint(input, w)?;
+            disjoint(d, p)?;
+            disjoint(d, w)?;
+            disjoint(p, w)?;
+            run(py, input.len(), || self.distribution.sample(input, d, p, w));
+        }
+        let mut results = vec![
+            finish(directions, out[0].is_some())?,
+            finish(pdf, out[1].is_some())?,
+        ];
+        if let Some(weight) = weight {
+            results.push(finish(weight, out[2].is_some())?);
+        }
+        PyTuple::new(py, results)
+    }
+}
+
+/// The solid angle that each texel stands for; see `light::rim`.
+#[pyfunction]
+#[pyo3(signature = (projection, shape, /))]
+pub fn texel_weights<'py>(
+    py: Python<'py>,
+    projection: &PyProjection,
+    shape: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape = size(&projection.0, shape)?;
+    let array = output::<f64>(py, None, "float64", &shape)?;
+    {
+        let mut target = writable(&array)?;
+        let out = target.as_slice_mut()?;
+        py.detach(|| rim::weights(&projection.0, &shape, out))?;
+    }
+    finish(array, false)
+}

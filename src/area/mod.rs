@@ -13,7 +13,7 @@
 //! SCRIP integrates along straight lines in latitude and longitude, ESMF cuts polygons with
 //! great-circle edges, and both need special care at poles. Here cells are what they are: their edges
 //! are the projection's own curves, cut at exact crossings and integrated until
-//! the error is below 1e-10 of a cell (`overlay`), without a polygon anywhere. A cell of 22° is as exact
+//! the error is below 1e-9 of a cell (`overlay`), without a polygon anywhere. A cell of 22° is as exact
 //! as one of a second of arc.
 //!
 //! # Rules
@@ -25,6 +25,12 @@
 //! - A source texel whose centre lies outside the disk holds no value (photographers print credits
 //!   there). What of the sphere it covers is given to the nearest texel whose centre lies inside.
 //! - NaN spreads to every texel that it touches, unless it is skipped: then its weight is 0.
+//!
+//! # Cost
+//!
+//! 20 to 250 µs a target texel on one core, growing with the source texels that it covers: the general path runs
+//! everywhere. Nearly all texels lie inside one face of the source, where its rows could be swept in
+//! (u, v); that path is not written yet.
 //!
 //! # What did not help
 //!

@@ -1,4 +1,4 @@
-"""Images with texels that are no light: NaN, infinite or negative ones, told by number and place."""
+"""Texels that are no light: NaN, infinite and negative ones, told by number and place."""
 
 from __future__ import annotations
 

@@ -1,3 +1,10 @@
 //! Light: what is integrated over the sphere.
 
+pub mod dfg;
+pub mod integrate;
+pub mod lobe;
+pub mod prefilter;
+pub mod pyramid;
+pub mod sh;
 pub mod solid_angle;
+pub mod texels;

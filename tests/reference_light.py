@@ -1,4 +1,4 @@
-"""Light, from the papers' formulas in plain float64 NumPy: sums, harmonics, lobes, the DFG table."""
+"""Light from the formulas of the papers, in float64 NumPy: harmonics, lobes, the DFG table."""
 
 from __future__ import annotations
 

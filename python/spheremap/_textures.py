@@ -146,16 +146,21 @@ def _halves(levels: Sequence[NDArray[Any]]) -> tuple[list[NDArray[np.float16]], 
     for k, level in enumerate(levels):
         array = np.asarray(level)
         array = array[np.newaxis] if array.ndim == 3 else array
+        if array.ndim != 4:
+            raise ValueError(
+                "Expected each level to have shape (H, W, C) or (6, N, N, C), "
+                f"got {np.shape(level)}."
+            )
         first = mips[0].shape if mips else array.shape
         wanted = (first[0], max(first[1] >> k, 1), max(first[2] >> k, 1))
-        fits = array.ndim == 4 and array.shape[:3] == wanted and 1 <= array.shape[3] <= 4
+        fits = array.shape[:3] == wanted and 1 <= array.shape[3] <= 4
         if not fits or array.shape[0] not in (1, 6) or 0 in array.shape:
             raise ValueError(
                 f"Expected level {k} to have shape {wanted[1:]} or (6, N, N), each half of the one "
                 f"before, with 1 to 4 channels, got {np.shape(level)}."
             )
         channels = array.shape[-1]
-        wide = np.zeros((*array.shape[:3], 4), np.float32)
+        wide = np.zeros((*array.shape[:3], 4), np.result_type(array.dtype, np.float32))
         wide[..., 3] = 1.0
         wide[..., :channels] = array
         if channels == 1:

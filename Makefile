@@ -100,6 +100,7 @@ lint-generated: $(BUILT) $(DEV_DEPS)
 
 bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/compare.py $(BENCH_ARGS)
+	"$(BIN)/python" benches/light.py
 
 docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/make_doc_images.py

@@ -283,6 +283,15 @@ impl Rows {
     }
 }
 
+/// One component of a direction given in a frame.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, frame: [&[f32; LANES]; 3], local: [f32x16<S>; 3]) -> f32x16<S> {
+    let [t, b, n] = frame;
+    f32x16::load_array_ref(simd, t) * local[0]
+        + f32x16::load_array_ref(simd, b) * local[1]
+        + f32x16::load_array_ref(simd, n) * local[2]
+}
+
 struct Places<'a> {
     rows: &'a mut Rows,
     n: f32,
@@ -305,12 +314,10 @@ impl Packed for Places<'_> {
             .zip(&mut self.rows.a)
             .zip(&mut self.rows.b);
         for (k, ((index, a), b)) in out.enumerate() {
-            let along = |axis: usize| {
-                let [t, b, n] =
-                    [axis, 3 + axis, 6 + axis].map(|r| f32x16::load_array_ref(simd, &frames[r][k]));
-                t * lx + b * ly + n * lz
-            };
-            let (x, y, z) = (along(0), along(1), along(2));
+            let local = [lx, ly, lz];
+            let x = turned(simd, [&frames[0][k], &frames[3][k], &frames[6][k]], local);
+            let y = turned(simd, [&frames[1][k], &frames[4][k], &frames[7][k]], local);
+            let z = turned(simd, [&frames[2][k], &frames[5][k], &frames[8][k]], local);
             let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
             let by_x = ax.simd_ge(ay) & ax.simd_ge(az);
             let by_y = ay.simd_ge(az);
@@ -327,9 +334,9 @@ impl Packed for Places<'_> {
             let scale = half / largest;
             let offset = half + number(0.5);
             let (s, t) = (p * scale + offset, q * scale + offset);
-            let bound = number(self.n);
-            let whole = |s: f32x16<S>| ((s - number(0.5) + magic) - magic).max(zero).min(bound);
-            let (i, j) = (whole(s), whole(t));
+            let (half_texel, bound) = (number(0.5), number(self.n));
+            let i = ((s - half_texel + magic) - magic).max(zero).min(bound);
+            let j = ((t - half_texel + magic) - magic).max(zero).min(bound);
             (s - i).store_array(a);
             (t - j).store_array(b);
             ((face * stride + j) * stride + i).store_array(index);

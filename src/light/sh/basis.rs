@@ -115,6 +115,7 @@ impl Basis {
         scratch: &mut Scratch,
         sums: &mut [Lanes],
     ) {
+        scratch.fit(points[0].len() / LANES, 2 * N);
         match N {
             1 => kernel::packed(Analyse::<N, 2> {
                 basis: self,
@@ -217,7 +218,6 @@ impl<const N: usize, const M: usize> Packed for Analyse<'_, N, M> {
         let [x, y, z] = self.points.map(|p| p.as_chunks::<LANES>().0);
         let n = x.len();
         let rows = self.rows.map(|r| &r.as_chunks::<LANES>().0[..n]);
-        self.scratch.fit(n, M);
         let Scratch {
             powers: [real, imaginary],
             products,

@@ -103,6 +103,7 @@ bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/compare.py $(BENCH_ARGS)
 	"$(BIN)/python" benches/resample.py
 	"$(BIN)/python" benches/distribution.py
+	"$(BIN)/python" benches/light.py
 
 docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/make_doc_images.py

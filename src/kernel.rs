@@ -190,6 +190,41 @@ pub fn force_level(name: Option<&str>) -> bool {
     true
 }
 
+/// Work written in lanes of `fearless_simd`, for sums over many points: there the compiler may not
+/// change the order of a loop's additions, so lanes that are added last are part of the formula. The
+/// number of lanes is the same at every level, and so are the bits.
+pub trait Packed {
+    /// Does it; to be `#[inline(always)]`.
+    fn run<S: Simd>(self, simd: S);
+}
+
+/// Runs packed work at the level in force.
+#[inline(never)]
+pub fn packed<P: Packed>(work: P) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let forced = FORCED.load(Ordering::Relaxed);
+        let best = Level::new();
+        if (forced == 0 || forced > 2)
+            && let Some(token) = best.as_avx512()
+        {
+            return token.vectorize(
+                #[inline(always)]
+                || work.run(token),
+            );
+        }
+        if forced != 1
+            && let Some(token) = best.as_avx2()
+        {
+            return token.vectorize(
+                #[inline(always)]
+                || work.run(token),
+            );
+        }
+    }
+    fearless_simd::dispatch!(Level::baseline(), simd => work.run(simd));
+}
+
 /// Takes `point` over `input`, I numbers a point, into `output`, O numbers a point.
 pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     point: F,

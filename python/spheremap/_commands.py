@@ -197,6 +197,71 @@ def convert(
 
 
 @app.command()
+def bake(
+    source: Annotated[Path, typer.Argument(metavar="IN", help="The environment to read.")],
+    folder: Annotated[Path, typer.Argument(metavar="OUT", help="The folder to write to.")],
+    from_: Annotated[
+        str, typer.Option("--from", metavar="NAME", help="Projection of IN.")
+    ] = "latlong",
+    diffuse: Annotated[bool, typer.Option("--diffuse", help="Irradiance over π.")] = False,
+    specular: Annotated[
+        bool, typer.Option("--specular", help="GGX reflections as a mip chain, and their table.")
+    ] = False,
+    sh: Annotated[bool, typer.Option("--sh", help="Spherical harmonics.")] = False,
+    size: Annotated[int, typer.Option(min=1, metavar="N", help="Face of the specular cube.")] = 256,
+    levels: Annotated[int, typer.Option(min=1, metavar="N", help="Its mips.")] = 6,
+    diffuse_size: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Face of the diffuse cube.")
+    ] = 32,
+    order: Annotated[
+        int, typer.Option(min=0, max=64, metavar="L", help="Of the spherical harmonics.")
+    ] = 2,
+    samples: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Lookups a texel of the specular cube.")
+    ] = 1024,
+    skipna: Annotated[
+        bool, typer.Option("--skipna", help="Count NaN and infinite texels as 0.")
+    ] = False,
+) -> None:
+    """Make what a renderer needs of an environment: cube maps as KTX2 and DDS, harmonics as JSON.
+
+    Without --diffuse, --specular and --sh it makes all three.
+    """
+    _usage(from_)
+    if folder.exists() and not folder.is_dir():
+        raise NotADirectoryError(f"cannot write {str(folder)!r}: it is no folder")
+    if size >> (levels - 1) < 1:
+        raise UsageError(f"--size {size} has at most {size.bit_length()} levels, got {levels}")
+    everything = not (diffuse or specular or sh)
+    with _progress() as step:
+        step(f"reading {source.name}")
+        image = io.read(source)
+        src = _fit.of_file(from_, None, *image.shape[:2], any_aspect=False)
+        step(f"baking {_fit.described(src)}")
+        start = time.perf_counter()
+        # Alpha is no light.
+        baked = sm.bake(
+            image[..., :3] if image.shape[-1] > 3 else image,
+            src,
+            diffuse=diffuse or everything,
+            specular=specular or everything,
+            sh=sh or everything,
+            size=size,
+            levels=levels,
+            diffuse_size=diffuse_size,
+            order=order,
+            samples=samples,
+            skipna=skipna,
+        )
+        seconds = time.perf_counter() - start
+        step(f"writing {folder.name}")
+        written = baked.write(folder)
+    print(f"{source}: {_fit.described(src)}, baked in {seconds:.3f} s")
+    for place, what in written:
+        print(f"{place}: {what}, {place.stat().st_size} bytes")
+
+
+@app.command()
 def info(
     file: FileIn,
     from_: Annotated[

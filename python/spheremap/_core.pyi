@@ -10,13 +10,21 @@ __all__ = [
     "_rebuild",
     "convention_table",
     "convert",
+    "dfg",
     "get_num_threads",
+    "lobe",
+    "moments",
+    "prefilter",
     "projection",
+    "quadrature_weights",
     "reflect",
     "registry",
     "rotation",
     "set_num_threads",
     "set_simd_level",
+    "sh_evaluate",
+    "sh_project",
+    "sh_rotate",
     "simd_level",
     "simd_levels",
     "texel_weights",
@@ -196,3 +204,33 @@ def get_num_threads() -> int: ...
 def simd_level() -> str: ...
 def simd_levels() -> list[str]: ...
 def set_simd_level(name: str | None, /) -> None: ...
+def quadrature_weights(
+    projection: Projection, shape: int | tuple[int, ...], /
+) -> NDArray[np.float64]: ...
+def moments(object: ArrayLike, projection: Projection, /) -> NDArray[np.float64]: ...
+def lobe(
+    object: ArrayLike,
+    projection: Projection,
+    normals: NDArray[np.float64],
+    name: str,
+    parameter: float,
+    /,
+) -> NDArray[np.float64]: ...
+def sh_project(object: ArrayLike, projection: Projection, order: int, /) -> NDArray[np.float64]: ...
+def sh_evaluate(
+    array: NDArray[np.float64], points: NDArray[np.float64], /
+) -> NDArray[np.float64]: ...
+def sh_rotate(
+    array: NDArray[np.float64], matrix: NDArray[np.float64], /
+) -> NDArray[np.float64]: ...
+def prefilter(
+    object: ArrayLike,
+    projection: Projection,
+    target: Projection,
+    shapes: list[tuple[int, ...]],
+    alphas: list[float],
+    name: str,
+    samples: int,
+    /,
+) -> list[NDArray[np.float32]]: ...
+def dfg(name: str, size: int, /) -> NDArray[np.float64]: ...

@@ -1,4 +1,4 @@
-"""Texels that are no light: NaN, infinities and, where a density is wanted, negative numbers."""
+"""Texels that are no light: NaN, infinite and negative ones, told by number and place."""
 
 from __future__ import annotations
 
@@ -6,48 +6,54 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from ._arrays import as_image
 
-_SHOWN = 3
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+# How many places a message names.
+_PLACES = 3
 
 
 def checked_image(
-    image: NDArray[Any],
+    image: ArrayLike,
     *,
     name: str = "image",
     skipna: bool = False,
     negative: Literal["keep", "raise"] = "keep",
 ) -> NDArray[Any]:
-    """Return `image` if all of its numbers are finite, else raise; `skipna` puts 0 for the others.
+    """Return the image as a contiguous array of a supported dtype in which every value is finite.
 
-    The error counts them and names the first positions. With ``negative="raise"`` the same goes for
-    negative numbers.
+    NaN and infinite values raise ValueError with their number and first places, or become 0 with
+    `skipna`. So do negative ones where `negative` is "raise". The array given is never changed.
     """
-    if image.dtype.kind != "f":
-        return image
-    unfit = ~np.isfinite(image)
-    if unfit.any():
-        if not skipna:
-            raise ValueError(
-                f"Expected `{name}` to be finite: {_described(unfit, image, 'NaN or infinite')}; "
-                "`skipna=True` takes them for 0."
-            )
-        image = np.where(unfit, image.dtype.type(0), image)
-    if negative == "raise":
-        unfit = image < 0
-        if unfit.any():
-            raise ValueError(
-                f"Expected `{name}` not to be negative: {_described(unfit, image, 'negative')}; "
-                "np.maximum(image, 0) takes them for 0."
-            )
-    return image
+    array = as_image(image, None)
+    if array.dtype.kind != "f":
+        return array
+    # One pass and no mask of the image's size where all is well: a sum is finite only if every
+    # value is. One that overflows merely asks for the closer look.
+    with np.errstate(all="ignore"):
+        suspicious = not np.isfinite(array.sum(dtype=np.float64))
+    if suspicious:
+        bad = ~np.isfinite(array)
+        if bad.any():
+            if not skipna:
+                raise ValueError(
+                    f"`{name}` has {_described(bad, 'NaN or infinite')}; "
+                    "`skipna=True` counts them as 0."
+                )
+            array = np.where(bad, array.dtype.type(0), array)
+    if negative == "raise" and array.size and array.min() < 0:
+        raise ValueError(f"`{name}` has {_described(array < 0, 'negative')}.")
+    return array
 
 
-def _described(unfit: NDArray[np.bool_], image: NDArray[Any], what: str) -> str:
-    count = int(np.count_nonzero(unfit))
-    first = np.argwhere(unfit)[:_SHOWN]
-    shown = ", ".join(f"{image[tuple(p)]:g} at {tuple(p.tolist())}" for p in first)
-    numbers = "number" if count == 1 else "numbers"
-    more = ", ..." if count > _SHOWN else ""
-    return f"{count} {what} {numbers} ({shown}{more})"
+def _described(bad: NDArray[np.bool_], what: str) -> str:
+    count = int(np.count_nonzero(bad))
+    places = [
+        str(tuple(int(i) for i in np.unravel_index(flat, bad.shape)))
+        for flat in np.flatnonzero(bad)[:_PLACES]
+    ]
+    more = ", ..." if count > _PLACES else ""
+    noun = "value" if count == 1 else "values"
+    return f"{count} {what} {noun}, at {', '.join(places)}{more}"

@@ -16,7 +16,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 /// A texel type that numpy arrays hold.
-trait PyTexel: Texel + Element {
+pub trait PyTexel: Texel + Element {
     const NAME: &'static str;
     /// Whether this number is one of its values.
     fn fits(x: f64) -> bool;
@@ -38,7 +38,8 @@ texel!(f16, "float16", |_| true);
 texel!(f32, "float32", |_| true);
 texel!(f64, "float64", |_| true);
 
-enum Image<'py> {
+/// An image of any of them.
+pub enum Image<'py> {
     U8(PyReadonlyArrayDyn<'py, u8>),
     U16(PyReadonlyArrayDyn<'py, u16>),
     F16(PyReadonlyArrayDyn<'py, f16>),
@@ -46,17 +47,19 @@ enum Image<'py> {
     F64(PyReadonlyArrayDyn<'py, f64>),
 }
 
+/// Runs the body with the array inside, whichever texels it has.
 macro_rules! with_image {
     ($image:expr, $array:ident => $body:expr) => {
         match $image {
-            Image::U8($array) => $body,
-            Image::U16($array) => $body,
-            Image::F16($array) => $body,
-            Image::F32($array) => $body,
-            Image::F64($array) => $body,
+            $crate::py::images::Image::U8($array) => $body,
+            $crate::py::images::Image::U16($array) => $body,
+            $crate::py::images::Image::F16($array) => $body,
+            $crate::py::images::Image::F32($array) => $body,
+            $crate::py::images::Image::F64($array) => $body,
         }
     };
 }
+pub(crate) use with_image;
 
 fn as_it_is<'py>(object: &Bound<'py, PyAny>) -> PyResult<Option<Image<'py>>> {
     Ok(if let Some(a) = contiguous(object)? {
@@ -73,7 +76,10 @@ fn as_it_is<'py>(object: &Bound<'py, PyAny>) -> PyResult<Option<Image<'py>>> {
 }
 
 /// `object` as an image. One that has to be converted must not overlap `out`.
-fn image<'py>(object: &Bound<'py, PyAny>, out: Option<&Bound<'py, PyAny>>) -> PyResult<Image<'py>> {
+pub fn image<'py>(
+    object: &Bound<'py, PyAny>,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Image<'py>> {
     if let Some(image) = as_it_is(object)? {
         return Ok(image);
     }
@@ -83,7 +89,7 @@ fn image<'py>(object: &Bound<'py, PyAny>, out: Option<&Bound<'py, PyAny>>) -> Py
 }
 
 /// An image's shape without channels, how many channels, and the shape of one of its texels.
-fn split<'a>(map: &Map, shape: &'a [usize]) -> PyResult<(&'a [usize], usize, &'a [usize])> {
+pub fn split<'a>(map: &Map, shape: &'a [usize]) -> PyResult<(&'a [usize], usize, &'a [usize])> {
     let dimensions = if map.arrangement().joined { 2 } else { 3 };
     if shape.len() != dimensions && shape.len() != dimensions + 1 {
         let pattern = if dimensions == 2 {

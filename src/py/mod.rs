@@ -8,6 +8,7 @@ mod arrays;
 mod distribution;
 mod functions;
 mod images;
+mod light;
 mod projection;
 
 use pyo3::prelude::*;
@@ -21,6 +22,10 @@ mod _core {
     use super::functions::{
         convention_table, convert, get_num_threads, projection, rebuild, reflect, registry,
         rotation, set_num_threads, set_simd_level, simd_level, simd_levels,
+    };
+    #[pymodule_export]
+    use super::light::{
+        dfg, lobe, moments, prefilter, quadrature_weights, sh_evaluate, sh_project, sh_rotate,
     };
     #[pymodule_export]
     use super::projection::PyProjection;

@@ -1,0 +1,404 @@
+//! A cube map of an image with its mip chain, for lookups with a footprint.
+//!
+//! Whatever the source's map, it becomes a cube whose texels are no larger than the source's (in the mean, and up to
+//! [`LARGEST`]² a face). A source beyond that is first reduced within its own map, two by two texels, by solid
+//! angle: light is added and so kept. Below its first level the cube is reduced in the same way. Each face has
+//! a border of one texel that continues into its neighbours, so that a bilinear lookup never meets an edge.
+//!
+//! Directions outside a source's coverage are black.
+
+use crate::error::Error;
+use crate::image::{Raster, Texel};
+use crate::kernel::{self, Packed};
+use crate::light::solid_angle::{self, Rect};
+use crate::light::texels::texels;
+use crate::map::Map;
+use crate::real::Real;
+use crate::sample;
+use crate::threads;
+use fearless_simd::{Select, Simd, SimdBase, f32x16};
+use ndarray::ArrayView2;
+
+/// The largest face.
+const LARGEST: usize = 512;
+
+/// Up to four channels.
+pub type Texel4 = [f32; 4];
+
+/// One level: six faces of (n + 2)² texels.
+pub struct Level {
+    /// Texels along a face, without its border.
+    pub n: usize,
+    faces: Vec<Texel4>,
+}
+
+/// All levels, the finest first.
+pub struct Pyramid {
+    /// The levels.
+    pub levels: Vec<Level>,
+}
+
+/// The direction at (p, q) in [-1, 1]² of a face, and beyond: the table that OpenGL, Direct3D and Vulkan share.
+fn direction(face: usize, p: f64, q: f64) -> [f64; 3] {
+    match face {
+        0 => [1.0, -q, -p],
+        1 => [-1.0, -q, p],
+        2 => [p, 1.0, q],
+        3 => [p, -1.0, -q],
+        4 => [p, -q, 1.0],
+        _ => [-p, -q, -1.0],
+    }
+}
+
+/// The face of a direction, and (p, q) there.
+fn place(d: [f64; 3]) -> (usize, f64, f64) {
+    let [x, y, z] = d;
+    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+    if ax >= ay && ax >= az {
+        (usize::from(x < 0.0), -z / x, -y / ax)
+    } else if ay >= az {
+        (2 + usize::from(y < 0.0), x / ay, z / y)
+    } else {
+        (4 + usize::from(z < 0.0), x / z, -y / az)
+    }
+}
+
+impl Pyramid {
+    /// Of channels `first` to `first + 3` of an image.
+    pub fn new<T: Texel>(
+        map: &Map,
+        shape: &[usize],
+        image: &[T],
+        channels: usize,
+        first: usize,
+    ) -> Result<Pyramid, Error> {
+        let four = |k: usize| -> [f64; 4] {
+            std::array::from_fn(|c| {
+                if first + c < channels {
+                    image[k * channels + first + c].load().to_f64()
+                } else {
+                    0.0
+                }
+            })
+        };
+        let mut values: Vec<[f64; 4]> = (0..image.len() / channels).map(four).collect();
+        let mut shape = shape.to_vec();
+        while values.len() > 8 * LARGEST * LARGEST {
+            match reduced(map, &shape, &values)? {
+                Some((smaller, fewer)) => (shape, values) = (smaller, fewer),
+                None => break,
+            }
+        }
+        let flat: Vec<f32> = values.as_flattened().iter().map(|x| *x as f32).collect();
+        let count = values.len();
+        let view = ArrayView2::from_shape((count, 4), &flat)
+            .map_err(|error| Error::Shape(error.to_string()))?;
+        let source = sample::Source::new(map, &shape, view)?;
+        let mut n = 8;
+        while 6 * n * n < count && n < LARGEST {
+            n *= 2;
+        }
+        let mut level = Level::empty(n);
+        let row = n + 2;
+        threads::rows(&mut level.faces, row, 6 * row * row, |number, out| {
+            let (face, j) = (number / row, number % row);
+            let at = |i: usize| (2.0 * i as f64 - 1.0) / n as f64 - 1.0;
+            let mut directions = Vec::with_capacity(3 * row);
+            for i in 0..row {
+                directions.extend(direction(face, at(i), at(j)));
+            }
+            let turn = None;
+            source.sample(
+                turn,
+                sample::Filter::Bilinear,
+                &[0.0; 4],
+                &directions,
+                out.as_flattened_mut(),
+            );
+        });
+        level.close();
+        let mut levels = vec![level];
+        while let Some(next) = levels.last().filter(|l| l.n > 1).map(Level::half) {
+            levels.push(next);
+        }
+        Ok(Pyramid { levels })
+    }
+}
+
+impl Level {
+    fn empty(n: usize) -> Level {
+        Level {
+            n,
+            faces: vec![[0.0; 4]; 6 * (n + 2) * (n + 2)],
+        }
+    }
+
+    fn index(&self, face: usize, i: usize, j: usize) -> usize {
+        (face * (self.n + 2) + j) * (self.n + 2) + i
+    }
+
+    /// Fills the border from the neighbours.
+    fn close(&mut self) {
+        let n = self.n;
+        for face in 0..6 {
+            for k in 0..n + 2 {
+                for (i, j) in [(k, 0), (k, n + 1), (0, k), (n + 1, k)] {
+                    let at = |i: usize| (2.0 * i as f64 - 1.0) / n as f64 - 1.0;
+                    let (other, p, q) = place(direction(face, at(i), at(j)));
+                    let target = self.index(face, i, j);
+                    self.faces[target] = self.within(other, p, q);
+                }
+            }
+        }
+    }
+
+    /// Bilinear, from the texels inside a face alone.
+    fn within(&self, face: usize, p: f64, q: f64) -> Texel4 {
+        let n = self.n as f64;
+        let split = |p: f64| {
+            let x = (0.5 * (p + 1.0) * n + 0.5).clamp(1.0, n);
+            let low = (x.floor()).min((n - 1.0).max(1.0));
+            (low as usize, (x - low) as f32)
+        };
+        let ((i, a), (j, b)) = (split(p), split(q));
+        let (k, l) = ((i + 1).min(self.n), (j + 1).min(self.n));
+        let texel = |i, j| self.faces[self.index(face, i, j)];
+        let (t00, t10, t01, t11) = (texel(i, j), texel(k, j), texel(i, l), texel(k, l));
+        std::array::from_fn(|c| {
+            let top = t00[c] + a * (t10[c] - t00[c]);
+            let bottom = t01[c] + a * (t11[c] - t01[c]);
+            top + b * (bottom - top)
+        })
+    }
+
+    /// The next level.
+    fn half(&self) -> Level {
+        let n = self.n / 2;
+        let mut level = Level::empty(n);
+        let area = |i: usize, j: usize| {
+            let edge = |k: usize| k as f64 / self.n as f64;
+            solid_angle::cube(Rect {
+                u0: edge(i),
+                u1: edge(i + 1),
+                v0: edge(j),
+                v1: edge(j + 1),
+            })
+        };
+        for j in 0..n {
+            for i in 0..n {
+                let children =
+                    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(a, b)| (2 * i + a, 2 * j + b));
+                let areas = children.map(|(a, b)| area(a, b));
+                let total: f64 = areas.iter().sum();
+                for face in 0..6 {
+                    let mut sum = [0.0; 4];
+                    for ((a, b), area) in children.iter().zip(areas) {
+                        let texel = self.faces[self.index(face, a + 1, b + 1)];
+                        (0..4).for_each(|c| sum[c] += area / total * f64::from(texel[c]));
+                    }
+                    let target = level.index(face, i + 1, j + 1);
+                    level.faces[target] = sum.map(|x| x as f32);
+                }
+            }
+        }
+        level.close();
+        level
+    }
+
+    /// The texels' mean solid angle.
+    pub fn texel_area(&self) -> f64 {
+        4.0 * std::f64::consts::PI / (6 * self.n * self.n) as f64
+    }
+
+    /// Adds `weight` times the value at each direction.
+    pub fn add(&self, rows: &mut Rows, weight: f32, out: &mut [Texel4]) {
+        kernel::packed(Places {
+            rows,
+            n: self.n as f32,
+        });
+        let stride = self.n + 2;
+        let places = rows.index.as_flattened().iter();
+        let fractions = rows.a.as_flattened().iter().zip(rows.b.as_flattened());
+        for ((out, &index), (&a, &b)) in out.iter_mut().zip(places).zip(fractions) {
+            let index = index as usize;
+            let (Some([t00, t10]), Some([t01, t11])) = (
+                self.faces.get(index..index + 2),
+                self.faces.get(index + stride..index + stride + 2),
+            ) else {
+                continue;
+            };
+            let (wb, wt) = (weight * b, weight * (1.0 - b));
+            for c in 0..4 {
+                let top = t00[c] + a * (t10[c] - t00[c]);
+                let bottom = t01[c] + a * (t11[c] - t01[c]);
+                out[c] += wt * top + wb * bottom;
+            }
+        }
+    }
+}
+
+const LANES: usize = 16;
+
+/// Directions of a run of texels and where they fall.
+#[derive(Default)]
+pub struct Rows {
+    /// Tangents, bitangents and normals, component by component.
+    pub frames: [Vec<[f32; LANES]>; 9],
+    /// The direction to look up, in each texel's own frame.
+    pub local: [f32; 3],
+    index: Vec<[f32; LANES]>,
+    a: Vec<[f32; LANES]>,
+    b: Vec<[f32; LANES]>,
+}
+
+impl Rows {
+    /// Room for the frames about these normals.
+    pub fn new(normals: &[[f64; 3]]) -> Rows {
+        let n = normals.len().div_ceil(LANES);
+        let mut rows = Rows::default();
+        for row in rows
+            .frames
+            .iter_mut()
+            .chain([&mut rows.index, &mut rows.a, &mut rows.b])
+        {
+            row.resize(n, [0.0; LANES]);
+        }
+        for k in 0..n * LANES {
+            let d = normals.get(k).copied().unwrap_or([0.0, 0.0, 1.0]);
+            let d = if d[0].is_nan() { [0.0, 0.0, 1.0] } else { d };
+            // Duff et al. 2017: a frame about any unit vector, without a singular point.
+            let sign = 1.0_f64.copysign(d[2]);
+            let a = -1.0 / (sign + d[2]);
+            let b = d[0] * d[1] * a;
+            let frame = [
+                [1.0 + sign * d[0] * d[0] * a, sign * b, -sign * d[0]],
+                [b, sign + d[1] * d[1] * a, -d[1]],
+                d,
+            ];
+            for (row, value) in rows.frames.iter_mut().zip(frame.as_flattened()) {
+                row[k / LANES][k % LANES] = *value as f32;
+            }
+        }
+        rows
+    }
+}
+
+/// One component of a direction given in a frame.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, frame: [&[f32; LANES]; 3], local: [f32x16<S>; 3]) -> f32x16<S> {
+    let [t, b, n] = frame;
+    f32x16::load_array_ref(simd, t) * local[0]
+        + f32x16::load_array_ref(simd, b) * local[1]
+        + f32x16::load_array_ref(simd, n) * local[2]
+}
+
+struct Places<'a> {
+    rows: &'a mut Rows,
+    n: f32,
+}
+
+impl Packed for Places<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let number = |x: f32| f32x16::splat(simd, x);
+        let [lx, ly, lz] = self.rows.local.map(number);
+        let (half, zero) = (number(0.5 * self.n), number(0.0));
+        // Rounds to the nearest integer.
+        let magic = number(1.5 / f32::EPSILON);
+        let stride = number(self.n + 2.0);
+        let frames = &self.rows.frames;
+        let out = self
+            .rows
+            .index
+            .iter_mut()
+            .zip(&mut self.rows.a)
+            .zip(&mut self.rows.b);
+        for (k, ((index, a), b)) in out.enumerate() {
+            let local = [lx, ly, lz];
+            let x = turned(simd, [&frames[0][k], &frames[3][k], &frames[6][k]], local);
+            let y = turned(simd, [&frames[1][k], &frames[4][k], &frames[7][k]], local);
+            let z = turned(simd, [&frames[2][k], &frames[5][k], &frames[8][k]], local);
+            let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+            let by_x = ax.simd_ge(ay) & ax.simd_ge(az);
+            let by_y = ay.simd_ge(az);
+            let largest = ax.max(ay).max(az);
+            let signed =
+                |by: f32x16<S>, value: f32x16<S>| by.simd_lt(zero).select(zero - value, value);
+            let p = by_x.select(signed(x, zero - z), by_y.select(x, signed(z, x)));
+            let down = zero - y;
+            let q = by_x.select(down, by_y.select(signed(y, z), down));
+            let axis = by_x.select(x, by_y.select(y, z));
+            let first = by_x.select(zero, by_y.select(number(2.0), number(4.0)));
+            let face = first + axis.simd_lt(zero).select(number(1.0), zero);
+            // From the first texel's centre on, the border being texel 0.
+            let scale = half / largest;
+            let offset = half + number(0.5);
+            let (s, t) = (p * scale + offset, q * scale + offset);
+            let (half_texel, bound) = (number(0.5), number(self.n));
+            let i = ((s - half_texel + magic) - magic).max(zero).min(bound);
+            let j = ((t - half_texel + magic) - magic).max(zero).min(bound);
+            (s - i).store_array(a);
+            (t - j).store_array(b);
+            ((face * stride + j) * stride + i).store_array(index);
+        }
+    }
+}
+
+/// An image of half the sides (rounded up), each texel the mean of those it lies on, by solid angle.
+#[expect(clippy::type_complexity, reason = "a shape and its texels")]
+fn reduced(
+    map: &Map,
+    shape: &[usize],
+    values: &[[f64; 4]],
+) -> Result<Option<(Vec<usize>, Vec<[f64; 4]>)>, Error> {
+    let raster = Raster::new(map, shape)?;
+    let (w, h) = (raster.width.div_ceil(2), raster.height.div_ceil(2));
+    if w < 4 || h < 4 {
+        return Ok(None);
+    }
+    let mut smaller = shape.to_vec();
+    let n = smaller.len();
+    smaller[n - 2] = shape[n - 2] / raster.height * h;
+    smaller[n - 1] = shape[n - 1] / raster.width * w;
+    let target = Raster::new(map, &smaller)?;
+    let mut weights = vec![0.0; raster.texels()];
+    texels(map, shape)?.stored_weights(&mut weights);
+    // Each texel's light goes to those it overlaps, by the parts of its sides.
+    let shares = |from: crate::map::GridAxis, to: crate::map::GridAxis, many: usize, few: usize| {
+        let share = |i: usize| {
+            let (a, b) = from.cell(i);
+            let guess = i * few / many;
+            let near = guess.saturating_sub(1)..(guess + 2).min(few);
+            near.map(|k| {
+                let (c, d) = to.cell(k);
+                (k, ((b.min(d) - a.max(c)) / (b - a)).max(0.0))
+            })
+            .filter(|(_, part)| *part > 0.0)
+            .collect::<Vec<_>>()
+        };
+        (0..many).map(share).collect::<Vec<_>>()
+    };
+    let across = shares(raster.along_u, target.along_u, raster.width, w);
+    let down = shares(raster.along_v, target.along_v, raster.height, h);
+    let mut light = vec![[0.0; 5]; target.texels()];
+    for face in 0..map.arrangement().faces {
+        for (j, rows) in down.iter().enumerate() {
+            for (i, columns) in across.iter().enumerate() {
+                let index = raster.view(face).index(i, j);
+                let (weight, value) = (weights[index], values[index]);
+                for &(b, part_v) in rows {
+                    for &(a, part_u) in columns {
+                        let area = weight * part_u * part_v;
+                        let sum = &mut light[target.view(face).index(a, b)];
+                        (0..4).for_each(|c| sum[c] += area * value[c]);
+                        sum[4] += area;
+                    }
+                }
+            }
+        }
+    }
+    let mean = |sum: &[f64; 5]| -> [f64; 4] {
+        std::array::from_fn(|c| if sum[4] > 0.0 { sum[c] / sum[4] } else { 0.0 })
+    };
+    Ok(Some((smaller, light.iter().map(mean).collect())))
+}

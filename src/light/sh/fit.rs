@@ -1,0 +1,156 @@
+//! Coefficients by least squares, for texels that lie anywhere.
+//!
+//! The fit of order F minimises Σ w (L - Σ c Y)² and solves G c = b with b = Σ w L Y over texels and
+//! G = Σ w Y Yᵀ. G is near the identity, by as much as the texels are a good quadrature. It is never
+//! built: a product of two Y of order F is of order 2F, so G hangs on the moments m = Σ w Y up to order 2F alone,
+//! and G c is the analysis of (Σ m Y) (Σ c Y) on a small grid of rings that integrates order 4F exactly. Conjugate
+//! gradients need 4 to 8 of such steps. The moments belong to the texels' places and not to what they
+//! show, so they are kept with them.
+//!
+//! F is two above the order that is wanted, where there are texels enough: what lies just above the order then does not
+//! leak into it either.
+//!
+//! What did not help: weights that make sums exact (solving for them takes G up to order 4F), and
+//! analysis of the residual over all texels (two passes over the image a step).
+
+use super::basis::{self, Basis, Points, Sums};
+use super::{count, rings};
+use crate::image::Texel;
+use crate::light::texels::Texels;
+use crate::threads;
+
+/// Plain sums Σ flux · Y.
+pub fn sums(texels: &Texels, flux: &[f64], channels: usize, order: usize) -> Vec<f64> {
+    let basis = Basis::new(order);
+    let per = count(order) * channels;
+    // At least this many blocks a part, and not many parts: each has all sums.
+    let blocks = texels.blocks.len();
+    let group = blocks.div_ceil(64).max(8);
+    let mut parts = vec![0.0; blocks.div_ceil(group) * per];
+    threads::rows(
+        &mut parts,
+        per,
+        texels.x.len() * (order + 1),
+        |number, part| {
+            let mut sums = Sums::new(order, channels);
+            for block in texels.blocks[number * group..].iter().take(group) {
+                let span = block.start..block.start + block.length;
+                let points = [
+                    &texels.x[span.clone()],
+                    &texels.y[span.clone()],
+                    &texels.z[span],
+                ];
+                let values = &flux[channels * block.start..][..channels * block.length];
+                sums.add(&basis, points, |c| {
+                    &values[c * block.length..][..block.length]
+                });
+            }
+            sums.finish(part);
+        },
+    );
+    basis::add_parts(&parts, per)
+}
+
+/// The coefficients of the least squares fit up to `order`; none where the texels do not determine them.
+pub fn fitted<T: Texel>(
+    texels: &Texels,
+    image: &[T],
+    channels: usize,
+    order: usize,
+) -> Option<Vec<f64>> {
+    let n = texels.weight.iter().filter(|w| **w > 0.0).count();
+    let wide = order + 2;
+    let high = if 4 * count(wide) <= n { wide } else { order };
+    let flux = texels.flux(image, channels, false);
+    let right = sums(texels, &flux, channels, high);
+    let moments = texels.moments(high, || {
+        // In the same blocks, one row each: a constant image.
+        sums(texels, &texels.weight, 1, 2 * high)
+    });
+    let operator = Operator::new(&moments, high);
+    let mut solution = solve(&operator, &right, channels)?;
+    solution.truncate(count(order) * channels);
+    Some(solution)
+}
+
+struct Operator {
+    grid: Points,
+    basis: Basis,
+    high: usize,
+}
+
+impl Operator {
+    fn new(moments: &[f64], high: usize) -> Operator {
+        let mut grid = rings::grid(4 * high + 1);
+        let mut density = vec![0.0; grid.len()];
+        Basis::new(2 * high).synthesise(&grid, moments, 1, &mut density);
+        for (weight, density) in grid.weight.iter_mut().zip(density) {
+            *weight *= density;
+        }
+        Operator {
+            grid,
+            basis: Basis::new(high),
+            high,
+        }
+    }
+
+    fn apply(&self, coefficients: &[f64], channels: usize) -> Vec<f64> {
+        let mut values = vec![0.0; self.grid.len() * channels];
+        self.basis
+            .synthesise(&self.grid, coefficients, channels, &mut values);
+        basis::analyse_points(&self.grid, &values, channels, self.high)
+    }
+}
+
+/// Conjugate gradients, each channel by itself.
+fn solve(operator: &Operator, right: &[f64], channels: usize) -> Option<Vec<f64>> {
+    const STEPS: usize = 200;
+    let products = |a: &[f64], b: &[f64]| -> Vec<f64> {
+        let mut sums = vec![0.0; channels];
+        for (a, b) in a.chunks_exact(channels).zip(b.chunks_exact(channels)) {
+            for c in 0..channels {
+                sums[c] += a[c] * b[c];
+            }
+        }
+        sums
+    };
+    let mut x = right.to_vec();
+    let image = operator.apply(&x, channels);
+    let mut residual: Vec<f64> = right.iter().zip(&image).map(|(b, i)| b - i).collect();
+    let mut direction = residual.clone();
+    let mut left = products(&residual, &residual);
+    let goal: Vec<f64> = products(right, right).iter().map(|b| b * 1e-26).collect();
+    let reached = |left: &[f64], factor: f64| left.iter().zip(&goal).all(|(l, g)| *l <= g * factor);
+    let mut least = f64::INFINITY;
+    for _ in 0..STEPS {
+        let total: f64 = left.iter().sum();
+        // Rounding ends the descent a little before or after the goal.
+        if reached(&left, 1.0) || (reached(&left, 1e4) && total >= least) {
+            break;
+        }
+        least = least.min(total);
+        let image = operator.apply(&direction, channels);
+        let slope = products(&direction, &image);
+        let step: Vec<f64> = (0..channels)
+            .map(|c| {
+                if slope[c] > 0.0 {
+                    left[c] / slope[c]
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        for (k, x) in x.iter_mut().enumerate() {
+            *x += step[k % channels] * direction[k];
+            residual[k] -= step[k % channels] * image[k];
+        }
+        let now = products(&residual, &residual);
+        for (k, d) in direction.iter_mut().enumerate() {
+            let c = k % channels;
+            let turn = if left[c] > 0.0 { now[c] / left[c] } else { 0.0 };
+            *d = residual[k] + turn * *d;
+        }
+        left = now;
+    }
+    reached(&left, 1e8).then_some(x)
+}

@@ -1,0 +1,223 @@
+//! Light as functions of the module: images in, float64 arrays out. `spheremap._light` and its neighbours
+//! check images, choose defaults and restore dtypes.
+
+use super::arrays::{finish, output, writable};
+use super::images::{image, split, with_image};
+use super::projection::{PyProjection, size};
+use crate::light::lobe::Lobe;
+use crate::light::prefilter::{Distribution, Source};
+use crate::light::{dfg as table, integrate, lobe as lobes, sh, texels};
+use crate::projection::Coverage;
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// Fills a new float64 array.
+fn filled<'py>(
+    py: Python<'py>,
+    shape: &[usize],
+    work: impl FnOnce(&mut [f64]) -> Result<(), crate::error::Error> + Send,
+) -> PyResult<Bound<'py, PyAny>> {
+    let array = output::<f64>(py, None, "float64", shape)?;
+    {
+        let mut target = writable(&array)?;
+        let out = target.as_slice_mut()?;
+        py.detach(|| work(out))?;
+    }
+    finish(array, true)
+}
+
+/// Rows of three numbers.
+fn directions<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>, name: &str) -> PyResult<&'a [f64]> {
+    match array.shape() {
+        [_, 3] => Ok(array.as_slice()?),
+        _ => Err(PyValueError::new_err(format!(
+            "Expected `{name}` to have shape (N, 3)."
+        ))),
+    }
+}
+
+/// The solid angle that each texel counts with in a sum, parts of rim texels included: (H, W) or (F, N, N).
+#[pyfunction]
+#[pyo3(signature = (projection, shape, /))]
+pub fn quadrature_weights<'py>(
+    py: Python<'py>,
+    projection: &PyProjection,
+    shape: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape = size(&projection.0, shape)?;
+    filled(py, &shape, |out| {
+        texels::texels(&projection.0, &shape)?.stored_weights(out);
+        Ok(())
+    })
+}
+
+/// ∫ L dω and ∫ L ω dω of each channel and, last, of the constant 1: (C + 1, 4).
+#[pyfunction]
+#[pyo3(signature = (object, projection, /))]
+pub fn moments<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+) -> PyResult<Bound<'py, PyAny>> {
+    let map = &projection.0;
+    with_image!(image(object, None)?, image => {
+        let (shape, channels, _) = split(map, image.shape())?;
+        let pixels = image.as_slice()?;
+        filled(py, &[channels + 1, 4], |out| {
+            let texels = texels::texels(map, shape)?;
+            let moments = integrate::moments(&texels, pixels, channels);
+            out.copy_from_slice(moments.as_flattened());
+            Ok(())
+        })
+    })
+}
+
+/// The light under a lobe about each of (N, 3) unit directions: (N, C).
+#[pyfunction]
+#[pyo3(signature = (object, projection, normals, name, parameter, /))]
+pub fn lobe<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+    normals: PyReadonlyArrayDyn<'py, f64>,
+    name: &str,
+    parameter: f64,
+) -> PyResult<Bound<'py, PyAny>> {
+    let map = &projection.0;
+    let lobe = Lobe::find(name, parameter)?;
+    let normals = directions(&normals, "normals")?;
+    with_image!(image(object, None)?, image => {
+        let (shape, channels, _) = split(map, image.shape())?;
+        let pixels = image.as_slice()?;
+        filled(py, &[normals.len() / 3, channels], |out| {
+            let texels = texels::texels(map, shape)?;
+            let whole = map.coverage() == Coverage::Sphere;
+            lobes::under(&texels, pixels, channels, lobe, whole, normals, out);
+            Ok(())
+        })
+    })
+}
+
+/// Coefficients of an image in the orthonormal real basis: ((order + 1)², C).
+#[pyfunction]
+#[pyo3(signature = (object, projection, order, /))]
+pub fn sh_project<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+    order: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let map = &projection.0;
+    with_image!(image(object, None)?, image => {
+        let (shape, channels, _) = split(map, image.shape())?;
+        let pixels = image.as_slice()?;
+        let found = py.detach(|| sh::project(map, shape, pixels, channels, order))?;
+        filled(py, &[sh::count(order), channels], |out| {
+            out.copy_from_slice(&found);
+            Ok(())
+        })
+    })
+}
+
+/// An order from the number of coefficients.
+fn coefficients<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>) -> PyResult<(&'a [f64], usize, usize)> {
+    if let &[rows, channels] = array.shape()
+        && rows > 0
+        && channels > 0
+        && rows.isqrt().pow(2) == rows
+    {
+        return Ok((array.as_slice()?, channels, rows.isqrt() - 1));
+    }
+    Err(PyValueError::new_err(
+        "Expected `coefficients` to have shape ((order + 1)², C).",
+    ))
+}
+
+/// The function that ((order + 1)², C) coefficients describe, at (N, 3) directions: (N, C).
+#[pyfunction]
+#[pyo3(signature = (array, points, /))]
+pub fn sh_evaluate<'py>(
+    py: Python<'py>,
+    array: PyReadonlyArrayDyn<'py, f64>,
+    points: PyReadonlyArrayDyn<'py, f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (rows, channels, _) = coefficients(&array)?;
+    let points = directions(&points, "directions")?;
+    filled(py, &[points.len() / 3, channels], |out| {
+        sh::evaluate(rows, channels, points, out);
+        Ok(())
+    })
+}
+
+/// Coefficients of the function turned by a (3, 3) orthogonal matrix.
+#[pyfunction]
+#[pyo3(signature = (array, matrix, /))]
+pub fn sh_rotate<'py>(
+    py: Python<'py>,
+    array: PyReadonlyArrayDyn<'py, f64>,
+    matrix: PyReadonlyArrayDyn<'py, f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (rows, channels, order) = coefficients(&array)?;
+    let matrix: &[[f64; 3]; 3] = match directions(&matrix, "matrix")?.as_chunks::<3>().0 {
+        rows if rows.len() == 3 => rows
+            .try_into()
+            .map_err(|_| PyValueError::new_err("Expected a (3, 3) matrix."))?,
+        _ => return Err(PyValueError::new_err("Expected a (3, 3) matrix.")),
+    };
+    filled(py, &[rows.len() / channels, channels], |out| {
+        out.copy_from_slice(&sh::rotate(rows, channels, order, matrix));
+        Ok(())
+    })
+}
+
+/// The image under a GGX or Charlie lobe, sampled: float32 of shape (*shape, C).
+#[pyfunction]
+#[pyo3(signature = (object, projection, target, shapes, alphas, name, samples, /))]
+#[expect(clippy::too_many_arguments, reason = "one call for a whole chain")]
+pub fn prefilter<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+    target: &PyProjection,
+    shapes: Vec<Bound<'py, PyAny>>,
+    alphas: Vec<f64>,
+    name: &str,
+    samples: usize,
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let (map, target) = (&projection.0, &target.0);
+    let distribution = Distribution::find(name)?;
+    let shapes = shapes
+        .iter()
+        .map(|shape| size(target, shape))
+        .collect::<PyResult<Vec<_>>>()?;
+    with_image!(image(object, None)?, image => {
+        let (shape, channels, _) = split(map, image.shape())?;
+        let pixels = image.as_slice()?;
+        let source = py.detach(|| Source::new(map, shape, pixels, channels))?;
+        let mut levels = Vec::new();
+        for (shape, alpha) in shapes.iter().zip(&alphas) {
+            let mut whole = shape.clone();
+            whole.push(channels);
+            let array = output::<f32>(py, None, "float32", &whole)?;
+            {
+                let mut out = writable(&array)?;
+                let out = out.as_slice_mut()?;
+                py.detach(|| source.filter(target, shape, distribution, *alpha, samples, out))?;
+            }
+            levels.push(finish(array, true)?);
+        }
+        Ok(levels)
+    })
+}
+
+/// The table of split sums over cos θ (columns) and roughness (rows): (N, N, 2), albedo and Fresnel part.
+#[pyfunction]
+#[pyo3(signature = (name, size, /))]
+pub fn dfg<'py>(py: Python<'py>, name: &str, size: usize) -> PyResult<Bound<'py, PyAny>> {
+    let distribution = Distribution::find(name)?;
+    filled(py, &[size, size, 2], |out| {
+        table::fill(distribution, size, out);
+        Ok(())
+    })
+}

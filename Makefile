@@ -100,11 +100,13 @@ lint-generated: $(BUILT) $(DEV_DEPS)
 
 bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/compare.py $(BENCH_ARGS)
+	"$(BIN)/python" benches/packing.py
 
 docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/make_doc_images.py
 	"$(BIN)/python" tools/generate_names.py
 	"$(BIN)/python" tools/generate_docs.py
+	"$(BIN)/python" tools/generate_packing.py
 
 wheel: $(RUN_DEPS)
 	"$(BIN)/maturin" build --release --interpreter "$(BIN)/python" --out "$(DIST)"

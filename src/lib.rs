@@ -35,6 +35,7 @@ pub mod kernel;
 pub mod light;
 pub mod map;
 pub mod math;
+pub mod pack;
 pub mod projection;
 pub mod projections;
 pub mod real;

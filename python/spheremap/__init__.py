@@ -28,10 +28,26 @@ from ._api import (
     solid_angle,
     valid,
 )
+from ._packing import (
+    Packing,
+    UnboundedPackingWarning,
+    best_packing,
+    canonical,
+    pack,
+    pack_frame,
+    packing,
+    packings,
+    unpack,
+    unpack_frame,
+)
 
 __all__ = [
+    "Packing",
     "Projection",
+    "UnboundedPackingWarning",
     "__version__",
+    "best_packing",
+    "canonical",
     "conventions",
     "convert",
     "covers",
@@ -42,6 +58,10 @@ __all__ = [
     "explain",
     "get_num_threads",
     "jacobian",
+    "pack",
+    "pack_frame",
+    "packing",
+    "packings",
     "projection",
     "projections",
     "reflect",
@@ -50,5 +70,7 @@ __all__ = [
     "set_num_threads",
     "simd_level",
     "solid_angle",
+    "unpack",
+    "unpack_frame",
     "valid",
 ]

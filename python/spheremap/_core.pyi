@@ -4,12 +4,15 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 __all__ = [
+    "Packer",
     "Projection",
     "__version__",
     "_rebuild",
     "convention_table",
     "convert",
     "get_num_threads",
+    "pack_frames",
+    "packing_table",
     "projection",
     "reflect",
     "registry",
@@ -18,6 +21,7 @@ __all__ = [
     "set_simd_level",
     "simd_level",
     "simd_levels",
+    "unpack_frames",
 ]
 
 __version__: str
@@ -116,6 +120,28 @@ class Projection:
     def __hash__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
+@final
+class Packer:
+    def __new__(cls, name: str, /) -> Packer: ...
+    def about(self) -> dict[str, Any]: ...
+    def pack(
+        self,
+        directions: ArrayLike,
+        /,
+        rounding: str,
+        invalid: str,
+        out: NDArray[Any] | None = None,
+    ) -> NDArray[Any]: ...
+    def unpack(
+        self, codes: NDArray[Any], /, single: bool, out: NDArray[Any] | None = None
+    ) -> NDArray[np.floating[Any]]: ...
+    def canonical(self, codes: NDArray[Any], /) -> NDArray[Any]: ...
+
+def packing_table() -> list[tuple[str, str, int, str, int | None]]: ...
+def pack_frames(
+    normals: NDArray[np.float64], tangents: NDArray[np.float64], name: str, /
+) -> tuple[NDArray[np.uint64], int | None]: ...
+def unpack_frames(codes: NDArray[np.uint64], name: str, /) -> NDArray[np.float64]: ...
 def _rebuild(
     name: str,
     convention: str | None,

@@ -7,6 +7,7 @@
 mod arrays;
 mod functions;
 mod images;
+mod pack;
 mod projection;
 
 use pyo3::prelude::*;
@@ -19,6 +20,8 @@ mod _core {
         convention_table, convert, get_num_threads, projection, rebuild, reflect, registry,
         rotation, set_num_threads, set_simd_level, simd_level, simd_levels,
     };
+    #[pymodule_export]
+    use super::pack::{PyPacker, pack_frames, packing_table, unpack_frames};
     #[pymodule_export]
     use super::projection::PyProjection;
 

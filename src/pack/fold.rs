@@ -17,9 +17,9 @@
 //!
 //! - nearest: A and B each by itself. Error at most (3/√2)δ, δ = 1/n.
 //! - precise: the candidate nearest on the sphere. At most √2·δ. The lattice on a face is triangular, so
-//!   its cells become hexagons, and three of the four need a look. Distances come from differences: with e the way from p to the
-//!   candidate q, sin² = (|p|²|e|² - (p·e)²)/(|p|²|q|²). A dot product of unit vectors is 1 minus 10⁻⁹ here, and
-//!   float32 could not tell two of them apart.
+//!   its cells become hexagons, and three of the four need a look. Distances come from differences:
+//!   with e the way from p to the candidate q, sin² = (|p|²|e|² - (p·e)²)/(|p|²|q|²). A dot product of unit
+//!   vectors is 1 minus 10⁻⁹ here, and float32 could not tell two of them apart.
 //! - hex: round A, B and C, and correct the one that moved furthest. It is the nearest in the plane of the
 //!   face; no candidate is decoded.
 //!

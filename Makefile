@@ -97,6 +97,7 @@ lint-python: $(BUILT) $(DEV_DEPS)
 lint-generated: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/generate_names.py --check
 	"$(BIN)/python" tools/generate_docs.py --check
+	"$(BIN)/python" tools/generate_packing.py --check
 
 bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/compare.py $(BENCH_ARGS)

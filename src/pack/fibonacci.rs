@@ -24,7 +24,7 @@ pub const FIBONACCI: Family = Family {
     name: "fibonacci",
     title: "Spherical Fibonacci",
     source: "Keinert, Innmann, Sänger, Stamminger 2015, Spherical Fibonacci Mapping",
-    summary: "The smallest mean error of all; a code is a number from 0 to n - 1, from +z down to -z.",
+    summary: "A mean error near the least there can be; codes are numbered from +z down to -z.",
     bits: &[8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 32],
     roundings: &[Rounding::Nearest, Rounding::Precise],
     unit: Unit::Root,

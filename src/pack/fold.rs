@@ -217,13 +217,21 @@ pub struct Fold<F> {
     pub grid: Grid,
     /// The lattice's offset in the lower half: the distance of ±n from it.
     pub lower: f64,
+    /// The offset of the third barycentric.
+    third: f64,
 }
 
 impl<F: Warp> Fold<F> {
     /// On this grid.
     pub fn new(warp: F, grid: Grid) -> Self {
         let lower = if grid.reaches_the_end() { 0.0 } else { 0.5 };
-        Fold { warp, grid, lower }
+        let third = (grid.n - 2.0 * grid.offset).fract();
+        Fold {
+            warp,
+            grid,
+            lower,
+            third,
+        }
     }
 }
 
@@ -331,7 +339,7 @@ impl<F: Warp> Fold<F> {
     fn hex<R: Cell>(self, place: &Place<R>) -> R::Code {
         let (first, last) = self.range(place);
         let n = R::new(self.grid.n);
-        let third = R::new((self.grid.n - 2.0 * self.grid.offset).fract());
+        let third = R::new(self.third);
         let [a, b, c] = place.b;
         let ra = (a - first).nearest() + first;
         let rb = (b - first).nearest() + first;

@@ -14,7 +14,22 @@ use crate::real::max;
 use std::sync::Arc;
 
 #[derive(Clone, Copy)]
-struct Hemioct(Grid);
+struct Hemioct {
+    grid: Grid,
+    /// The outermost lattice point.
+    last: f64,
+}
+
+impl Hemioct {
+    fn new(grid: Grid) -> Self {
+        let last = if grid.reaches_the_end() {
+            grid.n
+        } else {
+            grid.n - grid.offset
+        };
+        Hemioct { grid, last }
+    }
+}
 
 /// The upper half of the octahedron.
 pub const HEMIOCT: Family = Family {
@@ -29,7 +44,7 @@ pub const HEMIOCT: Family = Family {
     hemisphere: true,
     unit: Unit::Step,
     bounds: &[1.23, 1.23],
-    make: |bits, grid| Arc::new(Charted(Hemioct(Grid::new(grid, bits / 2)))),
+    make: |bits, grid| Arc::new(Charted(Hemioct::new(Grid::new(grid, bits / 2)))),
     ..Family::DEFAULT
 };
 
@@ -37,8 +52,8 @@ impl Chart for Hemioct {
     #[inline(always)]
     fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
         let zero = R::new(0.0);
-        let scale = R::new(self.0.n) / (x.abs() + y.abs() + max(z, zero));
-        let offset = R::new(self.0.offset);
+        let scale = R::new(self.grid.n) / (x.abs() + y.abs() + max(z, zero));
+        let offset = R::new(self.grid.offset);
         // A lattice of integers: `settle` brings the offset back.
         let place = [(x + y) * scale - offset, (x - y) * scale - offset];
         ((place, zero), z >= zero)
@@ -46,13 +61,7 @@ impl Chart for Hemioct {
 
     #[inline(always)]
     fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
-        let Grid { n, offset, .. } = self.0;
-        let last = if self.0.reaches_the_end() {
-            n
-        } else {
-            n - offset
-        };
-        let (offset, last) = (R::new(offset), R::new(last));
+        let (offset, last) = (R::new(self.grid.offset), R::new(self.last));
         [
             held(place[0] + offset, -last, last),
             held(place[1] + offset, -last, last),
@@ -63,23 +72,26 @@ impl Chart for Hemioct {
     fn direction<R: Cell>(self, ([s, t], _): Node<R>) -> [R; 3] {
         let half = R::new(0.5);
         let (x, y) = ((s + t) * half, (s - t) * half);
-        let z = max(R::new(self.0.n) - x.abs() - y.abs(), R::new(0.0));
+        let z = max(R::new(self.grid.n) - x.abs() - y.abs(), R::new(0.0));
         let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
         [x * inverse, y * inverse, z * inverse]
     }
 
     #[inline(always)]
     fn code<R: Cell>(self, ([s, t], _): Node<R>) -> R::Code {
-        self.0.field(s) | (self.0.field(t) << self.0.bits)
+        self.grid.field(s) | (self.grid.field(t) << self.grid.bits)
     }
 
     #[inline(always)]
     fn node<R: Cell>(self, code: R::Code) -> Node<R> {
-        let place = [self.0.place(code), self.0.place(code >> self.0.bits)];
+        let place = [
+            self.grid.place(code),
+            self.grid.place(code >> self.grid.bits),
+        ];
         (place, R::new(0.0))
     }
 
     fn step(self) -> f64 {
-        1.0 / self.0.n
+        1.0 / self.grid.n
     }
 }

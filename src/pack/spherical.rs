@@ -16,6 +16,8 @@ use std::sync::Arc;
 #[derive(Clone, Copy)]
 struct Spherical {
     bits: u32,
+    /// 2ᵇ, here because the library's power is a call.
+    columns: f64,
 }
 
 /// Longitude and latitude.
@@ -29,7 +31,7 @@ pub const SPHERICAL: Family = Family {
     splits: Splits::Two,
     unit: Unit::Step,
     bounds: &[3.56, 3.56],
-    make: |bits, _| Arc::new(Charted(Spherical { bits: bits / 2 })),
+    make: |bits, _| Arc::new(Charted(Spherical::new(bits / 2))),
     ..Family::DEFAULT
 };
 
@@ -57,8 +59,9 @@ pub(super) fn split<R: Cell>(code: R::Code, bits: u32) -> Node<R> {
 }
 
 impl Spherical {
-    fn columns(self) -> f64 {
-        (self.bits as f64).exp2()
+    fn new(bits: u32) -> Self {
+        let columns = f64::from(bits).exp2();
+        Spherical { bits, columns }
     }
 }
 
@@ -68,19 +71,19 @@ impl Chart for Spherical {
         let zero = R::new(0.0);
         let around = half_turns(y.abs(), x).negated_if(y < zero);
         let down = half_turns((x * x + y * y).sqrt(), z);
-        let columns = self.columns();
+        let columns = self.columns;
         let place = [around * R::new(0.5 * columns), down * R::new(columns - 1.0)];
         ((place, zero), true)
     }
 
     #[inline(always)]
     fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
-        around_and_down(place, self.columns())
+        around_and_down(place, self.columns)
     }
 
     #[inline(always)]
     fn direction<R: Cell>(self, ([i, j], _): Node<R>) -> [R; 3] {
-        let columns = self.columns();
+        let columns = self.columns;
         let (sin, cos) = sin_cos_half_turns(i * R::new(2.0 / columns));
         let (h, z) = sin_cos_half_turns(j / R::new(columns - 1.0));
         [cos * h, sin * h, z]
@@ -97,6 +100,6 @@ impl Chart for Spherical {
     }
 
     fn step(self) -> f64 {
-        1.0 / self.columns()
+        1.0 / self.columns
     }
 }

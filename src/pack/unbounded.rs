@@ -62,7 +62,7 @@ pub const Z_PHI: Family = Family {
     splits: Splits::Two,
     unit: Unit::Step,
     bounds: NONE,
-    make: |bits, _| Arc::new(Charted(Cylinder { bits: bits / 2 })),
+    make: |bits, _| Arc::new(Charted(Cylinder::new(bits / 2))),
     ..Family::DEFAULT
 };
 
@@ -149,12 +149,21 @@ impl<const WHOLE: bool> Chart for Disk<WHOLE> {
 #[derive(Clone, Copy)]
 struct Cylinder {
     bits: u32,
+    /// 2ᵇ.
+    columns: f64,
+}
+
+impl Cylinder {
+    fn new(bits: u32) -> Self {
+        let columns = f64::from(bits).exp2();
+        Cylinder { bits, columns }
+    }
 }
 
 impl Chart for Cylinder {
     #[inline(always)]
     fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
-        let (zero, columns) = (R::new(0.0), (self.bits as f64).exp2());
+        let (zero, columns) = (R::new(0.0), self.columns);
         let around = half_turns(y.abs(), x).negated_if(y < zero);
         let down = (R::new(1.0) - z) * R::new(0.5 * (columns - 1.0));
         (([around * R::new(0.5 * columns), down], zero), true)
@@ -162,12 +171,12 @@ impl Chart for Cylinder {
 
     #[inline(always)]
     fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
-        super::spherical::around_and_down(place, (self.bits as f64).exp2())
+        super::spherical::around_and_down(place, self.columns)
     }
 
     #[inline(always)]
     fn direction<R: Cell>(self, ([i, j], _): Node<R>) -> [R; 3] {
-        let columns = (self.bits as f64).exp2();
+        let columns = self.columns;
         let (sin, cos) = sin_cos_half_turns(i * R::new(2.0 / columns));
         let t = (j + j) / R::new(columns - 1.0);
         let h = (t * (R::new(2.0) - t)).sqrt();

@@ -98,18 +98,21 @@ lint-python: $(BUILT) $(DEV_DEPS)
 lint-generated: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/generate_names.py --check
 	"$(BIN)/python" tools/generate_docs.py --check
+	"$(BIN)/python" tools/generate_packing.py --check
 
 bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/compare.py $(BENCH_ARGS)
 	"$(BIN)/python" benches/resample.py
 	"$(BIN)/python" benches/distribution.py
 	"$(BIN)/python" benches/light.py
+	"$(BIN)/python" benches/packing.py
 
 docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/make_doc_images.py
 	"$(BIN)/python" tools/make_convention_images.py
 	"$(BIN)/python" tools/generate_names.py
 	"$(BIN)/python" tools/generate_docs.py
+	"$(BIN)/python" tools/generate_packing.py
 
 wheel: $(RUN_DEPS)
 	"$(BIN)/maturin" build --release --interpreter "$(BIN)/python" --out "$(DIST)"

@@ -2,6 +2,7 @@
 // computes next to nothing, both split over threads that are started for the call.
 #include <pthread.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 
 #define MAX_THREADS 64
@@ -84,3 +85,28 @@ void copy(const void *in, void *out, size_t bytes, int threads) {
 
 ALL(float, move_f32)
 ALL(double, move_f64)
+
+// Three floats to one word and back, as packing a direction into 32 bits does.
+static void pack_part(const void *in, void *out, size_t count) {
+    const uint32_t *restrict a = in;
+    uint32_t *restrict b = out;
+    for (size_t i = 0; i < count; i++) b[i] = a[3 * i] ^ a[3 * i + 1] ^ a[3 * i + 2];
+}
+
+static void unpack_part(const void *in, void *out, size_t count) {
+    const uint32_t *restrict a = in;
+    uint32_t *restrict b = out;
+    for (size_t i = 0; i < count; i++) {
+        b[3 * i] = a[i];
+        b[3 * i + 1] = a[i] + 1;
+        b[3 * i + 2] = a[i] ^ 2;
+    }
+}
+
+void move_pack(const void *in, void *out, size_t count, int threads) {
+    split(pack_part, 12, 4, in, out, count, threads);
+}
+
+void move_unpack(const void *in, void *out, size_t count, int threads) {
+    split(unpack_part, 4, 12, in, out, count, threads);
+}

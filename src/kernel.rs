@@ -24,11 +24,11 @@ use std::ops::BitOr;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 /// Points a chunk.
-const W: usize = 64;
+pub(crate) const W: usize = 64;
 
 /// How far ahead the source and the target are fetched, in bytes.
-const SOURCE_AHEAD: usize = 3072;
-const TARGET_AHEAD: usize = 2048;
+pub(crate) const SOURCE_AHEAD: usize = 3072;
+pub(crate) const TARGET_AHEAD: usize = 2048;
 
 /// A float type that arrays hold.
 pub trait Scalar: Real + Polynomials + Default + Send + Sync {
@@ -140,7 +140,7 @@ impl<R: Real, const I: usize, const O: usize> Frame<R, I, O> {
 
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
-struct Rows<R, const N: usize>([[R; W]; N]);
+pub(crate) struct Rows<R, const N: usize>(pub [[R; W]; N]);
 
 struct Scratch<R, const I: usize, const O: usize> {
     input: Rows<R, I>,
@@ -190,6 +190,27 @@ pub fn force_level(name: Option<&str>) -> bool {
     true
 }
 
+/// Runs `work`, which must be `#[inline(always)]` down to its loops, compiled for the level in force.
+#[inline(always)]
+pub fn vectorize<O>(work: impl FnOnce() -> O) -> O {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let forced = FORCED.load(Ordering::Relaxed);
+        let best = Level::new();
+        if (forced == 0 || forced > 2)
+            && let Some(token) = best.as_avx512()
+        {
+            return token.vectorize(work);
+        }
+        if forced != 1
+            && let Some(token) = best.as_avx2()
+        {
+            return token.vectorize(work);
+        }
+    }
+    work()
+}
+
 /// Work written in lanes of `fearless_simd`, for sums over many points: there the compiler may not
 /// change the order of a loop's additions, so lanes that are added last are part of the formula. The
 /// number of lanes is the same at every level, and so are the bits.
@@ -225,6 +246,47 @@ pub fn packed<P: Packed>(work: P) {
     fearless_simd::dispatch!(Level::baseline(), simd => work.run(simd));
 }
 
+/// A loop to be compiled for every level.
+pub trait Job {
+    /// What comes out of it.
+    type Output;
+    /// All of it; `#[inline(always)]`.
+    fn work(self) -> Self::Output;
+}
+
+/// Runs a job at the level in force. Buffers must belong to the caller: made inside, they lose their
+/// alignment.
+#[inline(never)]
+pub fn dispatch<J: Job>(job: J) -> J::Output {
+    vectorize(
+        #[inline(always)]
+        || job.work(),
+    )
+}
+
+struct Run<'a, R, F, const I: usize, const O: usize> {
+    point: F,
+    frame: &'a Frame<R, I, O>,
+    input: &'a [[R; I]],
+    output: &'a mut [[R; O]],
+    scratch: &'a mut Scratch<R, I, O>,
+}
+
+impl<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize> Job for Run<'_, R, F, I, O> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        all(
+            self.point,
+            self.frame,
+            self.input,
+            self.output,
+            self.scratch,
+        );
+    }
+}
+
 /// Takes `point` over `input`, I numbers a point, into `output`, O numbers a point.
 pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     point: F,
@@ -237,48 +299,13 @@ pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
         input: Rows([[zero; W]; I]),
         output: Rows([[zero; W]; O]),
     };
-    dispatch(
+    dispatch(Run {
         point,
         frame,
-        input.as_chunks().0,
-        output.as_chunks_mut().0,
-        &mut scratch,
-    );
-}
-
-/// Runs `work`, which must be `#[inline(always)]` down to its loops, compiled for the best level.
-#[inline(always)]
-pub fn vectorize<O>(work: impl FnOnce() -> O) -> O {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let forced = FORCED.load(Ordering::Relaxed);
-        let best = Level::new();
-        if (forced == 0 || forced > 2)
-            && let Some(token) = best.as_avx512()
-        {
-            return token.vectorize(work);
-        }
-        if forced != 1
-            && let Some(token) = best.as_avx2()
-        {
-            return token.vectorize(work);
-        }
-    }
-    work()
-}
-
-#[inline(never)]
-fn dispatch<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
-    point: F,
-    frame: &Frame<R, I, O>,
-    input: &[[R; I]],
-    output: &mut [[R; O]],
-    scratch: &mut Scratch<R, I, O>,
-) {
-    vectorize(
-        #[inline(always)]
-        || all(point, frame, input, output, scratch),
-    );
+        input: input.as_chunks().0,
+        output: output.as_chunks_mut().0,
+        scratch: &mut scratch,
+    });
 }
 
 #[inline(always)]
@@ -386,7 +413,7 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
 
 /// Whether every number of a chunk is tame.
 #[inline(always)]
-fn all_tame<R: Scalar, const N: usize>(rows: &[[R; W]; N]) -> bool {
+pub(crate) fn all_tame<R: Scalar, const N: usize>(rows: &[[R; W]; N]) -> bool {
     // Point by point: row by row, the loops were merged into gathers.
     let mut joined = R::Word::default();
     for i in 0..W {
@@ -422,7 +449,7 @@ fn rotate<R: Scalar, const N: usize, const STEP: usize>(
 
 /// Asks for the memory `ahead` bytes after each cache line of a chunk.
 #[inline(always)]
-fn prefetch<T>(chunk: &T, ahead: usize) {
+pub(crate) fn prefetch<T>(chunk: &T, ahead: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};

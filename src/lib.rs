@@ -36,6 +36,7 @@ pub mod kernel;
 pub mod light;
 pub mod map;
 pub mod math;
+pub mod pack;
 pub mod projection;
 pub mod projections;
 pub mod real;

@@ -96,6 +96,13 @@ def as_rotation(obj: object) -> NDArray[np.float64]:
     return np.require(matrix, dtype=np.float64, requirements=["C", "A"])
 
 
+def index_text(place: int, shape: list[int]) -> str:
+    """Return the place of a point in an array of points, as in ``[3, 1]``."""
+    if not shape:
+        return ""
+    return f"[{', '.join(str(int(i)) for i in np.unravel_index(place, shape))}]"
+
+
 def _as_array(obj: object, name: str) -> NDArray[Any]:
     try:
         return np.asarray(obj)

@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 __all__ = [
     "Distribution",
+    "Packer",
     "Projection",
     "__version__",
     "_rebuild",
@@ -15,6 +16,8 @@ __all__ = [
     "lobe",
     "moments",
     "prefilter",
+    "pack_frames",
+    "packing_table",
     "projection",
     "quadrature_weights",
     "reflect",
@@ -28,6 +31,7 @@ __all__ = [
     "simd_level",
     "simd_levels",
     "texel_weights",
+    "unpack_frames",
 ]
 
 __version__: str
@@ -161,6 +165,28 @@ class Distribution:
 def texel_weights(
     projection: Projection, shape: int | tuple[int, ...], /
 ) -> NDArray[np.float64]: ...
+@final
+class Packer:
+    def __new__(cls, name: str, /) -> Packer: ...
+    def about(self) -> dict[str, Any]: ...
+    def pack(
+        self,
+        directions: ArrayLike,
+        /,
+        rounding: str,
+        invalid: str,
+        out: NDArray[Any] | None = None,
+    ) -> NDArray[Any]: ...
+    def unpack(
+        self, codes: NDArray[Any], /, single: bool, out: NDArray[Any] | None = None
+    ) -> NDArray[np.floating[Any]]: ...
+    def canonical(self, codes: NDArray[Any], /) -> NDArray[Any]: ...
+
+def packing_table() -> list[tuple[str, str, int, str, int | None]]: ...
+def pack_frames(
+    normals: NDArray[np.float64], tangents: NDArray[np.float64], name: str, /
+) -> tuple[NDArray[np.uint64], int | None]: ...
+def unpack_frames(codes: NDArray[np.uint64], name: str, /) -> NDArray[np.float64]: ...
 def _rebuild(
     name: str,
     convention: str | None,

@@ -9,6 +9,7 @@ mod distribution;
 mod functions;
 mod images;
 mod light;
+mod pack;
 mod projection;
 
 use pyo3::prelude::*;
@@ -27,6 +28,8 @@ mod _core {
     use super::light::{
         dfg, lobe, moments, prefilter, quadrature_weights, sh_evaluate, sh_project, sh_rotate,
     };
+    #[pymodule_export]
+    use super::pack::{PyPacker, pack_frames, packing_table, unpack_frames};
     #[pymodule_export]
     use super::projection::PyProjection;
 

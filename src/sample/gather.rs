@@ -15,7 +15,7 @@ use super::Area;
 use super::place::Places;
 use super::weights::Kernel;
 use crate::image::{Raster, Texel};
-use crate::kernel::vectorize;
+use crate::kernel::{prefetch_item, vectorize};
 use std::marker::PhantomData;
 
 /// The most numbers in a window's row for which loops are unrolled.
@@ -255,9 +255,9 @@ fn straight<T: Texel, G: Gather<T>, const CHANNELS: usize>(
                 let at = next.first[n].wrapping_mul(channels);
                 for r in 0..G::SIDE {
                     let at = at.wrapping_add(r * step);
-                    ask(stored.texels, at);
+                    prefetch_item(stored.texels, at);
                     if G::SIDE > 1 {
-                        ask(stored.texels, at.wrapping_add(G::SIDE * channels - 1));
+                        prefetch_item(stored.texels, at.wrapping_add(G::SIDE * channels - 1));
                     }
                 }
             }
@@ -338,19 +338,4 @@ fn turned<T: Texel, G: Gather<T>, const CHANNELS: usize>(
             out,
         );
     });
-}
-
-/// Asks for the memory of a texel, wherever it may be.
-#[inline(always)]
-fn ask<T>(texels: &[T], at: usize) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let address = texels.as_ptr().wrapping_add(at).cast::<i8>();
-        // SAFETY: a prefetch is a hint and never faults, whatever the address; `wrapping_add` makes no
-        // claim that it lies in the slice.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(address) };
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (texels, at);
 }

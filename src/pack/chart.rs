@@ -1,0 +1,132 @@
+//! Schemes that are a chart of the sphere with a grid on it: round in the chart, compare on the sphere.
+//!
+//! `precise` takes the best of the four grid points around, each decoded. In float64 throughout: the
+//! square of a chord of 10⁻⁹ still has seven digits there.
+
+use super::Scheme;
+use super::fold::{NEAREST, PRECISE, Rounded, Rounding, choose};
+use super::kernel::{self, Cell, Decode, Encode};
+use crate::real::max;
+
+/// A grid point: two coordinates that are integers, and a face.
+pub type Node<R> = ([R; 2], R);
+
+/// A map with a grid.
+pub trait Chart: Copy + Send + Sync + 'static {
+    /// Where a unit vector lies among the grid points, and whether the map covers it.
+    fn place<R: Cell>(self, d: [R; 3]) -> (Node<R>, bool);
+
+    /// The grid point that coordinates one step beyond an edge mean.
+    fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2];
+
+    /// The unit vector of a grid point.
+    fn direction<R: Cell>(self, node: Node<R>) -> [R; 3];
+
+    /// The code of a grid point.
+    fn code<R: Cell>(self, node: Node<R>) -> R::Code;
+
+    /// The grid point of a code.
+    fn node<R: Cell>(self, code: R::Code) -> Node<R>;
+
+    /// The step of the grid, of which the bounds are multiples.
+    fn step(self) -> f64;
+}
+
+/// A chart as a scheme.
+#[derive(Clone, Copy, Debug)]
+pub struct Charted<C>(pub C);
+
+impl<R: Cell, C: Chart, const ROUNDING: u8> Encode<R> for Rounded<Charted<C>, ROUNDING> {
+    #[inline(always)]
+    fn encode<const TAME: bool>(self, [x, y, z]: [R; 3]) -> (R::Code, bool) {
+        let chart = self.0.0;
+        let ([x, y, z], ok) = unit::<R, TAME>([x, y, z]);
+        let (([s, t], face), covered) = chart.place([x, y, z]);
+        if ROUNDING == NEAREST {
+            let node = (chart.settle([s.nearest(), t.nearest()]), face);
+            return (R::only_if(ok, chart.code(node)), ok & covered);
+        }
+        let (s0, t0) = (s.floor(), t.floor());
+        let (s1, t1) = (s0 + R::new(1.0), t0 + R::new(1.0));
+        let d = [x, y, z];
+        let first = Corner::new(chart, d, [s0, t0], face);
+        let second = Corner::new(chart, d, [s1, t0], face);
+        let third = Corner::new(chart, d, [s0, t1], face);
+        let fourth = Corner::new(chart, d, [s1, t1], face);
+        let Corner { node, .. } = first.or_nearer(second).or_nearer(third.or_nearer(fourth));
+        (R::only_if(ok, chart.code((node, face))), ok & covered)
+    }
+}
+
+/// A grid point, and the square of the chord to it.
+#[derive(Clone, Copy)]
+struct Corner<R> {
+    node: [R; 2],
+    far: R,
+}
+
+impl<R: Cell> Corner<R> {
+    #[inline(always)]
+    fn new<C: Chart>(chart: C, d: [R; 3], place: [R; 2], face: R) -> Self {
+        let node = chart.settle(place);
+        let q = chart.direction((node, face));
+        let e = [q[0] - d[0], q[1] - d[1], q[2] - d[2]];
+        Corner {
+            node,
+            far: e[0] * e[0] + e[1] * e[1] + e[2] * e[2],
+        }
+    }
+
+    /// The nearer one; `self` on ties.
+    #[inline(always)]
+    fn or_nearer(self, other: Self) -> Self {
+        let nearer = other.far < self.far;
+        Corner {
+            node: [
+                choose(nearer, other.node[0], self.node[0]),
+                choose(nearer, other.node[1], self.node[1]),
+            ],
+            far: choose(nearer, other.far, self.far),
+        }
+    }
+}
+
+impl<C: Chart> Scheme for Charted<C> {
+    fn encode(&self, rounding: Rounding, d: &[f64], codes: &mut [u64]) -> bool {
+        match rounding {
+            Rounding::Nearest => kernel::encode(Rounded::<_, NEAREST>(*self), d, codes),
+            _ => kernel::encode(Rounded::<_, PRECISE>(*self), d, codes),
+        }
+    }
+
+    fn decode(&self, codes: &[u64], d: &mut [f64]) {
+        kernel::decode(*self, codes, d);
+    }
+
+    fn step(&self) -> f64 {
+        self.0.step()
+    }
+}
+
+impl<R: Cell, C: Chart> Decode<R> for Charted<C> {
+    #[inline(always)]
+    fn decode(self, code: R::Code) -> [R; 3] {
+        let zero = R::new(0.0);
+        let d: [R; 3] = self.0.direction(self.0.node(code));
+        [d[0] + zero, d[1] + zero, d[2] + zero]
+    }
+}
+
+/// A vector of any length as one of length 1, and whether it has a direction.
+#[inline(always)]
+pub fn unit<R: Cell, const TAME: bool>([x, y, z]: [R; 3]) -> ([R; 3], bool) {
+    let (mut x, mut y, mut z) = (x, y, z);
+    if !TAME {
+        let scale = max(x.abs(), max(y.abs(), z.abs())).binade_scale();
+        (x, y, z) = (x * scale, y * scale, z * scale);
+    }
+    let length = (x * x + y * y + z * z).sqrt();
+    let ok = TAME | ((length > R::new(0.0)) & length.finite());
+    let inverse = R::new(1.0) / length;
+    ([x * inverse, y * inverse, z * inverse], ok)
+}

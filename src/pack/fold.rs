@@ -1,0 +1,444 @@
+//! Octahedral schemes: a lattice on the unfolded octahedron, and how to round on it.
+//!
+//! Sources: Meyer et al. 2010, On Floating-Point Normal Vectors; Cigolle et al. 2014, A Survey of Efficient
+//! Representations for Independent Unit Vectors (the best of four). Rounding in barycentrics is the
+//! hexagonal rounding of cube coordinates, and on the octahedron ours.
+//!
+//! # One octant is enough
+//!
+//! |d| as barycentrics (A, B, C) of its octant, in steps, A + B + C = n. The upper half of the square holds
+//! (A, B), the lower one (n - B, n - A), with the signs of x and y. So both halves round the
+//! same lattice in (A, B), shifted by `upper` or `lower`; the four corners of a cell are the same four
+//! candidates; and a candidate with C < 0 lies beyond the crease, at (A + C, B + C, C). A candidate across
+//! the plane x = 0 or y = 0 is the mirror image of one on our side, and never nearer: those are
+//! left out.
+//!
+//! # Rounding
+//!
+//! - nearest: A and B each by itself. Error at most (3/√2)δ, δ = 1/n.
+//! - precise: the candidate nearest on the sphere. At most √2·δ. The lattice on a face is triangular, so
+//!   its cells become hexagons, and three of the four need a look. Distances come from differences:
+//!   with e the way from p to the candidate q, sin² = (|p|²|e|² - (p·e)²)/(|p|²|q|²). A dot product of unit
+//!   vectors is 1 minus 10⁻⁹ here, and float32 could not tell two of them apart.
+//! - hex: round A, B and C, and correct the one that moved furthest. It is the nearest in the plane of the
+//!   face; no candidate is decoded.
+//!
+//! # What a code is
+//!
+//! Fields of x and y, x in the low bits. Where the square's edge meets itself the signs are +, so that each
+//! direction has one code; -z is the corner (1, 1).
+//!
+//! # Warps
+//!
+//! A [`Warp`] says which point of an octant has these barycentrics: the plain octahedron; `woct`, where
+//! they go through t(1 + k(1 - t)) to even out the density; or Clarberg's equal-area map.
+
+use super::grid::Grid;
+use super::kernel::{Cell, Decode, Encode, half_turns, sin_cos_half_turns};
+use crate::real::{max, min};
+
+/// From barycentrics of an octant to directions in it, and back.
+pub trait Warp: Copy + Send + Sync + 'static {
+    /// Whether the nearest corner of a cell belongs to the lattice's triangle around the place. Brute
+    /// force found no exception on the plain and on the warped octahedron.
+    const TRIANGLES: bool;
+
+    /// Barycentrics, in steps, of a direction without signs. `sum` is the sum of its components.
+    fn barycentrics<R: Cell>(self, a: [R; 3], sum: R, n: R) -> [R; 3];
+
+    /// A vector along the direction of barycentrics that sum to n, of which the third may be negative, and
+    /// gives the vector its sign.
+    fn point<R: Cell>(self, b: [R; 3], n: R) -> [R; 3];
+
+    /// point(to) - point(from), without cancellation where that can be had.
+    #[inline(always)]
+    fn step<R: Cell>(self, from: [R; 3], to: [R; 3], n: R) -> [R; 3] {
+        let (p, q) = (self.point(from, n), self.point(to, n));
+        [q[0] - p[0], q[1] - p[1], q[2] - p[2]]
+    }
+}
+
+/// The plain octahedron.
+#[derive(Clone, Copy, Debug)]
+pub struct Plain;
+
+impl Warp for Plain {
+    const TRIANGLES: bool = true;
+
+    #[inline(always)]
+    fn barycentrics<R: Cell>(self, [x, y, z]: [R; 3], sum: R, n: R) -> [R; 3] {
+        let scale = n / sum;
+        [x * scale, y * scale, z * scale]
+    }
+
+    #[inline(always)]
+    fn point<R: Cell>(self, b: [R; 3], _: R) -> [R; 3] {
+        b
+    }
+}
+
+/// The octahedron with evened-out density: direction ∝ f(b), f(t) = t(1 + k(1 - t)).
+#[derive(Clone, Copy, Debug)]
+pub struct Warped;
+
+/// Makes the density vary by 1.396:1 instead of 5.196:1.
+const K: f64 = 11.0 / 16.0;
+
+impl Warp for Warped {
+    const TRIANGLES: bool = true;
+
+    #[inline(always)]
+    fn barycentrics<R: Cell>(self, a: [R; 3], sum: R, n: R) -> [R; 3] {
+        let scale = R::new(1.0) / sum;
+        let a = [a[0] * scale, a[1] * scale, a[2] * scale];
+        let b = newton(a, newton(a, newton(a, newton(a, a))));
+        // Below 0 by a rounding only.
+        let zero = R::new(0.0);
+        [
+            max(b[0], zero) * n,
+            max(b[1], zero) * n,
+            max(b[2], zero) * n,
+        ]
+    }
+
+    #[inline(always)]
+    fn point<R: Cell>(self, [a, b, c]: [R; 3], n: R) -> [R; 3] {
+        let k = R::new(K) / n;
+        let slope = R::new(1.0 + K);
+        [
+            a * (slope - k * a),
+            b * (slope - k * b),
+            c * (slope - k * c.abs()),
+        ]
+    }
+
+    #[inline(always)]
+    fn step<R: Cell>(self, from: [R; 3], to: [R; 3], n: R) -> [R; 3] {
+        let k = R::new(K) / n;
+        let slope = R::new(1.0 + K);
+        let (p, q) = (from[2], to[2]);
+        // q|q| - p|p| is -(q² + p²) across the crease.
+        let squares = choose(q < R::new(0.0), -(q * q + p * p), (q - p) * (q + p));
+        [
+            (to[0] - from[0]) * (slope - k * (from[0] + to[0])),
+            (to[1] - from[1]) * (slope - k * (from[1] + to[1])),
+            (q - p) * slope - k * squares,
+        ]
+    }
+}
+
+/// One step of Newton's method on f(bᵢ) = λaᵢ, Σbᵢ = 1: with gᵢ = 1/f'(bᵢ),
+/// λ = (1 + kΣgᵢbᵢ²)/Σgᵢaᵢ and bᵢ ← gᵢ(λaᵢ - kbᵢ²).
+#[inline(always)]
+fn newton<R: Cell>(a: [R; 3], b: [R; 3]) -> [R; 3] {
+    let (k, slope) = (R::new(K), R::new(1.0 + K));
+    let twice = k + k;
+    let (s0, s1, s2) = (
+        slope - twice * b[0],
+        slope - twice * b[1],
+        slope - twice * b[2],
+    );
+    // All three with the product of the slopes as a common factor.
+    let (g0, g1, g2) = (s1 * s2, s2 * s0, s0 * s1);
+    let (q0, q1, q2) = (k * (b[0] * b[0]), k * (b[1] * b[1]), k * (b[2] * b[2]));
+    let all = s0 * g0;
+    let lambda = (all + (g0 * q0 + g1 * q1 + g2 * q2)) / (g0 * a[0] + g1 * a[1] + g2 * a[2]);
+    let inverse = R::new(1.0) / all;
+    [
+        g0 * inverse * (lambda * a[0] - q0),
+        g1 * inverse * (lambda * a[1] - q1),
+        g2 * inverse * (lambda * a[2] - q2),
+    ]
+}
+
+/// Clarberg's equal-area map: 1 - |z| = r², azimuth ∝ the place between the two sides.
+#[derive(Clone, Copy, Debug)]
+pub struct EqualArea;
+
+impl Warp for EqualArea {
+    const TRIANGLES: bool = false;
+
+    #[inline(always)]
+    fn barycentrics<R: Cell>(self, [x, y, z]: [R; 3], _: R, n: R) -> [R; 3] {
+        let h2 = x * x + y * y;
+        let length = (h2 + z * z).sqrt();
+        let radius = (h2 / (length * (length + z))).sqrt();
+        let turn = half_turns(y, x) * R::new(2.0);
+        let r = min(radius, R::new(1.0)) * n;
+        let b = r * turn;
+        [r - b, b, n - r]
+    }
+
+    #[inline(always)]
+    fn point<R: Cell>(self, [a, b, c]: [R; 3], n: R) -> [R; 3] {
+        let sum = max(a + b, R::new(1e-30));
+        let radius = (a + b) / n;
+        let (sin, cos) = sin_cos_half_turns(b / sum * R::new(0.5));
+        let square = radius * radius;
+        let h = radius * max(R::new(2.0) - square, R::new(0.0)).sqrt();
+        let z = R::new(1.0) - square;
+        [cos * h, sin * h, z.negated_if(c < R::new(0.0))]
+    }
+}
+
+/// How to choose among the lattice points about a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rounding {
+    /// Each coordinate by itself.
+    Nearest,
+    /// The nearest on the sphere, among the corners of the cell.
+    Precise,
+    /// The nearest in the plane of the octahedron's face.
+    Hex,
+}
+
+pub(super) const NEAREST: u8 = 0;
+pub(super) const PRECISE: u8 = 1;
+pub(super) const HEX: u8 = 2;
+
+/// `x` where the condition holds, else `y`; both are computed.
+#[inline(always)]
+pub(super) fn choose<R>(condition: bool, x: R, y: R) -> R {
+    if condition { x } else { y }
+}
+
+/// A number held between two others.
+#[inline(always)]
+pub(super) fn held<R: Cell>(x: R, low: R, high: R) -> R {
+    min(max(x, low), high)
+}
+
+/// One octahedral scheme.
+#[derive(Clone, Copy, Debug)]
+pub struct Fold<F> {
+    /// What lies at these barycentrics.
+    pub warp: F,
+    /// Of both coordinates.
+    pub grid: Grid,
+    /// The lattice's offset in the lower half: the distance of ±n from it.
+    pub lower: f64,
+    /// The offset of the third barycentric.
+    third: f64,
+}
+
+impl<F: Warp> Fold<F> {
+    /// On this grid.
+    pub fn new(warp: F, grid: Grid) -> Self {
+        let lower = if grid.reaches_the_end() { 0.0 } else { 0.5 };
+        let third = (grid.n - 2.0 * grid.offset).fract();
+        Fold {
+            warp,
+            grid,
+            lower,
+            third,
+        }
+    }
+}
+
+/// A scheme with its rounding.
+#[derive(Clone, Copy)]
+pub(super) struct Rounded<S, const ROUNDING: u8>(pub S);
+
+/// A direction on a fold: where it is in its octant, and which octant.
+struct Place<R> {
+    b: [R; 3],
+    lower: bool,
+    negative: [bool; 2],
+    ok: bool,
+}
+
+/// A lattice point, and the sine squared of the angle to it, times |p|², as a quotient.
+#[derive(Clone, Copy)]
+struct Candidate<R> {
+    a: R,
+    b: R,
+    far: R,
+    square: R,
+}
+
+impl<R: Cell> Candidate<R> {
+    /// The nearer one; `self` on ties.
+    #[inline(always)]
+    fn or_nearer(self, other: Self) -> Self {
+        let nearer = other.far * self.square < self.far * other.square;
+        Candidate {
+            a: choose(nearer, other.a, self.a),
+            b: choose(nearer, other.b, self.b),
+            far: choose(nearer, other.far, self.far),
+            square: choose(nearer, other.square, self.square),
+        }
+    }
+}
+
+impl<F: Warp> Fold<F> {
+    #[inline(always)]
+    fn place<R: Cell, const TAME: bool>(self, [x, y, z]: [R; 3]) -> Place<R> {
+        let zero = R::new(0.0);
+        let mut a = [x.abs(), y.abs(), z.abs()];
+        if !TAME {
+            let scale = max(a[0], max(a[1], a[2])).binade_scale();
+            a = [a[0] * scale, a[1] * scale, a[2] * scale];
+        }
+        let sum = a[0] + a[1] + a[2];
+        let ok = TAME | ((sum > zero) & sum.finite());
+        Place {
+            b: self.warp.barycentrics(a, sum, R::new(self.grid.n)),
+            lower: z < zero,
+            negative: [x < zero, y < zero],
+            ok,
+        }
+    }
+
+    /// Corners of the cell that a place lies in: two values of A, two of B.
+    #[inline(always)]
+    fn cell<R: Cell>(self, place: &Place<R>) -> [[R; 2]; 2] {
+        let (offset, last) = self.range(place);
+        let a = (place.b[0] - offset).floor() + offset;
+        let b = (place.b[1] - offset).floor() + offset;
+        let one = R::new(1.0);
+        [
+            [max(a, offset), min(a + one, last)],
+            [max(b, offset), min(b + one, last)],
+        ]
+    }
+
+    /// The lattice's first and last place along a side of the octant.
+    #[inline(always)]
+    fn range<R: Cell>(self, place: &Place<R>) -> (R, R) {
+        let (up, low) = (self.grid.offset, self.lower);
+        let (n_up, n_low) = (self.grid.n - low, self.grid.n - up);
+        if place.lower {
+            (R::new(low), R::new(n_low))
+        } else {
+            (R::new(up), R::new(n_up))
+        }
+    }
+
+    /// The code of a lattice point.
+    #[inline(always)]
+    fn code<R: Cell>(self, place: &Place<R>, a: R, b: R) -> R::Code {
+        let n = R::new(self.grid.n);
+        let s = if place.lower { n - b } else { a };
+        let t = if place.lower { n - a } else { b };
+        // On an edge of the square the other coordinate's sign says nothing.
+        let s_signed = s.negated_if(place.negative[0] & (t < n));
+        let t_signed = t.negated_if(place.negative[1] & (s < n));
+        let (low, high) = (self.grid.field(s_signed), self.grid.field(t_signed));
+        R::only_if(place.ok, low | (high << self.grid.bits))
+    }
+
+    #[inline(always)]
+    fn nearest<R: Cell>(self, place: &Place<R>) -> R::Code {
+        let (first, last) = self.range(place);
+        let a = (place.b[0] - first).nearest() + first;
+        let b = (place.b[1] - first).nearest() + first;
+        self.code(place, held(a, first, last), held(b, first, last))
+    }
+
+    #[inline(always)]
+    fn hex<R: Cell>(self, place: &Place<R>) -> R::Code {
+        let (first, last) = self.range(place);
+        let n = R::new(self.grid.n);
+        let third = R::new(self.third);
+        let [a, b, c] = place.b;
+        let ra = (a - first).nearest() + first;
+        let rb = (b - first).nearest() + first;
+        let rc = (c - third).nearest() + third;
+        let (da, db, dc) = ((ra - a).abs(), (rb - b).abs(), (rc - c).abs());
+        let mend_a = (da > db) & (da > dc);
+        let mend_b = !mend_a & (db > dc);
+        let ra_mended = n - rb - rc;
+        let rb_mended = n - ra - rc;
+        let ra = choose(mend_a, ra_mended, ra);
+        let rb = choose(mend_b, rb_mended, rb);
+        if self.grid.offset > 0.0 || self.lower > 0.0 {
+            // Beyond the side of the octant lies no lattice point of this face: along its first row,
+            // the other coordinate by itself.
+            let half = R::new(0.5);
+            let beside_a = (b - (first - a) * half - first).nearest() + first;
+            let beside_b = (a - (first - b) * half - first).nearest() + first;
+            let (out_a, out_b) = (ra < first, rb < first);
+            let rb = choose(out_a, beside_a, rb);
+            let ra = choose(out_b, beside_b, ra);
+            return self.code(place, held(ra, first, last), held(rb, first, last));
+        }
+        self.code(place, ra, rb)
+    }
+
+    #[inline(always)]
+    fn precise<R: Cell>(self, place: &Place<R>) -> R::Code {
+        let [[a0, a1], [b0, b1]] = self.cell(place);
+        let n = R::new(self.grid.n);
+        let p = self.warp.point(place.b, n);
+        let second = self.candidate(place, p, a1, b0);
+        let third = self.candidate(place, p, a0, b1);
+        let best = if F::TRIANGLES {
+            // The cell is two triangles of the lattice, and the nearest corner belongs to the one that
+            // the place lies in.
+            let beyond = place.b[0] + place.b[1] > a0 + b0 + R::new(1.0);
+            let corner = self.candidate(place, p, choose(beyond, a1, a0), choose(beyond, b1, b0));
+            second.or_nearer(third).or_nearer(corner)
+        } else {
+            let first = self.candidate(place, p, a0, b0);
+            let fourth = self.candidate(place, p, a1, b1);
+            first.or_nearer(second).or_nearer(third.or_nearer(fourth))
+        };
+        self.code(place, best.a, best.b)
+    }
+
+    /// How far a lattice point is from p, the point of a place.
+    #[inline(always)]
+    fn candidate<R: Cell>(self, place: &Place<R>, p: [R; 3], a: R, b: R) -> Candidate<R> {
+        let n = R::new(self.grid.n);
+        let c = n - a - b;
+        let over = min(c, R::new(0.0));
+        let e = self.warp.step(place.b, [a + over, b + over, c], n);
+        let p2 = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+        let pe = p[0] * e[0] + p[1] * e[1] + p[2] * e[2];
+        let e2 = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+        Candidate {
+            a,
+            b,
+            far: p2 * e2 - pe * pe,
+            square: p2 + (pe + pe) + e2,
+        }
+    }
+
+    #[inline(always)]
+    fn direction<R: Cell>(self, code: R::Code) -> [R; 3] {
+        let (zero, n) = (R::new(0.0), R::new(self.grid.n));
+        let s: R = self.grid.place(code);
+        let t: R = self.grid.place(code >> self.grid.bits);
+        let (a, b) = (s.abs(), t.abs());
+        let c = n - a - b;
+        let over = min(c, zero);
+        let [x, y, z] = self.warp.point([a + over, b + over, c], n);
+        let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
+        // + 0: no -0 where an edge of the square meets itself.
+        [
+            (x * inverse).negated_if(s < zero) + zero,
+            (y * inverse).negated_if(t < zero) + zero,
+            z * inverse,
+        ]
+    }
+}
+
+impl<R: Cell, F: Warp, const ROUNDING: u8> Encode<R> for Rounded<Fold<F>, ROUNDING> {
+    #[inline(always)]
+    fn encode<const TAME: bool>(self, d: [R; 3]) -> (R::Code, bool) {
+        let place = self.0.place::<R, TAME>(d);
+        let code = match ROUNDING {
+            NEAREST => self.0.nearest(&place),
+            HEX => self.0.hex(&place),
+            _ => self.0.precise(&place),
+        };
+        (code, place.ok)
+    }
+}
+
+impl<R: Cell, F: Warp> Decode<R> for Fold<F> {
+    #[inline(always)]
+    fn decode(self, code: R::Code) -> [R; 3] {
+        self.direction(code)
+    }
+}

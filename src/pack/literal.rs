@@ -1,0 +1,57 @@
+//! Schemes that repeat another program to the bit: its formula, one direction at a time.
+//!
+//! Each is written as its program has it, in the order of its operations and in its precision, and
+//! tested against the program where that can be run. They keep its habits: `rounding` is the
+//! program's own, whatever is asked for.
+
+use super::Scheme;
+use super::fold::Rounding;
+
+/// Another program's code of a direction.
+pub trait Literal: Copy + Send + Sync + 'static {
+    /// The code of a finite direction that is not zero.
+    fn encode(self, d: [f64; 3]) -> u64;
+
+    /// The direction as the program decodes it.
+    fn decode(self, code: u64) -> [f64; 3];
+
+    /// The step of its grid on [-1, 1].
+    fn step(self) -> f64;
+}
+
+/// A literal formula as a scheme.
+#[derive(Clone, Copy)]
+pub struct Repeated<L>(pub L);
+
+impl<L: Literal> Scheme for Repeated<L> {
+    fn encode(&self, _: Rounding, d: &[f64], codes: &mut [u64]) -> bool {
+        let mut good = true;
+        for (&d, code) in d.as_chunks::<3>().0.iter().zip(codes) {
+            let ok = super::has_direction(d);
+            *code = if ok { self.0.encode(d) } else { 0 };
+            good &= ok;
+        }
+        good
+    }
+
+    fn decode(&self, codes: &[u64], d: &mut [f64]) {
+        for (&code, d) in codes.iter().zip(d.as_chunks_mut::<3>().0) {
+            *d = self.0.decode(code);
+        }
+    }
+
+    fn step(&self) -> f64 {
+        self.0.step()
+    }
+}
+
+/// Two fields side by side.
+pub fn pair(low: u32, high: u32, bits: u32) -> u64 {
+    u64::from(low) | u64::from(high) << bits
+}
+
+/// The fields of `pair`.
+pub fn fields(code: u64, bits: u32) -> (u32, u32) {
+    let mask = (1_u64 << bits) - 1;
+    ((code & mask) as u32, ((code >> bits) & mask) as u32)
+}

@@ -1,0 +1,199 @@
+//! Schemes to read old data with, and not to choose: `sphere`, `matcap`, `z_phi`.
+//!
+//! Sources: the sphere map (p, q) = (x, y)/√(2(1 + z)), alias Lambert's azimuthal equal-area map; the two
+//! components x and y of a normal that faces the viewer; z and the azimuth. Somewhere in each of them, the
+//! rim, the horizon or the poles, the error falls with the root of the step and not with the step: no
+//! multiple of the step bounds it, and the Python layer warns.
+//!
+//! Domain: `sphere` all directions, -z is the whole rim and is written where the formula's limit along +x lies;
+//! `matcap` z ≥ 0. Codes outside the disk decode as on its rim and are not written.
+
+use super::chart::{Chart, Charted, Node};
+use super::fold::{Rounding, choose, held};
+use super::grid::Grid;
+use super::kernel::{Cell, half_turns, sin_cos_half_turns};
+use super::oct::EVEN;
+use super::{Family, Splits, Unit};
+use crate::real::max;
+use std::sync::Arc;
+
+const ROUNDINGS: &[Rounding] = &[Rounding::Nearest, Rounding::Precise];
+const NONE: &[f64] = &[f64::INFINITY, f64::INFINITY];
+
+/// The sphere map.
+pub const SPHERE: Family = Family {
+    name: "sphere",
+    title: "Sphere map",
+    source: "OpenGL GL_SPHERE_MAP; Lambert azimuthal equal-area; once common in G-buffers",
+    summary: "Not recommended: errors of fourteen degrees at -z in 16 bits.",
+    bits: EVEN,
+    roundings: ROUNDINGS,
+    splits: Splits::Two,
+    unit: Unit::Step,
+    bounds: NONE,
+    make: |bits, _| Arc::new(Charted(Disk::<true>(Grid::new("snorm", bits / 2)))),
+    ..Family::DEFAULT
+};
+
+/// Two components of a normal.
+pub const MATCAP: Family = Family {
+    name: "matcap",
+    title: "x and y",
+    source: "Two-channel normal maps (BC5, 3Dc); z = √(1 - x² - y²)",
+    summary: "Not recommended but at z near 1: errors of seven degrees at the horizon in 16 bits.",
+    bits: EVEN,
+    roundings: ROUNDINGS,
+    splits: Splits::Two,
+    hemisphere: true,
+    unit: Unit::Step,
+    bounds: NONE,
+    make: |bits, _| Arc::new(Charted(Disk::<false>(Grid::new("snorm", bits / 2)))),
+    ..Family::DEFAULT
+};
+
+/// Height and azimuth.
+pub const Z_PHI: Family = Family {
+    name: "z_phi",
+    title: "z and azimuth",
+    source: "Archimedes' equal-area cylinder: azimuth 2πi/2ᵇ, z = 1 - 2j/(2ᵇ - 1)",
+    summary: "Not recommended: errors of five degrees at the poles in 16 bits.",
+    bits: EVEN,
+    roundings: ROUNDINGS,
+    splits: Splits::Two,
+    unit: Unit::Step,
+    bounds: NONE,
+    make: |bits, _| Arc::new(Charted(Cylinder::new(bits / 2))),
+    ..Family::DEFAULT
+};
+
+/// The sphere map, or for a hemisphere the two components.
+#[derive(Clone, Copy)]
+struct Disk<const WHOLE: bool>(Grid);
+
+impl<const WHOLE: bool> Disk<WHOLE> {
+    /// One step nearer to the middle, for a point outside the disk: only codes inside are written.
+    #[inline(always)]
+    fn inward<R: Cell>(self, [p, q]: [R; 2]) -> [R; 2] {
+        let (zero, one, n) = (R::new(0.0), R::new(1.0), R::new(self.0.n));
+        let outside = p * p + q * q > n * n;
+        let along_p = p.abs() >= q.abs();
+        let step_p = choose(outside & along_p, one.negated_if(p < zero), zero);
+        let step_q = choose(outside & !along_p, one.negated_if(q < zero), zero);
+        [p - step_p, q - step_q]
+    }
+}
+
+impl<const WHOLE: bool> Chart for Disk<WHOLE> {
+    #[inline(always)]
+    fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
+        let (zero, one, n) = (R::new(0.0), R::new(1.0), R::new(self.0.n));
+        let h2 = x * x + y * y;
+        if !WHOLE {
+            // What lies below the horizon goes to it.
+            let h = max(h2.sqrt(), R::new(1e-30));
+            let scale = if z < zero { n / h } else { n };
+            return (([x * scale, y * scale], zero), z >= zero);
+        }
+        // w = 1 + z without cancellation; 0 at -z alone.
+        let w = if z < zero { h2 / (one - z) } else { one + z };
+        let blind = w <= R::new(1e-300);
+        let scale = n / (w + w).sqrt();
+        let p = if blind { n } else { x * scale };
+        let q = if blind { zero } else { y * scale };
+        (([p, q], zero), true)
+    }
+
+    #[inline(always)]
+    fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
+        let n = R::new(self.0.n);
+        let place = [held(place[0], -n, n), held(place[1], -n, n)];
+        // A corner beyond the rim is off by less than a step along its longer side, or two.
+        self.inward(self.inward(place))
+    }
+
+    #[inline(always)]
+    fn direction<R: Cell>(self, ([p, q], _): Node<R>) -> [R; 3] {
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (p, q) = (p / R::new(self.0.n), q / R::new(self.0.n));
+        let r2 = p * p + q * q;
+        let inside = r2 <= one;
+        let to_rim = one / max(r2, one).sqrt();
+        let (p, q) = (p * to_rim, q * to_rim);
+        let rest = if inside { one - r2 } else { zero };
+        if WHOLE {
+            let h = rest.sqrt();
+            let h = h + h;
+            let z = if inside { rest + rest - one } else { -one };
+            [p * h, q * h, z]
+        } else {
+            [p, q, rest.sqrt()]
+        }
+    }
+
+    #[inline(always)]
+    fn code<R: Cell>(self, ([p, q], _): Node<R>) -> R::Code {
+        self.0.field(p) | (self.0.field(q) << self.0.bits)
+    }
+
+    #[inline(always)]
+    fn node<R: Cell>(self, code: R::Code) -> Node<R> {
+        let place = [self.0.place(code), self.0.place(code >> self.0.bits)];
+        (place, R::new(0.0))
+    }
+
+    fn step(self) -> f64 {
+        1.0 / self.0.n
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Cylinder {
+    bits: u32,
+    /// 2ᵇ.
+    columns: f64,
+}
+
+impl Cylinder {
+    fn new(bits: u32) -> Self {
+        let columns = f64::from(bits).exp2();
+        Cylinder { bits, columns }
+    }
+}
+
+impl Chart for Cylinder {
+    #[inline(always)]
+    fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
+        let (zero, columns) = (R::new(0.0), self.columns);
+        let around = half_turns(y.abs(), x).negated_if(y < zero);
+        let down = (R::new(1.0) - z) * R::new(0.5 * (columns - 1.0));
+        (([around * R::new(0.5 * columns), down], zero), true)
+    }
+
+    #[inline(always)]
+    fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
+        super::spherical::around_and_down(place, self.columns)
+    }
+
+    #[inline(always)]
+    fn direction<R: Cell>(self, ([i, j], _): Node<R>) -> [R; 3] {
+        let columns = self.columns;
+        let (sin, cos) = sin_cos_half_turns(i * R::new(2.0 / columns));
+        let t = (j + j) / R::new(columns - 1.0);
+        let h = (t * (R::new(2.0) - t)).sqrt();
+        [cos * h, sin * h, R::new(1.0) - t]
+    }
+
+    #[inline(always)]
+    fn code<R: Cell>(self, ([i, j], _): Node<R>) -> R::Code {
+        i.integer() | (j.integer() << self.bits)
+    }
+
+    #[inline(always)]
+    fn node<R: Cell>(self, code: R::Code) -> Node<R> {
+        super::spherical::split(code, self.bits)
+    }
+
+    fn step(self) -> f64 {
+        (-(self.bits as f64)).exp2()
+    }
+}

@@ -20,7 +20,8 @@ DIST ?= dist
 DEMO ?= demo-output
 # A folder that holds grace_probe.hdr, a public light probe. The demo runs without it.
 SPHEREMAP_DATA ?= $(abspath $(wildcard ../shared/data))
-PYTEST_ARGS ?=
+# One worker a core; the tests share nothing.
+PYTEST_ARGS ?= -n auto
 BENCH_ARGS ?=
 export SPHEREMAP_DATA
 

@@ -354,6 +354,8 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
             slot[source % I] = k;
         }
     }
+    // Known to be in range, where the compiler sees it.
+    let slot = slot.map(|k| k % I);
     for i in 0..W {
         for k in 0..I {
             input[slot[k]][i] = source[i][k];

@@ -39,9 +39,15 @@ def inside_texels(p: sm.Projection, n: int) -> np.ndarray:
     if p.grid == "centers":
         return p.directions(n)
     rows, columns = p.shape(n)
-    v = np.linspace(0, 1, rows)
-    u = np.linspace(0, 1, columns) if p.grid == "corners" else (np.arange(columns) + 0.5) / columns
-    return p.decode(np.clip(np.stack(np.meshgrid(u, v), -1), 1e-3, 1 - 1e-3))
+    # Each cell of a layout is an image of its own, with texels on its corners.
+    down, across = (1, 1) if p.layout is None else (rows // n, columns // n)
+    height, width = rows // down, columns // across
+    v = np.clip(np.linspace(0, 1, height), 1e-3, 1 - 1e-3)
+    u = np.linspace(0, 1, width) if p.grid == "corners" else (np.arange(width) + 0.5) / width
+    u = np.clip(u, 1e-3, 1 - 1e-3)
+    v = (np.arange(down)[:, None] + v).ravel() / down
+    u = (np.arange(across)[:, None] + u).ravel() / across
+    return p.decode(np.stack(np.meshgrid(u, v), -1))
 
 
 @each(SHAPES)

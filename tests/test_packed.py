@@ -23,7 +23,8 @@ from spheremap import _core
 
 # A part of the symbol for each level, in legacy and in v0 mangling, and the registers it fills. A
 # v0 symbol of the first two holds the third as well.
-LEVELS = {"vectorize_avx512": "zmm", "vectorize_avx2": "ymm", "kernel8dispatch": "xmm"}
+BASELINE = "kernel8dispatch"
+LEVELS = {"vectorize_avx512": "zmm", "vectorize_avx2": "ymm", BASELINE: "xmm"}
 
 SCALAR = re.compile(r"v?(add|sub|mul|div|sqrt)s[sd]")
 PACKED = re.compile(r"v?(add|sub|mul|div|sqrt)p[sd]")
@@ -79,14 +80,28 @@ def _module() -> tuple[list[Kernel], int, bytes]:
     with MODULE.open("rb") as file:
         elf = ELFFile(file)
         symbols, text = elf.get_section_by_name(".symtab"), elf.get_section_by_name(".text")
-        kernels = {}
+        start, code = text["sh_addr"], text.data()
+        functions = {}
         for symbol in symbols.iter_symbols() if symbols else ():
             if symbol["st_info"]["type"] == "STT_FUNC" and symbol["st_size"]:
                 level = next((level for level in LEVELS if level in symbol.name), None)
                 if level is not None:
                     address, size = symbol["st_value"], symbol["st_size"]
-                    kernels[address] = Kernel(level, symbol.name, address, size)
-        return list(kernels.values()), text["sh_addr"], text.data()
+                    functions[address] = Kernel(level, symbol.name, address, size)
+        # Lookups are compiled for each level as well, and gather one texel after the other. Kernels
+        # are what `kernel::dispatch` calls, and itself, which is the baseline.
+        kernels = {}
+        for kernel in functions.values():
+            if kernel.level == BASELINE:
+                first = kernel.address - start
+                body = code[first : first + kernel.size]
+                decoded = Cs(CS_ARCH_X86, CS_MODE_64).disasm_lite(body, kernel.address)
+                called = [op for _, _, name, op in decoded if name in {"call", "jmp"}]
+                targets = {int(op, 16) for op in called if op.startswith("0x")}
+                wide = [functions[address] for address in targets & functions.keys()]
+                for each in (kernel, *wide):
+                    kernels[each.address] = each
+        return list(kernels.values()), start, code
 
 
 STRIPPED = f"{MODULE.name} has no symbols of its kernels: it was stripped"

@@ -28,20 +28,28 @@ from ._api import (
     solid_angle,
     valid,
 )
-from ._compare import Comparison, compare
-from ._identify import Candidate, Identification, identify
-from ._depth import convert_depth
-from ._pad import pad
-from ._plans import RemapPlan, remap_plan
-from ._views import embed
-
-__all__ = [
-    "Candidate",
-    "Comparison",
-    "Identification",
 from ._bake import (
     Bake,
     bake,
+)
+from ._compare import (
+    Comparison,
+    compare,
+)
+from ._depth import (
+    convert_depth,
+)
+from ._distribution import (
+    Distribution,
+)
+from ._energy import (
+    Energy,
+    energy,
+)
+from ._identify import (
+    Candidate,
+    Identification,
+    identify,
 )
 from ._light import (
     average_direction,
@@ -52,6 +60,34 @@ from ._light import (
     mean,
     weights,
     ws_psnr,
+)
+from ._lights import (
+    Light,
+    Lights,
+    Sun,
+    add_sun,
+    lights,
+    remove_sun,
+    sun,
+)
+from ._packing import (
+    Packing,
+    UnboundedPackingWarning,
+    best_packing,
+    canonical,
+    pack,
+    pack_frame,
+    packing,
+    packings,
+    unpack,
+    unpack_frame,
+)
+from ._pad import (
+    pad,
+)
+from ._plans import (
+    RemapPlan,
+    remap_plan,
 )
 from ._prefilter import (
     dfg,
@@ -72,53 +108,34 @@ from ._textures import (
     write_dds,
     write_ktx2,
 )
-
-__all__ = [
-    "Bake",
-    "Projection",
-    "RemapPlan",
-    "__version__",
-    "compare",
-from ._distribution import Distribution
-from ._energy import Energy, energy
-from ._lights import Light, Lights, Sun, add_sun, lights, remove_sun, sun
-
-__all__ = [
-    "Distribution",
-    "Energy",
-    "Light",
-    "Lights",
-    "Projection",
-    "Sun",
-    "__version__",
-    "add_sun",
-    "conventions",
-    "convert",
-    "convert_depth",
-    "average_direction",
-    "bake",
-from ._packing import (
-    Packing,
-    UnboundedPackingWarning,
-    best_packing,
-    canonical,
-    pack,
-    pack_frame,
-    packing,
-    packings,
-    unpack,
-    unpack_frame,
+from ._views import (
+    embed,
 )
 
 __all__ = [
+    "Bake",
+    "Candidate",
+    "Comparison",
+    "Distribution",
+    "Energy",
+    "Identification",
+    "Light",
+    "Lights",
     "Packing",
     "Projection",
+    "RemapPlan",
+    "Sun",
     "UnboundedPackingWarning",
     "__version__",
+    "add_sun",
+    "average_direction",
+    "bake",
     "best_packing",
     "canonical",
+    "compare",
     "conventions",
     "convert",
+    "convert_depth",
     "convolve",
     "covers",
     "decode",
@@ -131,27 +148,23 @@ __all__ = [
     "explain",
     "get_num_threads",
     "identify",
-    "jacobian",
-    "pad",
-    "projection",
-    "projections",
-    "reflect",
-    "remap_plan",
-    "lights",
     "integrate",
     "irradiance",
     "irradiance_at",
     "jacobian",
+    "lights",
     "mean",
-    "prefilter",
-    "prefilter_chain",
     "pack",
     "pack_frame",
     "packing",
     "packings",
+    "pad",
+    "prefilter",
+    "prefilter_chain",
     "projection",
     "projections",
     "reflect",
+    "remap_plan",
     "remove_sun",
     "rotation",
     "sample",

@@ -15,9 +15,9 @@ __all__ = [
     "get_num_threads",
     "lobe",
     "moments",
-    "prefilter",
     "pack_frames",
     "packing_table",
+    "prefilter",
     "projection",
     "quadrature_weights",
     "reflect",
@@ -165,6 +165,7 @@ class Distribution:
 def texel_weights(
     projection: Projection, shape: int | tuple[int, ...], /
 ) -> NDArray[np.float64]: ...
+
 @final
 class Packer:
     def __new__(cls, name: str, /) -> Packer: ...

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from importlib.metadata import version as installed
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -27,5 +28,7 @@ def coordinates(d: np.ndarray, height: int, width: int) -> np.ndarray:
 def equirect_to_cube(image: np.ndarray, size: int, layout: str) -> Any:
     """Turn a float64 (H, W) panorama into faces: horizon and dice as arrays, list as a stack."""
     py360convert: Any = need("py360convert")
-    out = py360convert.e2c(image, face_w=size, mode="bilinear", cube_format=layout)
+    # Where OpenCV is installed it interpolates with that, in steps of 1/32 of a texel.
+    with patch.object(py360convert.utils, "cv2", None):
+        out = py360convert.e2c(image, face_w=size, mode="bilinear", cube_format=layout)
     return np.stack(out) if layout == "list" else out

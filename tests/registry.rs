@@ -668,17 +668,7 @@ fn constant_images<T: Pixel>() {
             let texels = ArrayView2::from_shape((texels.len(), 1), &texels).unwrap();
             let source = Source::new(&from, &source_shape, texels).unwrap();
             let mut out = vec![garbage; shape.iter().product()];
-            convert(
-                &from,
-                &source,
-                &to,
-                &shape,
-                rotation,
-                filter,
-                &[fill],
-                &mut out,
-            )
-            .unwrap();
+            convert(&source, &to, &shape, rotation, filter, &[fill], &mut out).unwrap();
             for (out, d) in out.iter().zip(centres(&to, &shape)) {
                 let what = || {
                     format!(

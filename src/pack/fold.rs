@@ -43,6 +43,9 @@ pub trait Warp: Copy + Send + Sync + 'static {
     /// force found no exception on the plain and on the warped octahedron.
     const TRIANGLES: bool;
 
+    /// Whether a point is its barycentrics.
+    const PLAIN: bool = false;
+
     /// Barycentrics, in steps, of a direction without signs. `sum` is the sum of its components.
     fn barycentrics<R: Cell>(self, a: [R; 3], sum: R, n: R) -> [R; 3];
 
@@ -64,6 +67,7 @@ pub struct Plain;
 
 impl Warp for Plain {
     const TRIANGLES: bool = true;
+    const PLAIN: bool = true;
 
     #[inline(always)]
     fn barycentrics<R: Cell>(self, [x, y, z]: [R; 3], sum: R, n: R) -> [R; 3] {
@@ -390,6 +394,21 @@ impl<F: Warp> Fold<F> {
     #[inline(always)]
     fn candidate<R: Cell>(self, place: &Place<R>, p: [R; 3], a: R, b: R) -> Candidate<R> {
         let n = R::new(self.grid.n);
+        if F::PLAIN && self.grid.offset == 0.0 && self.lower == 0.0 {
+            // A lattice of whole numbers has no corner of a triangle beyond the crease, and all steps on a
+            // face keep the sum: the third component is -(e₀ + e₁).
+            let (e0, e1) = (a - place.b[0], b - place.b[1]);
+            let p2 = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+            let pe = (p[0] - p[2]) * e0 + (p[1] - p[2]) * e1;
+            let half = e0 * (e0 + e1) + e1 * e1;
+            let e2 = half + half;
+            return Candidate {
+                a,
+                b,
+                far: p2 * e2 - pe * pe,
+                square: p2 + (pe + pe) + e2,
+            };
+        }
         let c = n - a - b;
         let over = min(c, R::new(0.0));
         let e = self.warp.step(place.b, [a + over, b + over, c], n);

@@ -471,8 +471,8 @@ def test_a_real_probe_becomes_an_upright_panorama(data_folder: Path, tmp_path: P
     probe = io.read(source)
     d = sm.directions("latlong", pano.shape[0])
     assert np.all(np.isfinite(pano)) and pano.max() <= probe.max()
-    # In float64 to the bit; coordinates of float32 images are float32: 3·2⁻²³ of the image, which is
-    # 1/2800 of a texel, times the contrast of texels side by side.
+    # In float64 to the bit; coordinates of float32 images are float32: 3·2⁻²³ of the image, which
+    # is 1/2800 of a texel, times the contrast of texels side by side.
     want = sm.sample(probe, d, "angular")
     exact = sm.convert(probe.astype(np.float64), "angular", "latlong", size=pano.shape[0])
     assert np.array_equal(exact, sm.sample(probe.astype(np.float64), d, "angular"))

@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 
     # `str` is there for names that arrive in variables; the literals are what editors complete.
     ProjectionLike: TypeAlias = Projection | ProjectionName | QualifiedName | str
-    Filter: TypeAlias = Literal["nearest", "bilinear"]
-    ConvertFilter: TypeAlias = Literal["nearest", "bilinear", "area", "mode"]
+    Filter: TypeAlias = Literal[
+        "nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3"
+    ]
+    ConvertFilter: TypeAlias = Filter | Literal["area", "mode"]
     Size: TypeAlias = int | tuple[int, ...]
 
 __all__ = [
@@ -480,8 +482,9 @@ def sample(
         World directions of any length.
     projection, axes, rotation
         As for `encode`: how the image maps the sphere.
-    filter : {"bilinear", "nearest"}
-        Both know what lies beyond an edge: seams do not show.
+    filter : {"bilinear", "nearest", "catmull-rom", "bicubic", "mitchell", "lanczos3"}
+        ``"bicubic"`` is another name of ``"catmull-rom"``, which interpolates; ``"mitchell"`` is
+        softer and rings less [1]_. All know what lies beyond an edge: seams do not show.
     fill : float, optional
         The value for directions that the image does not hold. By default NaN, or 0 for integer
         images.
@@ -502,6 +505,11 @@ def sample(
     An image that is not C-contiguous (``rgba[..., :3]``, ``image[::-1]``, Fortran order) or not of
     native byte order is copied for the call. It is the one array that costs memory beside itself
     and the result.
+
+    References
+    ----------
+    .. [1] Mitchell, D. P. and Netravali, A. N., Reconstruction Filters in Computer Graphics,
+       SIGGRAPH 1988.
 
     Examples
     --------
@@ -541,7 +549,9 @@ def convert(
         steradian as the source.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         Turns the content in the world.
-    filter : {"bilinear", "nearest", "area", "mode"}
+    filter : str
+        ``"bilinear"``, ``"nearest"``, ``"bicubic"``, ``"catmull-rom"``, ``"mitchell"`` and
+        ``"lanczos3"`` interpolate, as in `sample`: a target that is coarser than the source aliases.
         ``"area"`` is conservative: each texel is the mean of the source over its own solid angle,
         so that no light is lost or made. ``"mode"`` is the value that covers most of it, for
         labels.

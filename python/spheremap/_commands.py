@@ -36,6 +36,10 @@ class Filter(StrEnum):
 
     nearest = "nearest"
     bilinear = "bilinear"
+    bicubic = "bicubic"
+    catmull_rom = "catmull-rom"
+    mitchell = "mitchell"
+    lanczos3 = "lanczos3"
     area = "area"
     mode = "mode"
 

@@ -122,7 +122,9 @@ class Projection:
         directions: ArrayLike,
         /,
         *,
-        filter: Literal["nearest", "bilinear"] = "bilinear",
+        filter: Literal[
+            "nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3"
+        ] = "bilinear",
         rotation: Any | None = None,
         fill: float | None = None,
         out: NDArray[Any] | None = None,
@@ -215,7 +217,9 @@ def convert(
     /,
     *,
     rotation: Any | None = None,
-    filter: Literal["nearest", "bilinear", "area", "mode"] = "bilinear",
+    filter: Literal[
+        "nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3", "area", "mode"
+    ] = "bilinear",
     fill: float | None = None,
     out: NDArray[Any] | None = None,
     skipna: bool = False,

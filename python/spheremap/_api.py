@@ -551,7 +551,8 @@ def convert(
         Turns the content in the world.
     filter : str
         ``"bilinear"``, ``"nearest"``, ``"bicubic"``, ``"catmull-rom"``, ``"mitchell"`` and
-        ``"lanczos3"`` interpolate, as in `sample`: a target that is coarser than the source aliases.
+        ``"lanczos3"`` interpolate, as in `sample`: where the target is coarser than the source it
+        aliases.
         ``"area"`` is conservative: each texel is the mean of the source over its own solid angle,
         so that no light is lost or made. ``"mode"`` is the value that covers most of it, for
         labels.

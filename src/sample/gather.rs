@@ -160,21 +160,18 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
             let stored = if LANES > 0 { LANES } else { CHANNELS };
             out[..stored].copy_from_slice(&mixed[..stored]);
         } else {
-            for k in 0..channels {
+            for (k, out) in out.iter_mut().enumerate().take(channels) {
                 let base = window.row(middle)[middle * channels + k].load();
                 let mut sum = T::Float::default();
-                for t in 0..TAPS {
+                for (t, &across) in across.iter().enumerate() {
                     let mut column = T::Float::default();
                     for (r, &weight) in down.iter().enumerate() {
-                        column = column + weight * (window.row(r)[t * channels + k].load() - base);
+                        let texel = window.row(r)[t * channels + k].load();
+                        column = column + weight * (texel - base);
                     }
-                    sum = if t == 0 {
-                        across[t] * column
-                    } else {
-                        sum + across[t] * column
-                    };
+                    sum = sum + across * column;
                 }
-                out[k] = T::store(base + sum);
+                *out = T::store(base + sum);
             }
         }
     }

@@ -72,7 +72,9 @@ impl<F: Scalar> Places<F> {
                 let (su, ou) = (R::new(su), R::new(ou + reach.shift));
                 let (sv, ov) = (R::new(sv), R::new(ov + reach.shift));
                 let low = R::new(reach.before as f64);
-                let last = |n: usize| R::new(n as f64 - 1.0 - reach.after as f64);
+                // Beyond a quarter of 1/ε an index does not fit its bits: what lies there takes the long way.
+                let last =
+                    |n: usize| R::new((n as f64 - 1.0 - reach.after as f64).min(0.25 / R::EPSILON));
                 let (right, bottom) = (last(raster.width), last(raster.height));
                 let safe = R::new(safe * safe);
                 let (one, two) = (R::new(1.0), R::new(2.0));

@@ -292,7 +292,12 @@ fn round_trip<R: Float>() {
     check(3000, vec(direction::<R>(), 1..=130), |ds| {
         for map in &maps {
             let back = decode(map, None, &encode(map, None, &ds));
-            let limit = R::round_trip(map.info().name) * stretch(map);
+            // What lies beyond the edge of a view by no more than 8 ε of its half counts as on the edge.
+            let let_out = match map.coverage() {
+                Coverage::Part(_) => 8.0 * <R as Real>::EPSILON * std::f64::consts::PI,
+                _ => 0.0,
+            };
+            let limit = R::round_trip(map.info().name) * stretch(map) + let_out;
             for (&d, &back) in ds.iter().zip(&back) {
                 let what = describe(map);
                 let covered = !back[0].is_nan();
@@ -594,8 +599,13 @@ fn solid_angles_sum_to_the_coverage() {
             solid_angles(map, &shape, &mut angles).unwrap();
             let whole = map.coverage().solid_angle();
             let off = (angles.iter().sum::<f64>() - whole).abs() / whole;
+            // The stereographic density has no closed integral over a rectangle cut by the rim.
+            let bound = match map.info().name {
+                "stereographic" => 1e-10,
+                _ => 1e-12,
+            };
             prop_assert!(
-                off < 1e-12,
+                off < bound,
                 "{} {:?} {shape:?}: {off:e}",
                 describe(map),
                 map.grid()

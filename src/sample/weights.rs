@@ -110,7 +110,8 @@ mod tests {
                     "{t} {i} {} {expected}",
                     got[i]
                 );
-                assert!((f64::from(single[i]) - expected).abs() < 4e-7, "{t} {i}");
+                // A sinc near its zero is what is left of numbers near π: some eight ε.
+                assert!((f64::from(single[i]) - expected).abs() < 1e-6, "{t} {i}");
             }
         }
     }

@@ -182,13 +182,6 @@ pub fn directions<R: Scalar>(
 
 /// The exact solid angle of every texel, rims included; 0 where no face is.
 pub fn solid_angles(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), Error> {
-    struct OfTexel(Rect);
-    impl Visitor for OfTexel {
-        type Output = f64;
-        fn visit<P: Projection>(self, p: P) -> f64 {
-            p.solid_angle(self.0)
-        }
-    }
     let raster = Raster::new(map, shape)?;
     threads::rows(out, raster.columns, raster.texels() * 16, |row, out| {
         for run in raster.runs(row) {
@@ -201,7 +194,7 @@ pub fn solid_angles(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), E
                 let at = |axis: usize| (start[axis] + k as isize * step[axis]) as usize;
                 let (u0, u1) = raster.along_u.cell(at(0));
                 let (v0, v1) = raster.along_v.cell(at(1));
-                *out = map.visit_canonical(OfTexel(Rect { u0, u1, v0, v1 }));
+                *out = map.solid_angle(Rect { u0, u1, v0, v1 });
             }
         }
     });

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::faces::{Arranged, Arrangement, Cells, FaceTable};
 use crate::frame::{Axes, Turn};
 use crate::kernel::{self, Frame, Lanes, Point, Scalar};
+use crate::light::solid_angle::Rect;
 use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::projections::{Kind, REGISTRY, Visitor};
 use crate::real::{Real, Tame, max};
@@ -278,6 +279,18 @@ impl Map {
             }
         }
         self.kind.visit(Get(n))
+    }
+
+    /// The exact solid angle that a rectangle of a canonical face sees, rims included.
+    pub fn solid_angle(&self, rect: Rect) -> f64 {
+        struct Get(Rect);
+        impl Visitor for Get {
+            type Output = f64;
+            fn visit<P: Projection>(self, p: P) -> f64 {
+                p.solid_angle(self.0)
+            }
+        }
+        self.visit_canonical(Get(rect))
     }
 
     /// Smallest and largest dω/(du dv) over the valid image.

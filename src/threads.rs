@@ -141,7 +141,7 @@ pub fn rows<T: Send>(
 }
 
 /// Calls `work(first, band)` on bands of rows of `width` items, spread over threads where there are enough
-/// points in all. A band has about [`BLOCK`] points.
+/// points in all. A band has about [`BLOCK`] points, in a multiple of `step` rows.
 pub fn bands<T: Send>(
     output: &mut [T],
     width: usize,
@@ -149,25 +149,12 @@ pub fn bands<T: Send>(
     step: usize,
     work: impl Fn(usize, &mut [T]) + Sync,
 ) {
-    if width == 0 || output.is_empty() {
+    if width == 0 {
         return;
     }
-    let rows = output.len() / width;
-    let band = (BLOCK * rows / points.max(1)).max(1).next_multiple_of(step);
-    match if points >= PARALLEL_FROM {
-        pool()
-    } else {
-        None
-    } {
-        None => output
-            .chunks_mut(band * width)
-            .enumerate()
-            .for_each(|(k, out)| work(k * band, out)),
-        Some(pool) => pool.install(|| {
-            output
-                .par_chunks_mut(band * width)
-                .enumerate()
-                .for_each(|(k, out)| work(k * band, out));
-        }),
-    }
+    let height = output.len() / width;
+    let band = (BLOCK * height / points.max(1))
+        .max(1)
+        .next_multiple_of(step);
+    rows(output, band * width, points, |k, out| work(k * band, out));
 }

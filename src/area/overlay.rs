@@ -685,20 +685,12 @@ mod tests {
     use crate::image::shape_of_size;
     use crate::light::solid_angle::Rect;
     use crate::map::{Map, Options};
-    use crate::projection::{Coverage, Projection};
-    use crate::projections::{REGISTRY, Visitor};
-
-    struct Exact(Rect);
-    impl Visitor for Exact {
-        type Output = f64;
-        fn visit<P: Projection>(self, p: P) -> f64 {
-            p.solid_angle(self.0)
-        }
-    }
+    use crate::projection::Coverage;
+    use crate::projections::REGISTRY;
 
     fn exact(lattice: &Lattice<'_>, at: [usize; 2]) -> f64 {
         let [(u0, u1), (v0, v1)] = lattice.rectangle(at);
-        lattice.map.visit_canonical(Exact(Rect { u0, u1, v0, v1 }))
+        lattice.map.solid_angle(Rect { u0, u1, v0, v1 })
     }
 
     fn each_cell(lattice: &Lattice<'_>, mut f: impl FnMut(usize, [usize; 2])) {

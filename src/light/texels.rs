@@ -15,10 +15,9 @@
 use crate::convert;
 use crate::error::Error;
 use crate::image::{Raster, Texel};
+use crate::light::rim;
 use crate::light::solid_angle::Rect;
 use crate::map::{DecodeCanonical, Map};
-use crate::projection::Projection;
-use crate::projections::Visitor;
 use crate::threads;
 use std::sync::{Arc, Mutex};
 
@@ -66,14 +65,6 @@ pub struct Texels {
     pub stored: usize,
     /// Sums of spherical harmonics over the points, by order.
     moments: Mutex<Vec<(usize, Arc<Vec<f64>>)>>,
-}
-
-struct SolidAngle(Rect);
-impl Visitor for SolidAngle {
-    type Output = f64;
-    fn visit<P: Projection>(self, p: P) -> f64 {
-        p.solid_angle(self.0)
-    }
 }
 
 type Kept = Vec<(Map, Vec<usize>, Arc<Texels>)>;
@@ -272,7 +263,7 @@ fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
         let (v0, v1) = raster.along_v.cell(j);
         for (i, weight) in row.iter_mut().enumerate() {
             let (u0, u1) = raster.along_u.cell(i);
-            *weight = map.visit_canonical(SolidAngle(Rect { u0, u1, v0, v1 }));
+            *weight = map.solid_angle(Rect { u0, u1, v0, v1 });
         }
     });
     if !raster.disk {
@@ -287,34 +278,13 @@ fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
         }
     }
     for (i, j) in moved {
-        if let Some((a, b)) = nearest_held(raster, i, j) {
+        let (a, b) = rim::holder(raster, i, j);
+        if (a, b) != (i, j) {
             let weight = std::mem::take(&mut weights[j * w + i]);
             weights[b * w + a] += weight;
         }
     }
     weights
-}
-
-/// The nearest texel of the face whose centre is valid.
-fn nearest_held(raster: &Raster, i: usize, j: usize) -> Option<(usize, usize)> {
-    let (i, j) = (i as isize, j as isize);
-    let size = raster.width.max(raster.height) as isize;
-    let mut best: Option<(isize, (usize, usize))> = None;
-    for reach in 1..=size {
-        for b in j - reach..=j + reach {
-            for a in i - reach..=i + reach {
-                let distance = (a - i) * (a - i) + (b - j) * (b - j);
-                if raster.holds(a, b) && best.is_none_or(|(least, _)| distance < least) {
-                    best = Some((distance, (a as usize, b as usize)));
-                }
-            }
-        }
-        // What is farther than the window in a straight line is farther than all within its circle.
-        if best.is_some_and(|(least, _)| least <= reach * reach) {
-            break;
-        }
-    }
-    best.map(|(_, place)| place)
 }
 
 /// The directions of all texel centres, for what needs them one by one.

@@ -6,14 +6,15 @@
 //! rounding would decide on which side of its border a texel lies; between two images of the same projection
 //! nothing is decoded, so that what stays where it is stays what it is.
 
+use crate::antialias::Antialias;
 use crate::error::Error;
 use crate::frame::Turn;
 use crate::image::{Centres, Raster, Texel};
 use crate::kernel::Scalar;
 use crate::light::solid_angle::Rect;
-use crate::map::{DecodeCanonical, EncodeCanonical, Map};
-use crate::projection::{Coverage, Projection, Uv};
-use crate::projections::Visitor;
+use crate::map::{DecodeCanonical, Map};
+use crate::projection::Coverage;
+use crate::route::Route;
 use crate::sample::{Area, Filter, Lookups, Source, TILE};
 use crate::threads;
 use glam::DMat3;
@@ -27,127 +28,99 @@ const SINGLE_SIDE: usize = 1 << 13;
 const BLOCK: (usize, usize) = (64, 4);
 const _: () = assert!(BLOCK.0 * BLOCK.1 <= TILE);
 
-/// Fills an image of `map` with what `source` shows when turned by `rotation`.
+/// Fills an image of `map` with what `source` shows when turned by `rotation`. With `antialias`, texels that see more than
+/// one texel of the source are means of what they see.
+#[expect(clippy::too_many_arguments, reason = "a verb with all its options")]
 pub fn convert<T: Texel>(
     source: &Source<'_, T>,
     map: &Map,
     shape: &[usize],
     rotation: Option<DMat3>,
     filter: Filter,
+    antialias: bool,
     fill: &[T],
     out: &mut [T],
 ) -> Result<(), Error> {
     let target = Raster::new(map, shape)?;
+    let route = Route::new(source.map(), map, rotation);
     let single = size_of::<T::Float>() == size_of::<f32>();
     let short = [source.raster(), &target]
         .iter()
         .all(|raster| raster.width.max(raster.height) <= SINGLE_SIDE);
-    if rotation.is_none() && source.map().same_formula(map) {
-        look(
-            source,
-            &target,
-            filter,
-            fill,
-            out,
-            |uv: &mut [[f64; 3]]| {
-                map.visit_canonical(OnlyValid(uv));
-            },
-        );
-    } else if single && short && source.map().coverage() == Coverage::Sphere {
-        resample::<T, f32>(source, map, &target, rotation, filter, fill, out);
+    let job = Job {
+        source,
+        target,
+        route,
+        filter,
+        antialias,
+        fill,
+    };
+    if single && short && !route.same() && source.map().coverage() == Coverage::Sphere {
+        job.run::<f32>(out);
     } else {
-        resample::<T, f64>(source, map, &target, rotation, filter, fill, out);
+        job.run::<f64>(out);
     }
     Ok(())
 }
 
-fn resample<T: Texel, R: Scalar>(
-    source: &Source<'_, T>,
-    map: &Map,
-    target: &Raster,
-    rotation: Option<DMat3>,
+struct Job<'s, 'a, T> {
+    source: &'s Source<'a, T>,
+    target: Raster,
+    route: Route<'s>,
     filter: Filter,
-    fill: &[T],
-    out: &mut [T],
-) {
-    let into_source = source.map().turn(rotation);
-    let from_target = map.turn(None).inverse();
-    look(source, target, filter, fill, out, |uv: &mut [[R; 3]]| {
-        let mut directions = [[R::default(); 3]; TILE];
-        let directions = &mut directions[..uv.len()];
-        map.visit_canonical(DecodeCanonical {
-            turn: from_target,
-            input: uv.as_flattened(),
-            output: directions.as_flattened_mut(),
-        });
-        source.map().visit_canonical(EncodeCanonical {
-            turn: into_source,
-            input: directions.as_flattened(),
-            output: uv.as_flattened_mut(),
-        });
-    });
+    antialias: bool,
+    fill: &'s [T],
 }
 
-/// Looks up every texel of `target` where `into_source` takes its canonical (u, v, face).
-fn look<T: Texel, R: Scalar>(
-    source: &Source<'_, T>,
-    target: &Raster,
-    filter: Filter,
-    fill: &[T],
-    out: &mut [T],
-    into_source: impl Fn(&mut [[R; 3]]) + Sync,
-) {
-    let centres = Centres::new(target);
-    let channels = fill.len();
-    let width = target.columns * channels;
-    threads::bands(out, width, target.texels(), BLOCK.1, |first, band| {
-        let mut lookups = Lookups::new(source, filter, fill);
-        let mut uv = [[R::default(); 3]; TILE];
-        let rows = band.len() / width;
-        target.blocks(first, rows, BLOCK, |block| {
-            let area = Area {
-                start: block.start,
-                columns: block.columns,
-                stride: target.columns,
-            };
-            if block.face.is_none() {
-                for row in 0..block.rows {
-                    let out = &mut band[(area.start + row * area.stride) * channels..];
-                    fill_texels(&mut out[..area.columns * channels], fill);
+impl<T: Texel> Job<'_, '_, T> {
+    /// Looks every texel of the target up where the route takes it.
+    fn run<R: Scalar>(&self, out: &mut [T]) {
+        let target = &self.target;
+        let centres = Centres::new(target);
+        let channels = self.fill.len();
+        let width = target.columns * channels;
+        let nothing = vec![T::Float::default(); channels];
+        threads::bands(out, width, target.texels(), BLOCK.1, |first, band| {
+            let mut lookups = Lookups::new(self.source, self.filter, self.fill);
+            let mut means = self
+                .antialias
+                .then(|| Antialias::new(self.source, target, self.route, self.filter, &nothing));
+            let mut uv = [[R::default(); 3]; TILE];
+            let rows = band.len() / width;
+            target.blocks(first, rows, BLOCK, |block| {
+                let area = Area {
+                    start: block.start,
+                    columns: block.columns,
+                    stride: target.columns,
+                };
+                if block.face.is_none() {
+                    for row in 0..block.rows {
+                        let out = &mut band[(area.start + row * area.stride) * channels..];
+                        fill_texels(&mut out[..area.columns * channels], self.fill);
+                    }
+                    return;
                 }
-                return;
+                let uv = &mut uv[..block.columns * block.rows];
+                centres.of(&block, uv);
+                self.route.take(uv);
+                lookups.push(uv, band, area);
+                if let Some(means) = &mut means {
+                    // Texels of the block before, which are there since this one was pushed.
+                    means.write(band);
+                    means.block(&centres, &block, uv, area);
+                }
+            });
+            lookups.finish(band);
+            if let Some(means) = &mut means {
+                means.write(band);
             }
-            let uv = &mut uv[..block.columns * block.rows];
-            centres.of(&block, uv);
-            into_source(uv);
-            lookups.push(uv, band, area);
         });
-        lookups.finish(band);
-    });
+    }
 }
 
 fn fill_texels<T: Copy>(out: &mut [T], texel: &[T]) {
     out.chunks_exact_mut(texel.len())
         .for_each(|out| out.copy_from_slice(texel));
-}
-
-/// Makes NaN of coordinates outside the valid image.
-struct OnlyValid<'a, R>(&'a mut [[R; 3]]);
-
-impl<R: Scalar> Visitor for OnlyValid<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        for [u, v, face] in self.0 {
-            let uv = Uv {
-                u: *u,
-                v: *v,
-                face: *face,
-            };
-            if !p.contains(uv) {
-                *u = R::new(f64::NAN);
-            }
-        }
-    }
 }
 
 /// The direction of every texel centre; NaN outside the valid image.

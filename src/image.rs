@@ -12,9 +12,9 @@ use crate::projection::Outline;
 use half::f16;
 
 /// A texel type. Filters run in `Float` and round once.
-pub trait Texel: Copy + Default + Send + Sync + 'static {
+pub trait Texel: Copy + Default + Send + Sync + Filtered<Self> + 'static {
     /// What filters compute in.
-    type Float: Scalar;
+    type Float: Scalar + Texel<Float = Self::Float> + Filtered<Self>;
     /// The value.
     fn load(self) -> Self::Float;
     /// The nearest texel; integers saturate, and NaN is 0 there.
@@ -24,6 +24,44 @@ pub trait Texel: Copy + Default + Send + Sync + 'static {
     /// What stands for "nothing": NaN, or 0 where there is none.
     const NOTHING: f64;
 }
+
+/// What lookups among texels of type T are stored as: T itself, or the float that they are filtered in where
+/// more is to be done with them before they are rounded.
+pub trait Filtered<T: Texel>: Copy + Default + Send + Sync {
+    /// A texel as it is.
+    fn exact(texel: T) -> Self;
+    /// A filtered value.
+    fn filtered(x: T::Float) -> Self;
+}
+
+impl<T: Texel> Filtered<T> for T {
+    #[inline(always)]
+    fn exact(texel: T) -> T {
+        texel
+    }
+    #[inline(always)]
+    fn filtered(x: T::Float) -> T {
+        T::store(x)
+    }
+}
+
+macro_rules! filtered_as_f32 {
+    ($($t:ty),+) => {
+        $(
+            impl Filtered<$t> for f32 {
+                #[inline(always)]
+                fn exact(texel: $t) -> f32 {
+                    texel.load()
+                }
+                #[inline(always)]
+                fn filtered(x: f32) -> f32 {
+                    x
+                }
+            }
+        )+
+    };
+}
+filtered_as_f32!(u8, u16, f16);
 
 macro_rules! integer_texel {
     ($t:ty) => {

@@ -22,6 +22,7 @@
 //! - Every instruction-set level and any number of threads give the same bits.
 //! - Texel solid angles sum to the coverage's solid angle.
 
+pub mod antialias;
 pub mod area;
 pub mod convention;
 pub mod convert;
@@ -30,19 +31,23 @@ pub mod dual;
 pub mod error;
 pub mod explain;
 pub mod faces;
+pub mod footprint;
 pub mod frame;
 pub mod image;
 pub mod kernel;
 pub mod light;
 pub mod map;
 pub mod math;
+pub mod mips;
 pub mod pack;
 pub mod projection;
 pub mod projections;
 pub mod real;
 pub mod reflect;
+pub mod route;
 pub mod sample;
 pub mod threads;
+pub mod trilinear;
 
 #[cfg(feature = "python")]
 mod py;

@@ -869,6 +869,43 @@ impl<R: Scalar> Visitor for DecodeCanonical<'_, R> {
     }
 }
 
+/// Derivatives of world directions at canonical (u, v, face), on the caller's thread: ∂x/∂u, ∂x/∂v, ∂y/∂u and so
+/// on. NaN outside the valid image.
+pub struct JacobianCanonical<'a> {
+    /// View to world.
+    pub turn: Turn,
+    /// Coordinates.
+    pub input: &'a [[f64; 3]],
+    /// Derivatives.
+    pub output: &'a mut [[f64; 6]],
+}
+
+impl Visitor for JacobianCanonical<'_> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let JacobianCanonical {
+            turn,
+            input,
+            output,
+        } = self;
+        if P::INFO.faces > 1 {
+            let frame = frame_out::<f64, 3, 6>(turn);
+            let output = output.as_flattened_mut();
+            return kernel::run(Jacobian(p), &frame, input.as_flattened(), output);
+        }
+        let frame = frame_out::<f64, 2, 6>(turn);
+        let mut uv = [[0.0; 2]; kernel::W];
+        for (input, output) in input.chunks(kernel::W).zip(output.chunks_mut(kernel::W)) {
+            let uv = &mut uv[..input.len()];
+            for (uv, input) in uv.iter_mut().zip(input) {
+                *uv = [input[0], input[1]];
+            }
+            let output = output.as_flattened_mut();
+            kernel::run(Jacobian(p), &frame, uv.as_flattened(), output);
+        }
+    }
+}
+
 /// dω/(du dv) at canonical (u, v, face), on the caller's thread; NaN outside the valid image.
 pub struct DensityCanonical<'a, R> {
     /// Coordinates.

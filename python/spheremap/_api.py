@@ -16,6 +16,8 @@ from ._core import (
     set_num_threads,
     simd_level,
 )
+from ._grid import spatial_axes
+from ._weighted import weighted
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
     Filter: TypeAlias = Literal[
         "nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3"
     ]
-    ConvertFilter: TypeAlias = Filter | Literal["area", "mode"]
+    ConvertFilter: TypeAlias = Filter | Literal["trilinear", "ewa", "area", "mode"]
     Size: TypeAlias = int | tuple[int, ...]
 
 __all__ = [
@@ -43,6 +45,7 @@ __all__ = [
     "explain",
     "get_num_threads",
     "jacobian",
+    "mipmaps",
     "projection",
     "projections",
     "reflect",
@@ -471,6 +474,8 @@ def sample(
     rotation: Any | None = None,
     fill: float | None = None,
     out: NDArray[Any] | None = None,
+    alpha: int | None = None,
+    skipna: bool = False,
 ) -> NDArray[Any]:
     """Look directions up in an image.
 
@@ -490,6 +495,12 @@ def sample(
         images.
     out : ndarray, optional
         Where to put the result.
+    alpha : int, optional
+        The number of the channel, -1 for the last, that says how opaque a texel is. The others are
+        then means by opacity: colors of transparent texels do not bleed. They are straight (not
+        premultiplied) before and after; where nothing is opaque they are 0.
+    skipna : bool
+        Whether NaN texels have no weight. By default they spread to every value that they touch.
 
     Returns
     -------
@@ -518,8 +529,23 @@ def sample(
     >>> np.round(sm.sample(height, [[0, 1, 1], [0, -1, 1]], "latlong"), 2).tolist()
     [0.71, -0.71]
     """
-    return _resolve(projection, axes).sample(
-        image, directions, filter=filter, rotation=rotation, fill=fill, out=out
+    p = _resolve(projection, axes)
+    if (alpha is None or filter == "nearest") and not skipna:
+        return p.sample(image, directions, filter=filter, rotation=rotation, fill=fill, out=out)
+    return weighted(
+        image,
+        lambda image, filter: p.sample(
+            image,
+            directions,
+            filter=filter,
+            rotation=rotation,
+        ),
+        spatial=spatial_axes(p),
+        filter=filter,
+        alpha=alpha,
+        skipna=skipna,
+        fill=fill,
+        out=out,
     )
 
 
@@ -535,6 +561,8 @@ def convert(
     fill: float = 0.0,
     out: NDArray[Any] | None = None,
     skipna: bool = False,
+    antialias: bool = True,
+    alpha: int | None = None,
 ) -> NDArray[Any]:
     """Turn an image from one projection into another.
 
@@ -551,18 +579,25 @@ def convert(
         Turns the content in the world.
     filter : str
         ``"bilinear"``, ``"nearest"``, ``"bicubic"``, ``"catmull-rom"``, ``"mitchell"`` and
-        ``"lanczos3"`` interpolate, as in `sample`: where the target is coarser than the source it
-        aliases.
+        ``"lanczos3"`` interpolate, as in `sample`, and are averaged where `antialias` says so.
         ``"area"`` is conservative: each texel is the mean of the source over its own solid angle,
         so that no light is lost or made. ``"mode"`` is the value that covers most of it, for
-        labels.
+        labels. ``"trilinear"`` and ``"ewa"`` look up in `mipmaps`, as renderers do.
     fill : float
         The value where the result has no sphere, or the source does not hold the direction.
     out : ndarray, optional
         Where to put the result.
     skipna : bool
-        Whether NaN texels have no weight, for ``"area"`` and ``"mode"``. By default they spread to
-        every texel that they touch.
+        Whether NaN texels have no weight. By default they spread to every texel that they touch.
+    antialias : bool
+        Whether a texel that sees more than one texel of the source is the mean of what it sees,
+        and not one lookup. Texels that see less are not changed by it. It does not concern
+        ``"nearest"`` (a mean of labels is no label), ``"area"``, ``"mode"``, ``"trilinear"`` and
+        ``"ewa"``.
+    alpha : int, optional
+        The number of the channel, -1 for the last, that says how opaque a texel is. The others are
+        then means by opacity: colors of transparent texels do not bleed. They are straight (not
+        premultiplied) before and after; where nothing is opaque they are 0.
 
     Returns
     -------
@@ -605,17 +640,81 @@ def convert(
     source, target = _resolve(src), _resolve(dst)
     if size is None:
         size = _matching_size(np.shape(image), source, target)
-    return _core.convert(
+    shape = target.shape(size)
+
+    def look(
+        image: ArrayLike,
+        filter: str,
+        fill: float = math.nan,
+        out: NDArray[Any] | None = None,
+        skipna: bool = False,
+    ) -> NDArray[Any]:
+        return _core.convert(
+            image,
+            source,
+            target,
+            shape,
+            rotation=rotation,
+            filter=filter,  # type: ignore[arg-type]
+            fill=fill,
+            out=out,
+            skipna=skipna,
+            antialias=antialias,
+        )
+
+    if alpha is not None and filter == "mode":
+        raise ValueError("`alpha` weights colors, and filter 'mode' is for labels.")
+    plain = alpha is None or filter == "nearest"
+    if plain and (not skipna or filter in ("area", "mode")):
+        return look(image, filter, fill, out, skipna)
+    return weighted(
         image,
-        source,
-        target,
-        target.shape(size),
-        rotation=rotation,
+        look,
+        spatial=spatial_axes(source),
         filter=filter,
+        alpha=alpha,
+        skipna=skipna,
         fill=fill,
         out=out,
-        skipna=skipna,
     )
+
+
+def mipmaps(image: ArrayLike, projection: ProjectionLike, /) -> list[NDArray[Any]]:
+    """Return an image and its smaller versions, each half as wide and high.
+
+    Parameters
+    ----------
+    image : array_like
+        As for `sample`.
+    projection : Projection or str
+        How it maps the sphere; that of every level.
+
+    Returns
+    -------
+    levels : list of ndarray, of the image's dtype
+        The image itself, and its levels down to faces of one texel along a side (two on a grid of
+        corners). Sides that are odd are rounded down.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `sample`.
+
+    Notes
+    -----
+    A texel is the mean, by solid angle, of the texels that its rectangle covers, whole or in part:
+    light is kept, to the rounding of the dtype. Levels are computed from each other in floating
+    point, and each is an image of the projection, so that lookups know its seams.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> levels = sm.mipmaps(np.ones((6, 16, 16, 3), np.float32), "cube")
+    >>> [level.shape for level in levels]
+    [(6, 16, 16, 3), (6, 8, 8, 3), (6, 4, 4, 3), (6, 2, 2, 3), (6, 1, 1, 3)]
+    """
+    p = _resolve(projection)
+    return [np.asanyarray(image), *_core.mipmaps(image, p)]
 
 
 def _matching_size(image_shape: tuple[int, ...], src: Projection, dst: Projection) -> int:

@@ -40,6 +40,8 @@ class Filter(StrEnum):
     catmull_rom = "catmull-rom"
     mitchell = "mitchell"
     lanczos3 = "lanczos3"
+    trilinear = "trilinear"
+    ewa = "ewa"
     area = "area"
     mode = "mode"
 
@@ -138,6 +140,17 @@ def convert(
     ] = (0.0, 0.0, 0.0),
     filter: Annotated[Filter, typer.Option(help="The lookup.")] = Filter.bilinear,
     fill: Annotated[float, typer.Option(metavar="X", help="Value where nothing is known.")] = 0.0,
+    alias: Annotated[
+        bool,
+        typer.Option("--alias", help="One lookup a texel, also where OUT is coarser than IN."),
+    ] = False,
+    alpha: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Weight colors by this channel, from 0; -1 for the last."),
+    ] = None,
+    skipna: Annotated[
+        bool, typer.Option("--skipna", help="Leave NaN texels out of every mean.")
+    ] = False,
     preview: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Write a tone-mapped picture as well.")
     ] = None,
@@ -185,6 +198,9 @@ def convert(
             rotation=None if not any(rotate) else sm.rotation(*rotate),
             filter=filter.value,
             fill=fill,
+            antialias=not alias,
+            alpha=alpha,
+            skipna=skipna,
         )
         seconds = time.perf_counter() - start
         step(f"writing {target.name}")

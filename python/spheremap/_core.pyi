@@ -218,12 +218,23 @@ def convert(
     *,
     rotation: Any | None = None,
     filter: Literal[
-        "nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3", "area", "mode"
+        "nearest",
+        "bilinear",
+        "bicubic",
+        "catmull-rom",
+        "mitchell",
+        "lanczos3",
+        "trilinear",
+        "ewa",
+        "area",
+        "mode",
     ] = "bilinear",
     fill: float | None = None,
     out: NDArray[Any] | None = None,
     skipna: bool = False,
+    antialias: bool = True,
 ) -> NDArray[Any]: ...
+def mipmaps(image: ArrayLike, projection: Projection, /) -> list[NDArray[Any]]: ...
 def reflect(
     view: ArrayLike, normal: ArrayLike, /, *, out: NDArray[Any] | None = None
 ) -> NDArray[np.floating[Any]]: ...

@@ -63,6 +63,9 @@ pub enum Statistic {
 }
 
 impl Statistic {
+    /// The names of all filters that take one.
+    pub const NAMES: [&'static str; 2] = ["area", "mode"];
+
     /// The statistic that a filter of this name takes.
     pub fn find(filter: &str) -> Option<Statistic> {
         match filter {

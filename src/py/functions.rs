@@ -81,9 +81,20 @@ pub fn rebuild(
     )
 }
 
+/// Smaller versions of an image, in the same projection.
+#[pyfunction]
+#[pyo3(signature = (image, projection, /))]
+pub fn mipmaps<'py>(
+    py: Python<'py>,
+    image: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    images::mipmaps(py, &projection.0, image)
+}
+
 /// An image of one projection as an image of another.
 #[pyfunction]
-#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None, skipna=false))]
+#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None, skipna=false, antialias=true))]
 #[expect(clippy::too_many_arguments, reason = "the Python signature")]
 pub fn convert<'py>(
     py: Python<'py>,
@@ -96,6 +107,7 @@ pub fn convert<'py>(
     fill: Option<&Bound<'py, PyAny>>,
     out: Option<&Bound<'py, PyAny>>,
     skipna: bool,
+    antialias: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
     let rotation = arrays::rotation(rotation)?;
     let shape = size(&dst.0, shape)?;
@@ -106,6 +118,7 @@ pub fn convert<'py>(
         fill: Some(fill.unwrap_or(&zero)),
         out,
         skipna,
+        antialias,
     };
     images::convert(py, image, &src.0, &dst.0, &shape, &options)
 }

@@ -5,9 +5,12 @@ use super::arrays::{
 };
 use crate::area::{self, Statistic};
 use crate::convert;
+use crate::error::Error;
 use crate::image::{Texel, tuple};
 use crate::map::Map;
+use crate::mips;
 use crate::sample::{Filter, Source};
+use crate::trilinear::{self, Chained};
 use glam::DMat3;
 use half::f16;
 use ndarray::ArrayView2;
@@ -156,6 +159,8 @@ pub struct Lookup<'a, 'py> {
     pub out: Option<&'a Bound<'py, PyAny>>,
     /// Whether NaN texels have no weight.
     pub skipna: bool,
+    /// Whether texels that see more than one texel of the source are means.
+    pub antialias: bool,
 }
 
 /// `Projection.sample`.
@@ -198,6 +203,66 @@ fn sample_texels<'py, T: PyTexel>(
     })
 }
 
+/// How an image is turned into another.
+enum Way {
+    /// Looked up, antialiased or not.
+    Looked(Filter, bool),
+    /// Looked up in a mip chain.
+    Chained(Chained),
+    /// Counted by what texels cover.
+    Statistic(Statistic),
+}
+
+impl Way {
+    fn find(filter: &str, antialias: bool) -> Result<Way, Error> {
+        if let Some(statistic) = Statistic::find(filter) {
+            return Ok(Way::Statistic(statistic));
+        }
+        if let Some(chained) = Chained::find(filter) {
+            return Ok(Way::Chained(chained));
+        }
+        let Ok(filter) = Filter::find(filter) else {
+            let names = [
+                &Filter::NAMES[..],
+                &Chained::NAMES[..],
+                &Statistic::NAMES[..],
+            ];
+            return Err(Error::unknown("filter", filter, &names.concat()));
+        };
+        // A mean of labels is no label.
+        Ok(Way::Looked(filter, antialias && filter != Filter::Nearest))
+    }
+}
+
+/// `mipmaps`: the levels of a chain but the first.
+pub fn mipmaps<'py>(
+    py: Python<'py>,
+    map: &Map,
+    object: &Bound<'py, PyAny>,
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    with_image!(image(object, None)?, image => levels(py, map, &image))
+}
+
+fn levels<'py, T: PyTexel>(
+    py: Python<'py>,
+    map: &Map,
+    image: &PyReadonlyArrayDyn<'py, T>,
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let (shape, channels, texel) = split(map, image.shape())?;
+    let texels = image.as_slice()?;
+    let chain = py.detach(|| mips::chain(map, shape, texels, channels))?;
+    let mut levels = Vec::with_capacity(chain.len());
+    for (mut shape, texels) in chain {
+        shape.extend_from_slice(texel);
+        let array = output::<T>(py, None, T::NAME, &shape)?;
+        for (out, x) in writable(&array)?.as_slice_mut()?.iter_mut().zip(texels) {
+            *out = T::store(x);
+        }
+        levels.push(finish(array, false)?);
+    }
+    Ok(levels)
+}
+
 /// `convert`: `shape` is the target's, without channels.
 pub fn convert<'py>(
     py: Python<'py>,
@@ -219,16 +284,12 @@ fn convert_texels<'py, T: PyTexel>(
     options: &Lookup<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
     // The filter's name is looked at first.
-    let statistic = Statistic::find(options.filter);
-    let filter = match statistic {
-        Some(_) => None,
-        None => Some(Filter::find(options.filter)?),
-    };
+    let way = Way::find(options.filter, options.antialias)?;
     let (source_shape, channels, texel) = split(src, image.shape())?;
     let fill = fill_texels::<T>(options.fill, channels)?;
     let texels = texels(image, channels)?;
     let source = Source::new(src, source_shape, texels)?;
-    if options.skipna && statistic.is_none() {
+    if options.skipna && !matches!(way, Way::Statistic(_)) {
         return Err(PyValueError::new_err(format!(
             "`skipna` needs filter 'area' or 'mode', got '{}'.",
             options.filter
@@ -243,8 +304,8 @@ fn convert_texels<'py, T: PyTexel>(
         disjoint(image.as_slice()?, out)?;
         let rotation = options.rotation;
         let skipna = options.skipna;
-        py.detach(|| match (statistic, filter) {
-            (Some(statistic), _) => {
+        py.detach(|| match way {
+            Way::Statistic(statistic) => {
                 let source = area::Source {
                     map: src,
                     shape: source_shape,
@@ -253,10 +314,12 @@ fn convert_texels<'py, T: PyTexel>(
                 };
                 area::convert(source, dst, shape, rotation, statistic, &fill, out)
             }
-            (_, Some(filter)) => {
-                convert::convert(&source, dst, shape, rotation, filter, &fill, out)
+            Way::Chained(filter) => {
+                trilinear::convert(&source, dst, shape, rotation, filter, &fill, out)
             }
-            (None, None) => Ok(()),
+            Way::Looked(filter, antialias) => {
+                convert::convert(&source, dst, shape, rotation, filter, antialias, &fill, out)
+            }
         })?;
     }
     finish(array, options.out.is_some())

@@ -258,6 +258,7 @@ impl PyProjection {
                 fill,
                 out,
                 skipna: false,
+                antialias: false,
             },
         )
     }

@@ -88,7 +88,7 @@ impl<T: Texel> Source<'_, T> {
     }
 
     /// A place in texels: 0 at the first centre, `width - 1` at the last.
-    fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let ((su, ou), (sv, ov)) = (self.raster.along_u.index(), self.raster.along_v.index());
         [u * su + ou, v * sv + ov]
     }

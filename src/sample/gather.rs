@@ -14,7 +14,7 @@
 use super::Area;
 use super::place::Places;
 use super::weights::Kernel;
-use crate::image::{Raster, Texel};
+use crate::image::{Filtered, Raster, Texel};
 use crate::kernel::{prefetch_item, vectorize};
 use std::marker::PhantomData;
 
@@ -45,11 +45,11 @@ pub(crate) trait Gather<T: Texel>: Copy {
 
     /// One lookup in a window whose texels have `channels` numbers. CHANNELS is 0 where their number is known at run time only. LANES numbers are written (0:
     /// as many as there are channels); one more than those of the texel belongs to the next.
-    fn texel<const CHANNELS: usize, const LANES: usize>(
+    fn texel<O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
         channels: usize,
         window: Window<'_, T>,
         t: [T::Float; 2],
-        out: &mut [T],
+        out: &mut [O],
     );
 }
 
@@ -62,13 +62,15 @@ impl<T: Texel> Gather<T> for Nearest {
     const SLACK: usize = 0;
 
     #[inline(always)]
-    fn texel<const CHANNELS: usize, const LANES: usize>(
+    fn texel<O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
         channels: usize,
         window: Window<'_, T>,
         _: [T::Float; 2],
-        out: &mut [T],
+        out: &mut [O],
     ) {
-        out[..channels].copy_from_slice(&window.row(0)[..channels]);
+        for (out, &texel) in out[..channels].iter_mut().zip(&window.row(0)[..channels]) {
+            *out = O::exact(texel);
+        }
     }
 }
 
@@ -81,22 +83,24 @@ impl<T: Texel> Gather<T> for Bilinear {
     const SLACK: usize = 1;
 
     #[inline(always)]
-    fn texel<const CHANNELS: usize, const LANES: usize>(
+    fn texel<O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
         channels: usize,
         window: Window<'_, T>,
         [tx, ty]: [T::Float; 2],
-        out: &mut [T],
+        out: &mut [O],
     ) {
         let (upper, lower) = (window.row(0), window.row(1));
         if LANES > 0 {
             let (a, b) = (group(upper, 0), group(upper, CHANNELS));
             let (c, d) = (group(lower, 0), group(lower, CHANNELS));
-            let mixed: [T; 4] = std::array::from_fn(|k| mix::<T>([a[k], b[k], c[k], d[k]], tx, ty));
+            let mixed: [O; 4] =
+                std::array::from_fn(|k| O::filtered(mix::<T>([a[k], b[k], c[k], d[k]], tx, ty)));
             out[..LANES].copy_from_slice(&mixed[..LANES]);
         } else {
             for k in 0..channels {
                 let next = k + channels;
-                out[k] = mix([upper[k], upper[next], lower[k], lower[next]], tx, ty);
+                let corners = [upper[k], upper[next], lower[k], lower[next]];
+                out[k] = O::filtered(mix(corners, tx, ty));
             }
         }
     }
@@ -109,11 +113,11 @@ fn group<T: Texel>(row: &[T], at: usize) -> [T; 4] {
 }
 
 #[inline(always)]
-fn mix<T: Texel>(corners: [T; 4], tx: T::Float, ty: T::Float) -> T {
+fn mix<T: Texel>(corners: [T; 4], tx: T::Float, ty: T::Float) -> T::Float {
     let [a, b, c, d] = corners.map(T::load);
     let above = a + tx * (b - a);
     let below = c + tx * (d - c);
-    T::store(above + ty * (below - above))
+    above + ty * (below - above)
 }
 
 /// A separable kernel over TAPS × TAPS texels.
@@ -125,11 +129,11 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
     const SLACK: usize = 0;
 
     #[inline(always)]
-    fn texel<const CHANNELS: usize, const LANES: usize>(
+    fn texel<O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
         channels: usize,
         window: Window<'_, T>,
         [tx, ty]: [T::Float; 2],
-        out: &mut [T],
+        out: &mut [O],
     ) {
         let (across, down) = (K::weights(tx), K::weights(ty));
         let middle = TAPS / 2 - 1;
@@ -149,13 +153,13 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
                 }
             }
             let lanes = if LANES > 0 { 4 } else { CHANNELS };
-            let mut mixed = [T::default(); 4];
+            let mut mixed = [O::default(); 4];
             for k in 0..lanes {
                 let mut sum = across[0] * sums[k];
                 for t in 1..TAPS {
                     sum = sum + across[t] * sums[t * CHANNELS + k];
                 }
-                mixed[k] = T::store(bases[k] + sum);
+                mixed[k] = O::filtered(bases[k] + sum);
             }
             let stored = if LANES > 0 { LANES } else { CHANNELS };
             out[..stored].copy_from_slice(&mixed[..stored]);
@@ -171,7 +175,7 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
                     }
                     sum = sum + across * column;
                 }
-                *out = T::store(base + sum);
+                *out = O::filtered(base + sum);
             }
         }
     }
@@ -187,49 +191,49 @@ pub(crate) struct Stored<'a, T> {
 
 /// Looks places up, one texel of `out` each, and asks for the texels of the first ones of another tile.
 /// `edge` answers for those that are not inside.
-pub(crate) fn gather<T: Texel, G: Gather<T>>(
+pub(crate) fn gather<T: Texel, O: Filtered<T>, G: Gather<T>>(
     stored: Stored<'_, T>,
     places: (&Places<T::Float>, bool),
     ahead: (&Places<T::Float>, usize),
-    band: &mut [T],
+    band: &mut [O],
     area: (Area, usize),
-    edge: impl FnMut(usize, &mut [T]),
+    edge: impl FnMut(usize, &mut [O]),
 ) {
     match stored.channels {
-        1 => rows::<T, G, 1>(stored, places, ahead, band, area, edge),
-        3 => rows::<T, G, 3>(stored, places, ahead, band, area, edge),
-        4 => rows::<T, G, 4>(stored, places, ahead, band, area, edge),
-        _ => rows::<T, G, 0>(stored, places, ahead, band, area, edge),
+        1 => rows::<T, O, G, 1>(stored, places, ahead, band, area, edge),
+        3 => rows::<T, O, G, 3>(stored, places, ahead, band, area, edge),
+        4 => rows::<T, O, G, 4>(stored, places, ahead, band, area, edge),
+        _ => rows::<T, O, G, 0>(stored, places, ahead, band, area, edge),
     }
 }
 
-fn rows<T: Texel, G: Gather<T>, const CHANNELS: usize>(
+fn rows<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     stored: Stored<'_, T>,
     places: (&Places<T::Float>, bool),
     ahead: (&Places<T::Float>, usize),
-    band: &mut [T],
+    band: &mut [O],
     area: (Area, usize),
-    mut edge: impl FnMut(usize, &mut [T]),
+    mut edge: impl FnMut(usize, &mut [O]),
 ) {
     match stored.raster.straight() {
         Some(row) => vectorize(
             #[inline(always)]
-            || straight::<T, G, CHANNELS>(stored, row, places, ahead, band, area, &mut edge),
+            || straight::<T, O, G, CHANNELS>(stored, row, places, ahead, band, area, &mut edge),
         ),
-        None => turned::<T, G, CHANNELS>(stored, places.0, band, area, &mut edge),
+        None => turned::<T, O, G, CHANNELS>(stored, places.0, band, area, &mut edge),
     }
 }
 
 /// Faces whose rows are stored as rows, `row` texels apart.
 #[inline(always)]
-fn straight<T: Texel, G: Gather<T>, const CHANNELS: usize>(
+fn straight<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     stored: Stored<'_, T>,
     row: usize,
     (places, all_inside): (&Places<T::Float>, bool),
     (next, ahead): (&Places<T::Float>, usize),
-    band: &mut [T],
+    band: &mut [O],
     (area, length): (Area, usize),
-    edge: &mut impl FnMut(usize, &mut [T]),
+    edge: &mut impl FnMut(usize, &mut [O]),
 ) {
     let channels = if CHANNELS > 0 {
         CHANNELS
@@ -273,11 +277,11 @@ fn straight<T: Texel, G: Gather<T>, const CHANNELS: usize>(
             };
             // Three numbers are written as four where another texel follows, which is then written over.
             if CHANNELS == 4 || CHANNELS == 3 && k + 1 < columns {
-                G::texel::<CHANNELS, 4>(channels, window, t, out);
+                G::texel::<O, CHANNELS, 4>(channels, window, t, out);
             } else if CHANNELS == 3 {
-                G::texel::<CHANNELS, 3>(channels, window, t, out);
+                G::texel::<O, CHANNELS, 3>(channels, window, t, out);
             } else {
-                G::texel::<CHANNELS, 0>(channels, window, t, out);
+                G::texel::<O, CHANNELS, 0>(channels, window, t, out);
             }
         }
     }
@@ -302,12 +306,12 @@ fn each<T>(
 }
 
 /// Faces that are stored turned or mirrored: windows are put together texel by texel.
-fn turned<T: Texel, G: Gather<T>, const CHANNELS: usize>(
+fn turned<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     stored: Stored<'_, T>,
     places: &Places<T::Float>,
-    band: &mut [T],
+    band: &mut [O],
     (area, length): (Area, usize),
-    edge: &mut impl FnMut(usize, &mut [T]),
+    edge: &mut impl FnMut(usize, &mut [O]),
 ) {
     let channels = stored.channels;
     let width = G::SIDE * channels + G::SLACK;
@@ -324,7 +328,7 @@ fn turned<T: Texel, G: Gather<T>, const CHANNELS: usize>(
                 texel.copy_from_slice(&stored.texels[at..at + channels]);
             }
         }
-        G::texel::<CHANNELS, 0>(
+        G::texel::<O, CHANNELS, 0>(
             channels,
             Window {
                 numbers: &window,

@@ -16,11 +16,12 @@
 mod border;
 mod edges;
 mod gather;
+mod level;
 mod place;
 mod weights;
 
 use crate::error::Error;
-use crate::image::{Raster, Texel};
+use crate::image::{Filtered, Raster, Texel};
 use crate::kernel::Scalar;
 use crate::map::{EncodeCanonical, Map};
 use crate::projection::{Projection, Seam};
@@ -30,6 +31,7 @@ use crate::threads;
 use border::Taps;
 use gather::{Bilinear, Gather, Nearest, Separable, Stored, gather};
 use glam::DMat3;
+pub(crate) use level::Level;
 use ndarray::ArrayView2;
 use place::{Places, Reach};
 use weights::{CatmullRom, Kernel, Lanczos3, Mitchell};
@@ -98,6 +100,7 @@ pub const TILE: usize = 256;
 #[derive(Clone, Copy)]
 pub struct Source<'a, T> {
     map: &'a Map,
+    shape: &'a [usize],
     raster: Raster,
     texels: &'a [T],
     channels: usize,
@@ -106,7 +109,7 @@ pub struct Source<'a, T> {
 
 impl<'a, T: Texel> Source<'a, T> {
     /// An image of a map: its shape without channels, and its texels, a row of channels each.
-    pub fn new(map: &'a Map, shape: &[usize], texels: ArrayView2<'a, T>) -> Result<Self, Error> {
+    pub fn new(map: &'a Map, shape: &'a [usize], texels: ArrayView2<'a, T>) -> Result<Self, Error> {
         struct GetSeam;
         impl Visitor for GetSeam {
             type Output = Seam;
@@ -128,6 +131,7 @@ impl<'a, T: Texel> Source<'a, T> {
             })?;
         Ok(Source {
             map,
+            shape,
             raster,
             texels,
             channels,
@@ -138,6 +142,16 @@ impl<'a, T: Texel> Source<'a, T> {
     /// The map that the image is in.
     pub fn map(&self) -> &'a Map {
         self.map
+    }
+
+    /// Its shape, without channels.
+    pub fn shape(&self) -> &'a [usize] {
+        self.shape
+    }
+
+    /// Its texels, a row of channels each.
+    pub fn texels(&self) -> &'a [T] {
+        self.texels
     }
 
     /// The geometry of the image.
@@ -202,12 +216,15 @@ impl<'a, T: Texel> Source<'a, T> {
 
     #[cold]
     #[inline(never)]
-    fn at_edge(&self, filter: Filter, face: usize, uv: [f64; 2], out: &mut [T]) {
+    fn at_edge<O: Filtered<T>>(&self, filter: Filter, face: usize, uv: [f64; 2], out: &mut [O]) {
         let mut taps = Taps::new();
         match filter {
             Filter::Nearest => {
                 let index = self.nearest(face, uv) * self.channels;
-                return out.copy_from_slice(&self.texels[index..index + self.channels]);
+                for (out, &texel) in out.iter_mut().zip(&self.texels[index..]) {
+                    *out = O::exact(texel);
+                }
+                return;
             }
             Filter::Bilinear => self.resolve(&mut taps, face, uv, 1.0),
             Filter::CatmullRom => self.window(&mut taps, face, uv, CatmullRom::weights),
@@ -218,7 +235,7 @@ impl<'a, T: Texel> Source<'a, T> {
     }
 
     /// The sum of texels by their weights, which add up to 1.
-    fn weigh(&self, taps: &Taps, out: &mut [T]) {
+    fn weigh<O: Filtered<T>>(&self, taps: &Taps, out: &mut [O]) {
         let heaviest = taps
             .list()
             .iter()
@@ -231,16 +248,16 @@ impl<'a, T: Texel> Source<'a, T> {
                 let texel = self.texels[index * self.channels + k].load();
                 sum = sum + T::Float::new(weight) * (texel - base);
             }
-            *out = T::store(base + sum);
+            *out = O::filtered(base + sum);
         }
     }
 }
 
 /// Lookups tile by tile: the texels of one are asked for while those of the one before are weighted.
-pub struct Lookups<'s, 'a, T: Texel, R> {
+pub struct Lookups<'s, 'a, T: Texel, O, R> {
     source: &'s Source<'a, T>,
     filter: Filter,
-    fill: &'s [T],
+    fill: &'s [O],
     tiles: [Tile<T::Float, R>; 2],
     current: usize,
 }
@@ -264,9 +281,9 @@ pub struct Area {
     pub stride: usize,
 }
 
-impl<'s, 'a, T: Texel, R: Scalar> Lookups<'s, 'a, T, R> {
+impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
     /// Lookups in an image. Where it holds nothing, the result is `fill`.
-    pub fn new(source: &'s Source<'a, T>, filter: Filter, fill: &'s [T]) -> Self {
+    pub fn new(source: &'s Source<'a, T>, filter: Filter, fill: &'s [O]) -> Self {
         let tile = || Tile {
             places: Places::new(),
             all_inside: false,
@@ -289,7 +306,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Lookups<'s, 'a, T, R> {
 
     /// Looks up canonical (u, v, face), at most [`TILE`] of them, into an area of `band`: at the next
     /// call.
-    pub fn push(&mut self, uv: &[[R; 3]], band: &mut [T], area: Area) {
+    pub fn push(&mut self, uv: &[[R; 3]], band: &mut [O], area: Area) {
         let source = self.source;
         let reach = self.filter.reach();
         let next = &mut self.tiles[1 - self.current];
@@ -303,14 +320,14 @@ impl<'s, 'a, T: Texel, R: Scalar> Lookups<'s, 'a, T, R> {
     }
 
     /// Does what is left to do.
-    pub fn finish(&mut self, band: &mut [T]) {
+    pub fn finish(&mut self, band: &mut [O]) {
         self.gather(band, 0);
         self.tiles[self.current].length = 0;
     }
 
     /// Weights the texels of the current tile, and asks for those of the first `ahead` lookups of the
     /// next.
-    fn gather(&self, band: &mut [T], ahead: usize) {
+    fn gather(&self, band: &mut [O], ahead: usize) {
         match self.filter {
             Filter::Nearest => self.weigh::<Nearest>(band, ahead),
             Filter::Bilinear => self.weigh::<Bilinear>(band, ahead),
@@ -320,11 +337,11 @@ impl<'s, 'a, T: Texel, R: Scalar> Lookups<'s, 'a, T, R> {
         }
     }
 
-    fn weigh<G: Gather<T>>(&self, band: &mut [T], ahead: usize) {
+    fn weigh<G: Gather<T>>(&self, band: &mut [O], ahead: usize) {
         let source = self.source;
         let tile = &self.tiles[self.current];
         let next = &self.tiles[1 - self.current].places;
-        gather::<T, G>(
+        gather::<T, O, G>(
             source.stored(),
             (&tile.places, tile.all_inside),
             (next, ahead),

@@ -1,0 +1,158 @@
+"""Conversion to fewer texels: means where a texel sees much, one lookup where it sees little."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import reference
+import spheremap as sm
+from conftest import DEFAULTS, each
+
+FLOATS = ("bilinear", "catmull-rom", "mitchell", "lanczos3")
+
+
+def plain(image, src, dst, **options):
+    return sm.convert(image, src, dst, antialias=False, **options)
+
+
+def grating(d: np.ndarray, waves: float) -> np.ndarray:
+    """Ripples along three directions, of so many radians a radian at most."""
+    return sum(np.cos(waves * (d @ axis)) for axis in np.linalg.qr(np.ones((3, 3)) + np.eye(3))[0])
+
+
+@each(DEFAULTS)
+def test_ripples_finer_than_the_target_fade(case):
+    # A texel of the 12 rows spans π/12; ripples of 2π/60 average out, one lookup shows them whole.
+    p = case.make()
+    image = np.nan_to_num(grating(p.directions(192), 60))
+    seen = sm.convert(np.ones(image.shape), p, "latlong", size=12, fill=np.nan, antialias=False)
+    # Away from where the source ends, so that every texel is seen whole.
+    whole = np.isfinite(seen) & (sm.convert(case_covered(p), p, "latlong", size=12) > 0.999)
+    if whole.sum() < 20:
+        pytest.skip("the coverage is smaller than a few texels")
+    sharp = plain(image, p, "latlong", size=12)[whole]
+    soft = sm.convert(image, p, "latlong", size=12)[whole]
+    exact = sm.convert(image, p, "latlong", size=12, filter="area")[whole]
+    assert np.sqrt(np.mean(sharp**2)) > 0.6
+    assert np.sqrt(np.mean((soft - exact) ** 2)) < 0.06
+
+
+def case_covered(p: sm.Projection) -> np.ndarray:
+    """Return 1 inside the coverage, and 0 within two texels of where it ends."""
+    held = np.isfinite(p.directions(192)[..., 0])
+    if p.seam != "ends":
+        return np.ones(held.shape)
+    for _ in range(4):
+        held[..., 1:, :] &= held[..., :-1, :].copy()
+        held[..., :-1, :] &= held[..., 1:, :].copy()
+        held[..., 1:] &= held[..., :-1].copy()
+        held[..., :-1] &= held[..., 1:].copy()
+        held[..., [0, -1], :] = held[..., :, [0, -1]] = False
+    return held.astype(float)
+
+
+@pytest.mark.parametrize("dst", ["cube", "latlong", "octahedral"])
+def test_a_lone_sun_keeps_its_light(dst):
+    rng = np.random.default_rng(3)
+    before, after = sm.solid_angle("latlong", 128), sm.solid_angle(dst, 16)
+    kept, lost = [], 0
+    for _ in range(150):
+        d = rng.normal(size=3)
+        u, v = sm.encode(d, "latlong")
+        sky = np.zeros((128, 256), np.float32)
+        at = int(v * 128), int(u * 256)
+        sky[at] = 1e4
+        light = 1e4 * before[at]
+        kept.append((sm.convert(sky, "latlong", dst, size=16) * after).sum() / light)
+        lost += (plain(sky, "latlong", dst, size=16) * after).sum() < 0.01 * light
+    # Single places and texels beat against each other: see src/antialias.rs.
+    assert abs(np.mean(kept) - 1) < 0.02
+    assert np.min(kept) > 0.75 and np.max(kept) < 1.3
+    assert lost > 75
+
+
+@pytest.mark.parametrize("filter", FLOATS)
+def test_a_finer_target_is_what_it_was(filter):
+    image = np.random.default_rng(4).random((16, 32, 3), np.float32)
+    for dst, size in (("cube", 32), ("octahedral", 64), ("latlong", 16)):
+        options = {"size": size, "filter": filter}
+        got = sm.convert(image, "latlong", dst, **options)
+        want = plain(image, "latlong", dst, **options)
+        # Beside the poles of the source texels are finer than any target's.
+        far = np.abs(sm.directions(dst, size)[..., 1]) < 0.8
+        assert np.array_equal(got[far], want[far])
+
+
+@each(DEFAULTS)
+@pytest.mark.parametrize("dtype", ["uint8", "float32", "float64"])
+def test_a_constant_stays_constant_to_the_bit(case, dtype):
+    p = case.make()
+    image = np.full((*p.shape(48), 2), 0.1 if dtype[0] == "f" else 137, dtype)
+    dark = np.isnan(p.directions(48)[..., 0])
+    constant = image[~dark][0, 0]
+    image[dark] = 200  # what must never take part
+    for dst in ("latlong", "cube", "sphere"):
+        got = sm.convert(image, p, dst, size=6, fill=0)
+        assert np.all((got == constant) | (got == 0))
+
+
+def test_nearest_takes_texels_and_no_means():
+    labels = np.random.default_rng(5).integers(0, 200, (128, 256), np.uint8)
+    got = sm.convert(labels, "latlong", "cube", size=8, filter="nearest")
+    assert np.array_equal(got, plain(labels, "latlong", "cube", size=8, filter="nearest"))
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float16"])
+def test_means_round_once(dtype):
+    image = np.random.default_rng(6).integers(0, 255, (96, 192, 3)).astype(dtype)
+    got = sm.convert(image, "latlong", "cube", size=8)
+    exact = sm.convert(image.astype(np.float32), "latlong", "cube", size=8)
+    want = np.rint(exact) if dtype[0] == "u" else exact
+    assert np.array_equal(got, want.astype(dtype))
+
+
+def test_means_are_the_same_bits_on_every_level_and_number_of_threads():
+    image = np.random.default_rng(7).random((256, 512, 3), np.float32)
+    turn = sm.rotation(20, 30, 40)
+    want = sm.convert(image, "latlong", "cube", size=48, rotation=turn)
+    threads = sm.get_num_threads()
+    try:
+        for level in sm._core.simd_levels():
+            sm._core.set_simd_level(level)
+            for n in (1, 2):
+                sm.set_num_threads(n)
+                got = sm.convert(image, "latlong", "cube", size=48, rotation=turn)
+                assert np.array_equal(got, want), (level, n)
+    finally:
+        sm._core.set_simd_level(None)
+        sm.set_num_threads(threads)
+
+
+def test_poles_are_means_of_all_around_them():
+    # Beside the pole of the source every column meets, and a texel of the target sees hundreds.
+    image = np.zeros((256, 512))
+    image[:, ::2] = 1
+    cube = sm.convert(image, "latlong", "cube", size=16)
+    top = cube[sm.directions("cube", 16)[..., 1] > 0.9]
+    assert np.abs(top - 0.5).max() < 0.05
+
+
+def test_nan_spreads_to_what_sees_it_and_no_further():
+    image = np.ones((64, 128))
+    image[20, 40] = np.nan
+    got = sm.convert(image, "latlong", "latlong", size=8)
+    assert np.isnan(got[2, 5]) and np.isnan(got).sum() <= 4
+
+
+def test_what_the_source_does_not_hold_is_in_no_mean():
+    p = sm.projection("perspective", fov=60)
+    got = sm.convert(np.full((256, 256), 3.0), p, "latlong", size=32, fill=-1)
+    assert set(np.unique(got)) == {-1.0, 3.0}
+
+
+def test_of_a_smooth_function_means_are_the_truth():
+    image = reference.smooth_function(reference.latlong.directions(256))
+    got = sm.convert(image, "latlong", "cube", size=16)
+    exact = sm.convert(image, "latlong", "cube", size=16, filter="area")
+    # Means of so many lookups, each off by the second derivative times h²/8.
+    assert np.abs(got - exact).max() < 2e-3 * np.ptp(image)

@@ -12,11 +12,12 @@ use crate::frame::Turn;
 use crate::image::{Centres, Raster, Texel};
 use crate::kernel::Scalar;
 use crate::light::solid_angle::Rect;
-use crate::map::{DecodeCanonical, Map};
+use crate::map::Map;
 use crate::projection::Coverage;
 use crate::route::Route;
 use crate::sample::{Area, Filter, Lookups, Source, TILE};
 use crate::threads;
+use crate::verbs::DecodeCanonical;
 use glam::DMat3;
 
 /// The longest side for which f32 coordinates serve: they are off by up to 3·2⁻²³ of an image, 1/350 of a texel

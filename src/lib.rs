@@ -24,6 +24,7 @@
 
 pub mod antialias;
 pub mod area;
+pub mod arranged;
 pub mod convention;
 pub mod convert;
 pub mod drawing;
@@ -48,6 +49,7 @@ pub mod route;
 pub mod sample;
 pub mod threads;
 pub mod trilinear;
+pub mod verbs;
 
 #[cfg(feature = "python")]
 mod py;

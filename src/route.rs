@@ -2,10 +2,11 @@
 
 use crate::frame::Turn;
 use crate::kernel::Scalar;
-use crate::map::{DecodeCanonical, EncodeCanonical, JacobianCanonical, Map};
+use crate::map::Map;
 use crate::projection::{Projection, Uv};
 use crate::projections::Visitor;
 use crate::sample::TILE;
+use crate::verbs::{DecodeCanonical, EncodeCanonical, JacobianCanonical};
 use glam::DMat3;
 
 /// The way from a target's canonical (u, v, face) to a source's.
@@ -65,13 +66,13 @@ impl<'a> Route<'a> {
     ) {
         self.target.visit_canonical(JacobianCanonical {
             turn: self.from_target,
-            input: target,
-            output: by_target,
+            input: target.as_flattened(),
+            output: by_target.as_flattened_mut(),
         });
         self.source.visit_canonical(JacobianCanonical {
             turn: self.into_source.inverse(),
-            input: source,
-            output: by_source,
+            input: source.as_flattened(),
+            output: by_source.as_flattened_mut(),
         });
     }
 }

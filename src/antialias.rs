@@ -34,6 +34,9 @@ const MOST: usize = 64;
 /// The widest part of a texel of several places, in radians: over it a map's density is taken as constant.
 const WIDEST: f64 = 0.035;
 
+/// Places are spread over this share of a side at least: over nothing that could be seen.
+const NARROW: f64 = 1e-3;
+
 /// A side is divided so that places lie at most this much more than a source texel apart: rounding at whole
 /// numbers must not double the work.
 const SLACK: f64 = 0.15;
@@ -212,7 +215,8 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             if counts == [1, 1] {
                 return;
             }
-            part.size = [0, 1].map(|k| part.size[k] * shares[k]);
+            // A part of no width would have no weight beside those above and below it.
+            part.size = [0, 1].map(|k| part.size[k] * shares[k].max(NARROW));
             counts
         } else {
             lengths.map(count)

@@ -22,17 +22,17 @@ def grating(d: np.ndarray, waves: float) -> np.ndarray:
 
 @each(DEFAULTS)
 def test_ripples_finer_than_the_target_fade(case):
-    # A texel of the 12 rows spans π/12; ripples of 2π/60 average out, one lookup shows them whole.
+    # A texel of the 24 rows spans π/24; ripples of 2π/60 average out, one lookup shows them whole.
     p = case.make()
     image = np.nan_to_num(grating(p.directions(192), 60))
-    seen = sm.convert(np.ones(image.shape), p, "latlong", size=12, fill=np.nan, antialias=False)
+    seen = sm.convert(np.ones(image.shape), p, "latlong", size=24, fill=np.nan, antialias=False)
     # Away from where the source ends, so that every texel is seen whole.
-    whole = np.isfinite(seen) & (sm.convert(case_covered(p), p, "latlong", size=12) > 0.999)
+    whole = np.isfinite(seen) & (sm.convert(case_covered(p), p, "latlong", size=24) > 0.999)
     if whole.sum() < 20:
         pytest.skip("the coverage is smaller than a few texels")
-    sharp = plain(image, p, "latlong", size=12)[whole]
-    soft = sm.convert(image, p, "latlong", size=12)[whole]
-    exact = sm.convert(image, p, "latlong", size=12, filter="area")[whole]
+    sharp = plain(image, p, "latlong", size=24)[whole]
+    soft = sm.convert(image, p, "latlong", size=24)[whole]
+    exact = sm.convert(image, p, "latlong", size=24, filter="area")[whole]
     assert np.sqrt(np.mean(sharp**2)) > 0.6
     assert np.sqrt(np.mean((soft - exact) ** 2)) < 0.06
 
@@ -151,7 +151,7 @@ def test_what_the_source_does_not_hold_is_in_no_mean():
 
 
 def test_of_a_smooth_function_means_are_the_truth():
-    image = reference.smooth_function(reference.latlong.directions(256))
+    image = reference.smooth_function(sm.directions("latlong", 256))
     got = sm.convert(image, "latlong", "cube", size=16)
     exact = sm.convert(image, "latlong", "cube", size=16, filter="area")
     # Means of so many lookups, each off by the second derivative times h²/8.

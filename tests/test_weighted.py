@@ -92,12 +92,6 @@ def test_all_nan_is_nan_and_outside_is_fill():
     assert np.isnan(got[0]) and got[1] == -2
 
 
-def test_infinities_are_values():
-    image = np.ones((8, 16))
-    image[3, 3] = np.inf
-    assert np.isinf(sm.sample(image, sm.directions("latlong", 8), "latlong", skipna=True)[3, 3])
-
-
 def test_sample_takes_alpha():
     image = sprite()
     d = sm.directions("latlong", 64)

@@ -48,7 +48,7 @@ def weighted(
         values = values[..., None]
     weights = np.ones_like(values)
     if skipna:
-        held = np.isfinite(values) | np.isinf(values)
+        held = ~np.isnan(values)
         weights[~held] = 0
         values = np.where(held, values, 0)
     if alpha is not None:

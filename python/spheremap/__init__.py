@@ -19,7 +19,6 @@ from ._api import (
     get_num_threads,
     jacobian,
     projection,
-    projections,
     reflect,
     rotation,
     sample,
@@ -94,6 +93,10 @@ from ._prefilter import (
     prefilter,
     prefilter_chain,
 )
+from ._projections import (
+    Projections,
+    projections,
+)
 from ._sh import (
     sh_conventions,
     sh_convert,
@@ -123,6 +126,7 @@ __all__ = [
     "Lights",
     "Packing",
     "Projection",
+    "Projections",
     "RemapPlan",
     "Sun",
     "UnboundedPackingWarning",

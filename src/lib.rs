@@ -27,6 +27,7 @@ pub mod area;
 pub mod arranged;
 pub mod convention;
 pub mod convert;
+pub mod cost;
 pub mod drawing;
 pub mod dual;
 pub mod error;

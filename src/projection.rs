@@ -416,3 +416,59 @@ fn mirrored_across<P: Projection>(projection: P, edge: Edge, along: f64, inset: 
     let depth = 2.0 * dot(d, normal);
     projection.encode([0, 1, 2].map(|k| d[k] - depth * normal[k]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projections::{Cube, CubeEqualArea, CubeEquiangular, CubeQuadratic};
+
+    fn edges() -> impl Iterator<Item = Edge> {
+        (0..24).map(|k| Edge {
+            face: f64::from(k / 4),
+            axis: k as usize % 2,
+            high: k % 4 > 1,
+        })
+    }
+
+    /// What any formula finds is what the cube's closed forms say.
+    fn check<P: Projection>(p: P) {
+        for edge in edges() {
+            for k in -9..=9 {
+                let (along, inset) = (0.1 * f64::from(k), 0.02);
+                let found = foot_of_perpendicular(p, edge, along, inset);
+                assert!((found - p.beside(edge, along, inset)).abs() < 1e-7);
+                let (a, b) = (
+                    p.decode(mirrored_across(p, edge, along, inset)),
+                    p.decode(p.across(edge, along, inset)),
+                );
+                assert!(
+                    (0..3).all(|k| (a[k] - b[k]).abs() < 1e-7),
+                    "{edge:?} {along}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn mirror_images_of_cubes_are_those_of_any_formula() {
+        check(Cube);
+        check(CubeEquiangular::with_parameters(&[]));
+        check(CubeQuadratic::with_parameters(&[]));
+    }
+
+    /// Faces of one cube are mirror images: the place at `inset` comes to the place at `inset`.
+    #[test]
+    fn texels_along_an_edge_are_opposite_each_other() {
+        for edge in edges() {
+            for k in -9..=9 {
+                let (along, inset) = (0.1 * f64::from(k), 0.02);
+                let p = CubeEqualArea;
+                let there = p.across(edge, along, inset);
+                assert!(there.face != edge.face);
+                let (u, v) = there.pq();
+                let depth = (1.0 - u.abs()).min(1.0 - v.abs());
+                assert!((depth - inset).abs() < 1e-7, "{edge:?} {along}: {depth}");
+            }
+        }
+    }
+}

@@ -47,20 +47,28 @@ class Case:
 
 def _cases() -> list[Case]:
     out: list[Case] = []
-    for entry in REGISTRY:
+    known: set[tuple[str, ...]] = set()
+    for number, entry in enumerate(REGISTRY):
         name = entry["name"]
         out.append(Case(name))
         default_layout = sm.projection(name).layout
-        out += [Case(name, {"layout": x}) for x in entry["layouts"] if x != default_layout]
+        layouts = [x for x in entry["layouts"] if x != default_layout]
+        # Arrangements of faces know no projection: every layout is tested with the first
+        # projection that has it, and further ones take turns.
+        if layouts and tuple(layouts) in known:
+            layouts = [layouts[number % len(layouts)]]
+        known.add(tuple(layouts))
+        out += [Case(name, {"layout": x}) for x in layouts]
         # Conventions that differ in axes, grid and layout alone are tested in test_conventions.
         seen = set()
         for x in entry["conventions"]:
             p = sm.projection(name, convention=x)
             shape = tuple(p.parameters.items()), reference.STORED.get((name, x))
-            if shape not in seen:
+            if shape not in seen and (name, x) not in reference.TURNED:
                 seen.add(shape)
                 out.append(Case(name, {"convention": x}))
-        out += [Case(name, {"axes": x}) for x in ODD_AXES]
+        # Axes know no projection either.
+        out.append(Case(name, {"axes": ODD_AXES[number % len(ODD_AXES)]}))
         for p in entry["parameters"]:
             lo, hi = p["minimum"], p["maximum"]
             out += [Case(name, {p["name"]: lo + (hi - lo) * f}) for f in (0.125, 0.5, 0.75)]

@@ -35,13 +35,32 @@ DEFAULT_AXES = {
     "equisolid": "+x -y -z",
     "stereographic": "+x -y -z",
     "orthographic": "+x -y -z",
+    "equal_area": "+x +y +z",
+    "concentric": "+x +y +z",
+    "lambert_cylindrical": "+x -y -z",
+    "cube_equiangular": "+x -y +z",
+    "cube_quadratic": "+x -y +z",
+    "cube_equal_area": "+x -y +z",
 }
 # The angle that the diameter of a fisheye spans where nothing is said, in degrees.
 FISHEYES = {"angular": 360.0, "equisolid": 180.0, "stereographic": 180.0, "orthographic": 180.0}
 DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", *FISHEYES})
 # Maps whose rim an error ε of a coordinate moves by √ε.
-ROOT_RIMS = frozenset({"sphere", "matcap", "orthographic"})
-FACES = {"cube": 6, "dual_paraboloid": 2}
+ROOT_RIMS = frozenset({"sphere", "matcap", "orthographic", "lambert_cylindrical"})
+CUBES = ("cube", "cube_equiangular", "cube_quadratic", "cube_equal_area")
+FACES = {**dict.fromkeys(CUBES, 6), "dual_paraboloid": 2}
+HEMISPHERES = frozenset({"matcap", "hemioctahedral", "concentric"})
+# Maps with a row for each pole, where longitude means nothing.
+POLES = frozenset({"latlong", "lambert_cylindrical"})
+# The lines of a face where a formula or one of its derivatives has a kink.
+CREASES: dict[str, frozenset[str]] = {
+    "octahedral": frozenset({"axes", "diamond"}),
+    "equal_area": frozenset({"axes", "diamond"}),
+    "hemioctahedral": frozenset({"diagonals"}),
+    "concentric": frozenset({"diagonals", "axes"}),
+    "cube_quadratic": frozenset({"axes"}),
+    "cube_equal_area": frozenset({"diagonals", "axes"}),
+}
 
 # The number under which a program stores right, left, up, down, front, back (in the view frame),
 # where that is not this order itself.
@@ -55,6 +74,15 @@ STORED: dict[tuple[str, str], tuple[int, ...]] = {
     ("cube", "equilib-list"): _FRBLUD,
     ("cube", "equilib-dice"): _FRBLUD,
 }
+
+# Programs that turn faces by a quarter: test_oracle_atlas has them.
+TURNED = frozenset(
+    {
+        ("cube_equiangular", "ffmpeg-eac"),
+        ("cube_equiangular", "s2-tangent"),
+        ("cube_quadratic", "s2"),
+    }
+)
 
 # Layouts that take the faces in the order that they are stored in.
 IN_ORDER = frozenset({"strip", "column", "3x2"})
@@ -132,6 +160,8 @@ LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
         "column": (2, 1, [(0, 0, False), (1, 0, False)]),
     },
 }
+for _name in CUBES[1:]:
+    LAYOUTS[_name] = LAYOUTS["cube"]
 
 
 def real(a: Any) -> Array:
@@ -314,6 +344,73 @@ def _encode_orthographic(
     return np.where(z < 0, np.nan, p), np.where(z < 0, np.nan, q), np.zeros_like(x)
 
 
+def _encode_equal_area(
+    x: Array, y: Array, z: Array, _: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    # Clarberg's r = sqrt(1 - |z|), in a form that keeps its digits.
+    r = np.sqrt((x * x + y * y) / (1 + np.abs(z)))
+    b = r * np.arctan2(np.abs(y), np.abs(x)) * 2 / _pi(z.dtype)
+    a = r - b
+    a, b = np.where(z < 0, 1 - b, a), np.where(z < 0, 1 - a, b)
+    return a * np.where(x < 0, -1, 1), b * np.where(y < 0, -1, 1), np.zeros_like(x)
+
+
+def _encode_concentric(
+    x: Array, y: Array, z: Array, _: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    r = np.sqrt((x * x + y * y) / (1 + np.abs(z)))
+    across = np.abs(x) >= np.abs(y)
+    near, far = np.where(across, x, y), np.where(across, y, x)
+    turn = r * np.arctan2(np.abs(far), np.abs(near)) * 4 / _pi(z.dtype)
+    near, far = np.copysign(r, near), np.copysign(turn, far)
+    p, q = np.where(across, near, far), np.where(across, far, near)
+    return *_within(p, q, z >= 0), np.zeros_like(x)
+
+
+def _encode_lambert_cylindrical(
+    x: Array, y: Array, z: Array, _: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    p, _q, f = _encode_latlong(x, y, z, _)
+    # y itself, but near -1, where 1 + y keeps its digits only as a quotient.
+    return p, np.where(y < 0, (x * x + z * z) / (1 - y) - 1, y), f
+
+
+def _encode_equiangular(
+    x: Array, y: Array, z: Array, _: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    p, q, f = _encode_cube(x, y, z, _)
+    scale = 4 / _pi(x.dtype)
+    return np.arctan(p) * scale, np.arctan(q) * scale, f
+
+
+def _encode_quadratic(
+    x: Array, y: Array, z: Array, _: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    def st(u: Array) -> Array:  # S2's UVtoST
+        with np.errstate(invalid="ignore"):
+            return np.where(u >= 0, np.sqrt(1 + 3 * u) / 2, 1 - np.sqrt(1 - 3 * u) / 2)
+
+    p, q, f = _encode_cube(x, y, z, _)
+    return 2 * st(p) - 1, 2 * st(q) - 1, f
+
+
+def _encode_quadrilateralized(
+    x: Array, y: Array, z: Array, _: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    # PROJ's qsc, in its own letters.
+    pi = _pi(x.dtype)
+    r, s, f = _encode_cube(x, y, z, _)
+    phi = np.arctan(np.hypot(r, s))
+    across = np.abs(r) >= np.abs(s)
+    near, far = np.where(across, r, s), np.where(across, s, r)
+    theta = np.arctan2(np.abs(far), np.abs(near))
+    mu = np.arctan(12 / pi * (theta + np.arccos(np.sin(theta) * np.cos(pi / 4)) - pi / 2))
+    edge = 2 * np.sin(np.arctan(1 / np.cos(theta)) / 2) ** 2
+    t = np.sqrt(2 * np.sin(phi / 2) ** 2 / np.cos(mu) ** 2 / edge)
+    near, far = np.copysign(t * np.cos(mu), near), np.copysign(t * np.sin(mu), far)
+    return np.where(across, near, far), np.where(across, far, near), f
+
+
 def _fisheye(p: Array, q: Array) -> tuple[Array, Array]:
     _, ok = _disk(p, q)
     return np.where(ok, p, np.nan), np.where(ok, q, np.nan)
@@ -433,6 +530,62 @@ def _decode_orthographic(p: Array, q: Array, f: Array, parameters: dict[str, flo
     return _mask(_decode_matcap(p * rim, q * rim, f, parameters), _disk(p, q)[1])
 
 
+def _decode_equal_area(p: Array, q: Array, _f: Array, _: dict[str, float]) -> Array:
+    # pbrt-v4's EqualAreaSquareToSphere.
+    pi = _pi(p.dtype)
+    a, b = np.abs(p), np.abs(q)
+    d = 1 - (a + b)
+    r = 1 - np.abs(d)
+    phi = np.where(r == 0, 1, (b - a) / np.where(r == 0, 1, r) + 1) * pi / 4
+    z = np.copysign(1 - r * r, d)
+    flat = r * np.sqrt(2 - r * r)
+    cos, sin = np.copysign(np.cos(phi), p), np.copysign(np.sin(phi), q)
+    return np.stack([cos * flat, sin * flat, z], -1)
+
+
+def _decode_concentric(p: Array, q: Array, _f: Array, _: dict[str, float]) -> Array:
+    pi = _pi(p.dtype)
+    across = np.abs(p) >= np.abs(q)
+    r = np.where(across, p, q)
+    safe = np.where(r == 0, 1, r)
+    phi = np.where(across, pi / 4 * q / safe, pi / 2 - pi / 4 * p / safe)
+    flat = r * np.sqrt(2 - r * r)
+    return np.stack([np.cos(phi) * flat, np.sin(phi) * flat, 1 - r * r], -1)
+
+
+def _decode_lambert_cylindrical(p: Array, q: Array, _f: Array, _: dict[str, float]) -> Array:
+    pi = _pi(p.dtype)
+    flat = np.sqrt(np.maximum((1 - q) * (1 + q), 0))
+    return np.stack([flat * np.sin(p * pi), q, flat * np.cos(p * pi)], -1)
+
+
+def _decode_equiangular(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
+    scale = _pi(p.dtype) / 4
+    return _decode_cube(np.tan(p * scale), np.tan(q * scale), f, _)
+
+
+def _decode_quadratic(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
+    def uv(s: Array) -> Array:  # S2's STtoUV
+        return np.where(s >= 0.5, (4 * s * s - 1) / 3, (1 - 4 * (1 - s) ** 2) / 3)
+
+    return _decode_cube(uv((p + 1) / 2), uv((q + 1) / 2), f, _)
+
+
+def _decode_quadrilateralized(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
+    pi = _pi(p.dtype)
+    across = np.abs(p) >= np.abs(q)
+    near, far = np.where(across, p, q), np.where(across, q, p)
+    ratio = np.abs(far) / np.where(near == 0, 1, np.abs(near))
+    t = pi / 12 * ratio
+    theta = np.arctan2(np.sin(t), np.cos(t) - 1 / np.sqrt(2 * np.ones((), p.dtype)))
+    edge = 2 * np.sin(np.arctan(1 / np.cos(theta)) / 2) ** 2
+    phi = 2 * np.arcsin(np.sqrt(near * near * edge / 2))
+    a, b = np.sin(phi) * np.cos(theta), np.sin(phi) * np.sin(theta)
+    a, b = np.copysign(a, near), np.copysign(b, far)
+    m = np.cos(phi)
+    return _decode_cube(np.where(across, a, b) / m, np.where(across, b, a) / m, f, _)
+
+
 def _mask(d: Array, ok: Array) -> Array:
     return np.where(ok[..., None], d, np.nan)
 
@@ -504,6 +657,25 @@ def _density_orthographic(p: Array, q: Array, parameters: dict[str, float]) -> A
     return rim * rim * _density_matcap(p * rim, q * rim, parameters)
 
 
+def _constant(steradians: float) -> Callable[..., Array]:
+    def density(p: Array, q: Array, _: dict[str, float]) -> Array:
+        return np.full_like(p, steradians / 4)
+
+    return density
+
+
+def _density_equiangular(p: Array, q: Array, _: dict[str, float]) -> Array:
+    pi = _pi(p.dtype)
+    a, b = np.tan(p * pi / 4), np.tan(q * pi / 4)
+    return (pi / 4) ** 2 * (1 + a * a) * (1 + b * b) * (1 + a * a + b * b) ** -1.5
+
+
+def _density_quadratic(p: Array, q: Array, _: dict[str, float]) -> Array:
+    a, b = (np.abs(x) * (np.abs(x) + 2) / 3 for x in (p, q))
+    slopes = (2 * np.abs(p) + 2) * (2 * np.abs(q) + 2) / 9
+    return slopes * (1 + a * a + b * b) ** -1.5
+
+
 def _pi(dtype: Any) -> Any:
     return np.arctan(np.ones((), dtype)) * 4
 
@@ -537,6 +709,16 @@ FORMULAS: dict[str, Formulas] = {
     "equisolid": Formulas(_encode_equisolid, _decode_equisolid, _density_equisolid),
     "stereographic": Formulas(_encode_stereographic, _decode_stereographic, _density_stereographic),
     "orthographic": Formulas(_encode_orthographic, _decode_orthographic, _density_orthographic),
+    "equal_area": Formulas(_encode_equal_area, _decode_equal_area, _constant(4 * math.pi)),
+    "concentric": Formulas(_encode_concentric, _decode_concentric, _constant(2 * math.pi)),
+    "lambert_cylindrical": Formulas(
+        _encode_lambert_cylindrical, _decode_lambert_cylindrical, _constant(4 * math.pi)
+    ),
+    "cube_equiangular": Formulas(_encode_equiangular, _decode_equiangular, _density_equiangular),
+    "cube_quadratic": Formulas(_encode_quadratic, _decode_quadratic, _density_quadratic),
+    "cube_equal_area": Formulas(
+        _encode_quadrilateralized, _decode_quadrilateralized, _constant(4 * math.pi / 6)
+    ),
 }
 
 
@@ -579,7 +761,7 @@ class Reference:
 
     @property
     def covered_solid_angle(self) -> float:
-        if self.name in ("matcap", "hemioctahedral"):
+        if self.name in HEMISPHERES:
             return 2 * math.pi
         if self.name in FISHEYES:
             return 4 * math.pi * math.sin(float(_half(self.parameters, self.name, float)) / 2) ** 2
@@ -597,6 +779,8 @@ class Reference:
     def shape(self, size: int) -> tuple[int, ...]:
         if self.name == "latlong":
             return (size, 2 * size)
+        if self.name == "lambert_cylindrical":
+            return (size, max(1, math.floor(size * math.pi + 0.5)))
         if self.name in ("perspective", "cylindrical"):
             aspect = self.parameters.get("aspect", 4.0 if self.name == "cylindrical" else 1.0)
             return (size, max(1, math.floor(size * aspect + 0.5)))
@@ -694,7 +878,7 @@ class Reference:
         view = _permute(self.axes, unit(np.asarray(directions).astype(np.longdouble)), back=False)
         x, y, z = view[..., 0], view[..., 1], view[..., 2]
         fov = self.parameters.get("fov", FISHEYES.get(self.name))
-        if self.name in ("matcap", "hemioctahedral"):
+        if self.name in HEMISPHERES:
             return z >= 0  # exact: a sign
         if self.name == "orthographic" and fov == 180:
             return z >= 0
@@ -707,6 +891,19 @@ class Reference:
                 wraps = self.name == "cylindrical" and self.parameters.get("fov", 360.0) == 360
                 return (np.abs(q) < 1 - margin) & ((np.abs(p) < 1 - margin) | (wraps & (p == p)))
         return np.ones(z.shape, bool)
+
+    def off_creases(self, p: Array, q: Array, margin: float) -> Array:
+        """Tell places of a face farther than `margin` from the lines where the map has a kink."""
+        ok = np.ones(np.shape(p), bool)
+        lines = CREASES.get(self.name, frozenset())
+        with np.errstate(invalid="ignore"):
+            if "axes" in lines:
+                ok &= (np.abs(p) > margin) & (np.abs(q) > margin)
+            if "diamond" in lines:
+                ok &= np.abs(np.abs(p) + np.abs(q) - 1) > margin
+            if "diagonals" in lines:
+                ok &= np.abs(np.abs(p) - np.abs(q)) > margin
+        return ok
 
     def density(self, uv: Any) -> Array:
         p, q, _f = self.local(uv)
@@ -941,7 +1138,7 @@ def of(projection: Any) -> Reference:
 
 def stored(projection: Any, face: int) -> int:
     """Give the number under which a map stores its face of this number, if it has several."""
-    return of(projection)._stored[face] if projection.name == "cube" else face
+    return of(projection)._stored[face] if projection.name in CUBES else face
 
 
 def make(name: str, **options: Any) -> Reference:

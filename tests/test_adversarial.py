@@ -212,12 +212,18 @@ def test_signs_of_zero_do_not_move_an_axis(case, dtype):
                         "sphere": [1, 0.5],
                         "angular": [1, 0.5],
                         "octahedral": [1, 1],
+                        "equal_area": [1, 1],
                         "latlong": [0, 0.5],
+                        "lambert_cylindrical": [0, 0.5],
                         "dual_paraboloid": [0.5, 0.5, 1],
-                        "cube": [0.5, 0.5, reference.stored(p, 5)],
+                        **{
+                            cube: [0.5, 0.5, reference.stored(p, 5)]
+                            for cube in reference.CUBES
+                            if cube == case.name
+                        },
                     }[case.name]
                     assert places[0].tolist() == want
-            if abs(view[1]) == 1 and case.name == "latlong":
+            if abs(view[1]) == 1 and case.name in reference.POLES:
                 assert np.all(places == [0.5, 0.0 if view[1] < 0 else 1.0])
 
 

@@ -13,14 +13,10 @@ STEP = 1e-4
 
 
 def off_creases(r, uv: np.ndarray, margin: float) -> np.ndarray:
-    """Keep away from the lines where the octahedral family has no derivative, and from rims."""
+    """Keep away from the lines where a map has no derivative, and from rims."""
     p, q, _ = r.local(uv)
     ok = np.ones(len(uv), bool)
-    if r.name == "octahedral":
-        ok &= np.abs(np.abs(p) + np.abs(q) - 1) > margin
-        ok &= (np.abs(p) > margin) & (np.abs(q) > margin)
-    if r.name == "hemioctahedral":
-        ok &= np.abs(np.abs(p) - np.abs(q)) > margin
+    ok &= r.off_creases(p, q, margin)
     if r.is_disk:
         ok &= p * p + q * q < 0.98
     if r.name == "angular":

@@ -144,11 +144,7 @@ def curvature(r: reference.Reference, shape: tuple[int, ...], inner: float) -> f
     keep = ~np.isnan(p)
     if r.is_disk:
         keep &= p * p + q * q < inner * inner
-    if r.name == "octahedral":
-        m = 4 * float(h.max()) * (1 if r.layout is None else 6)
-        keep &= (np.abs(p) > m) & (np.abs(q) > m) & (np.abs(np.abs(p) + np.abs(q) - 1) > m)
-    if r.name == "hemioctahedral":
-        keep &= np.abs(np.abs(p) - np.abs(q)) > 4 * float(h.max())
+    keep &= r.off_creases(p, q, 4 * float(h.max()) * (1 if r.layout in (None, "faces") else 6))
     uv, face = uv[keep], face[keep]
     f = reference.smooth_function
     total = np.zeros((len(uv), 3))
@@ -344,7 +340,7 @@ def test_bilinear_is_continuous_across_seams(case):
     # Slope of the noise: 1 a texel in u and v, 16 texels over a map that spans π or 2π; towards
     # the blind spot of the sphere map √(1e-9) of it.
     limit = np.full(len(a), {"sphere": 5e-3, "matcap": 5e-3}.get(case.name, 1e-6))
-    if case.name == "latlong":
+    if case.name in reference.POLES:
         # Near a pole the same step is a larger part of a turn.
         limit /= np.hypot(one[both][:, 0], one[both][:, 2])
     i = int(np.argmax(jump / limit))

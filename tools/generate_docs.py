@@ -11,7 +11,7 @@ import math
 import sys
 from pathlib import Path
 
-from spheremap import _core
+from spheremap import _core, _projections
 
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN = "<!-- projections: written by tools/generate_docs.py -->"
@@ -74,6 +74,22 @@ def readme_table(registry: list[dict]) -> str:
     return table(["name", "what it is", "covers", "image", "area of texels, max/min", "also"], rows)
 
 
+# What the names of one map have to do with each other, which no entry can say by itself.
+KIN = """## Lambert's azimuthal map has three names
+
+`sphere`, `equisolid` and what cartographers call Lambert's azimuthal equal-area map are one
+formula, r ∝ sin(θ/2). `sphere` is the whole of it as OpenGL and a photo of a mirror ball have it,
+with z toward the viewer; `equisolid` is the part within `fov` of the axis, as fisheye lenses have
+it, and at 360° the whole; `equisolid:proj-laea` is PROJ's `laea`. Its hemisphere (`equisolid` at
+180°) made a square is `concentric`, and both hemispheres folded into one are `equal_area`."""
+
+
+def chooser(registry: list[dict]) -> str:
+    rows = [list(_projections.figures(e["name"]).cells) for e in registry]
+    rows = [[f"`{row[0]}`", *row[1:]] for row in rows]
+    return f"## Which one\n\n{_projections.NOTE}\n\n{table(list(_projections.HEAD), rows)}"
+
+
 def page(registry: list[dict]) -> str:
     parts = [
         "# Projections",
@@ -81,6 +97,8 @@ def page(registry: list[dict]) -> str:
         "Words are those of [design.md](design.md#vocabulary). The image coordinates are (u, v) in "
         "[0, 1]², v runs down from row 0.",
         readme_table(registry),
+        chooser(registry),
+        KIN,
     ]
     for e in registry:
         name = e["name"]

@@ -20,7 +20,6 @@ from ._api import (
     jacobian,
     mipmaps,
     projection,
-    projections,
     reflect,
     rotation,
     sample,
@@ -95,6 +94,10 @@ from ._prefilter import (
     prefilter,
     prefilter_chain,
 )
+from ._projections import (
+    Projections,
+    projections,
+)
 from ._sh import (
     sh_conventions,
     sh_convert,
@@ -124,6 +127,7 @@ __all__ = [
     "Lights",
     "Packing",
     "Projection",
+    "Projections",
     "RemapPlan",
     "Sun",
     "UnboundedPackingWarning",

@@ -47,7 +47,6 @@ __all__ = [
     "jacobian",
     "mipmaps",
     "projection",
-    "projections",
     "reflect",
     "rotation",
     "sample",
@@ -812,18 +811,6 @@ def explain(projection: ProjectionLike, /) -> None:
     projection latlong: ...
     """
     _resolve(projection).explain()
-
-
-def projections() -> tuple[str, ...]:
-    """Return the names of all projections.
-
-    Examples
-    --------
-    >>> import spheremap as sm
-    >>> "octahedral" in sm.projections()
-    True
-    """
-    return tuple(entry["name"] for entry in _core.registry())
 
 
 def conventions(kind: ProjectionName | str | None = None) -> list[dict[str, Any]]:

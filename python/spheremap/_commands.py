@@ -20,7 +20,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 import spheremap as sm
-from spheremap import _core, _fit, io
+from spheremap import _core, _fit, _projections, io
 
 app = typer.Typer(
     name="spheremap",
@@ -340,20 +340,35 @@ def _light(image: np.ndarray[Any, Any], name: str | None) -> str | None:
 
 
 @app.command()
-def projections() -> None:
-    """List the projections."""
-    table = Table("name", "what", "coverage", "keeps", "layouts", "conventions", box=SIMPLE_HEAD)
-    for entry in _core.registry():
-        keeps = [word for word, kept in _claims(entry) if kept]
+def projections(
+    coverage: Annotated[
+        str | None,
+        typer.Option(help="Those that hold this part of the sphere: sphere, hemisphere ..."),
+    ] = None,
+    equal_area: Annotated[bool, typer.Option("--equal-area", help="Those of even texels.")] = False,
+    conformal: Annotated[
+        bool, typer.Option("--conformal", help="Those that keep small circles round.")
+    ] = False,
+) -> None:
+    """List the projections, with what there is to choose one by."""
+    with _as_usage():
+        chosen = sm.projections(
+            coverage=coverage, equal_area=equal_area or None, conformal=conformal or None
+        )
+    head = ("name", "what", *_projections.HEAD[1:], "layouts", "conventions")
+    table = Table(*head, box=SIMPLE_HEAD)
+    entries = {entry["name"]: entry for entry in _core.registry()}
+    for row in chosen.figures:
+        entry = entries[row.name]
         table.add_row(
-            f"[bold]{escape(entry['name'])}[/]",
+            f"[bold]{escape(row.name)}[/]",
             escape(entry["title"]),
-            entry["coverage"],
-            ", ".join(keeps),
+            *row.cells[1:],
             ", ".join(entry["layouts"]),
             ", ".join(entry["conventions"]),
         )
     _console().print(table)
+    print(_projections.NOTE)
 
 
 @app.command()
@@ -489,10 +504,6 @@ def _as_usage() -> Iterator[None]:
         yield
     except ValueError as error:
         raise UsageError(str(error)) from None
-
-
-def _claims(entry: dict[str, Any]) -> tuple[tuple[str, bool], ...]:
-    return ("area", entry["equal_area"]), ("angles", entry["conformal"])
 
 
 def _write(

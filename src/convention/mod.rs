@@ -11,6 +11,7 @@
 
 mod angular;
 mod cube;
+mod equal_area;
 mod latlong;
 mod octahedral;
 mod sphere;
@@ -117,6 +118,7 @@ const TABLES: &[&[Convention]] = &[
     cube::TABLE,
     angular::TABLE,
     octahedral::TABLE,
+    equal_area::TABLE,
     latlong::TABLE,
 ];
 

@@ -13,6 +13,57 @@ use crate::light::solid_angle::{self, Rect};
 use crate::projection::{Coverage, Edge, Info, Outline, Projection, Seam, Uv};
 use crate::real::Real;
 
+/// The components of a direction in the plane of its face, the largest one's size, and the face. Ties: x wins over y wins
+/// over z.
+#[inline(always)]
+pub(super) fn to_face<R: Real>([x, y, z]: [R; 3]) -> ([R; 2], R, R) {
+    let zero = R::new(0.0);
+    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+    let by_x = (ax >= ay) & (ax >= az);
+    let by_y = ay >= az;
+    let major = if by_x { ax } else if by_y { ay } else { az };
+    let (xn, yn, zn) = (x < zero, y < zero, z < zero);
+    let p_side = if xn { z } else { -z };
+    let p_front = if zn { -x } else { x };
+    let p = if by_x { p_side } else if by_y { x } else { p_front };
+    let q_poles = if yn { z } else { -z };
+    let q = if by_x { y } else if by_y { q_poles } else { y };
+    let (f0, f1, f2) = (R::new(0.0), R::new(1.0), R::new(2.0));
+    let (f3, f4, f5) = (R::new(3.0), R::new(4.0), R::new(5.0));
+    let face_x = if xn { f1 } else { f0 };
+    let face_y = if yn { f2 } else { f3 };
+    let face_z = if zn { f5 } else { f4 };
+    let face = if by_x { face_x } else if by_y { face_y } else { face_z };
+    ([p, q], major, face)
+}
+
+/// (right, down, forward) of a face in the view frame.
+#[inline(always)]
+pub(super) fn axis_of_face<R: Real>([pn, qn, n]: [R; 3], face: R) -> [R; 3] {
+    let side = face < R::new(1.5);
+    let pole = face < R::new(3.5);
+    let odd = (face == R::new(1.0)) | (face == R::new(3.0)) | (face == R::new(5.0));
+    // Up is the even one of its pair and has y negative: down the image is +y.
+    let x_side = if odd { -n } else { n };
+    let x_front = if odd { -pn } else { pn };
+    let x = if side { x_side } else if pole { pn } else { x_front };
+    let y_pole = if odd { n } else { -n };
+    let y = if side { qn } else if pole { y_pole } else { qn };
+    let z_side = if odd { pn } else { -pn };
+    let z_pole = if odd { -qn } else { qn };
+    let z_front = if odd { -n } else { n };
+    let z = if side { z_side } else if pole { z_pole } else { z_front };
+    [x, y, z]
+}
+
+/// The unit direction at gnomonic (p, q) of a face.
+#[inline(always)]
+pub(super) fn from_face<R: Real>([p, q]: [R; 2], face: R) -> [R; 3] {
+    let one = R::new(1.0);
+    let n = one / (one + p * p + q * q).sqrt();
+    axis_of_face([p * n, q * n, n], face)
+}
+
 /// Six gnomonic faces.
 #[derive(Clone, Copy, Debug)]
 pub struct Cube;
@@ -53,48 +104,15 @@ impl Projection for Cube {
     }
 
     #[inline(always)]
-    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let zero = R::new(0.0);
-        let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-        let by_x = (ax >= ay) & (ax >= az);
-        let by_y = ay >= az;
-        let major = if by_x { ax } else if by_y { ay } else { az };
-        let (xn, yn, zn) = (x < zero, y < zero, z < zero);
-        let p_side = if xn { z } else { -z };
-        let p_front = if zn { -x } else { x };
-        let p = if by_x { p_side } else if by_y { x } else { p_front };
-        let q_poles = if yn { z } else { -z };
-        let q = if by_x { y } else if by_y { q_poles } else { y };
-        let (f0, f1, f2) = (R::new(0.0), R::new(1.0), R::new(2.0));
-        let (f3, f4, f5) = (R::new(3.0), R::new(4.0), R::new(5.0));
-        let face_x = if xn { f1 } else { f0 };
-        let face_y = if yn { f2 } else { f3 };
-        let face_z = if zn { f5 } else { f4 };
-        let face = if by_x { face_x } else if by_y { face_y } else { face_z };
+    fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
+        let ([p, q], major, face) = to_face(d);
         Uv::centred(p / major, q / major, face)
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        let one = R::new(1.0);
-        let n = one / (one + p * p + q * q).sqrt();
-        let (pn, qn) = (p * n, q * n);
-        let face = uv.face;
-        let side = face < R::new(1.5);
-        let pole = face < R::new(3.5);
-        let odd = (face == R::new(1.0)) | (face == R::new(3.0)) | (face == R::new(5.0));
-        // Up is the even one of its pair and has y negative: down the image is +y.
-        let x_side = if odd { -n } else { n };
-        let x_front = if odd { -pn } else { pn };
-        let x = if side { x_side } else if pole { pn } else { x_front };
-        let y_pole = if odd { n } else { -n };
-        let y = if side { qn } else if pole { y_pole } else { qn };
-        let z_side = if odd { pn } else { -pn };
-        let z_pole = if odd { -qn } else { qn };
-        let z_front = if odd { -n } else { n };
-        let z = if side { z_side } else if pole { z_pole } else { z_front };
-        [x, y, z]
+        from_face([p, q], uv.face)
     }
 
     fn beside(self, _: Edge, along: f64, inset: f64) -> f64 {

@@ -14,6 +14,8 @@ pub trait Visitor {
     fn visit<P: Projection>(self, projection: P) -> Self::Output;
 }
 
+mod warped_cube;
+
 macro_rules! projections {
     ($($module:ident::$name:ident),+ $(,)?) => {
         $(mod $module;)+
@@ -66,4 +68,10 @@ projections! {
     equisolid::Equisolid,
     stereographic::Stereographic,
     orthographic::Orthographic,
+    equal_area::EqualArea,
+    concentric::Concentric,
+    lambert_cylindrical::LambertCylindrical,
+    cube_equiangular::CubeEquiangular,
+    cube_quadratic::CubeQuadratic,
+    cube_equal_area::CubeEqualArea,
 }

@@ -7,10 +7,11 @@ use super::arrays::{
 use super::images::{self, Lookup};
 use super::projection::{PyProjection, size};
 use crate::convention;
+use crate::cost;
 use crate::frame;
 use crate::kernel;
 use crate::map::{Map, Options};
-use crate::projection::Projection;
+use crate::projection::{Coverage, Projection};
 use crate::projections::{Kind, REGISTRY, Visitor};
 use crate::threads;
 use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
@@ -233,9 +234,14 @@ pub fn rotation(
 pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     struct Claims;
     impl Visitor for Claims {
-        type Output = (&'static str, (f64, f64));
+        type Output = (Coverage, (f64, f64), &'static str, (u32, u32));
         fn visit<P: Projection>(self, p: P) -> Self::Output {
-            (p.coverage().name(), p.density_range())
+            (
+                p.coverage(),
+                p.density_range(),
+                p.seam().name(),
+                cost::steps(p),
+            )
         }
     }
     let list = PyList::empty(py);
@@ -244,7 +250,7 @@ pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         let Some(kind) = Kind::new(info.name, &defaults) else {
             continue;
         };
-        let (coverage, density_range) = kind.visit(Claims);
+        let (coverage, density_range, seam, steps) = kind.visit(Claims);
         let parameters = PyList::empty(py);
         for parameter in info.parameters {
             let dict = PyDict::new(py);
@@ -262,7 +268,10 @@ pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         dict.set_item("source", info.source)?;
         dict.set_item("summary", info.summary)?;
         dict.set_item("singular", info.singular)?;
-        dict.set_item("coverage", coverage)?;
+        dict.set_item("coverage", coverage.name())?;
+        dict.set_item("coverage_solid_angle", coverage.solid_angle())?;
+        dict.set_item("seam", seam)?;
+        dict.set_item("steps", steps)?;
         dict.set_item("faces", info.faces)?;
         dict.set_item(
             "layouts",

@@ -25,6 +25,13 @@ pub fn cube(r: Rect) -> f64 {
     patch(&corners, 4.0, |[u, v]| [2.0 * u - 1.0, 2.0 * v - 1.0, 1.0])
 }
 
+/// Solid angle of the rectangle p[0]..p[1] × q[0]..q[1] of the plane at distance 1, whose area is known to more
+/// digits than its sides give.
+pub fn plane_rectangle(p: [f64; 2], q: [f64; 2], area: f64) -> f64 {
+    let points = [[p[0], q[0]], [p[1], q[0]], [p[1], q[1]], [p[0], q[1]]];
+    fan(&points.map(|[p, q]| [p, q, 1.0]), |_| area)
+}
+
 /// Solid angle of a rectangle of a picture whose half sides at distance 1 are `half` and whose axis is at
 /// `principal`, in coordinates from -1 to 1.
 pub fn perspective(r: Rect, half: [f64; 2], principal: [f64; 2]) -> f64 {

@@ -49,7 +49,9 @@ use std::f64::consts::PI;
 
 pub use disk::{azimuthal, bands, disk_area, matcap};
 pub use gauss::{outlined, quadrature};
-pub use gnomonic::{cube, gnomonic_polygon, hemioctahedral, octahedral, perspective};
+pub use gnomonic::{
+    cube, gnomonic_polygon, hemioctahedral, octahedral, perspective, plane_rectangle,
+};
 
 /// A rectangle of the unit square: u0 <= u <= u1, v0 <= v <= v1.
 #[derive(Clone, Copy, Debug)]
@@ -79,6 +81,11 @@ impl Rect {
 
     fn dv(self) -> f64 {
         self.v1 - self.v0
+    }
+
+    /// Its area in the image.
+    pub fn area(self) -> f64 {
+        self.du() * self.dv()
     }
 
     fn quarters(self) -> [Self; 4] {

@@ -312,3 +312,47 @@ fn empty_rectangles() {
         }
     }
 }
+
+/// Rectangles that the edge of a shape crosses, against closed forms: a disk, and the sinusoidal map's sine.
+#[test]
+fn outlined_shapes() {
+    let disk = |u: f64, v: f64| {
+        let (p, q) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+        if p * p + q * q <= 1.0 { 1.0 } else { f64::NAN }
+    };
+    let sine = |u: f64, v: f64| {
+        let (p, q) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+        if p.abs() <= (0.5 * PI * q).cos() {
+            1.0
+        } else {
+            f64::NAN
+        }
+    };
+    for n in [4, 8, 32] {
+        let at = |k: usize| k as f64 / n as f64;
+        let (mut round, mut wave) = (0.0, 0.0);
+        for j in 0..n {
+            for i in 0..n {
+                let r = Rect {
+                    u0: at(i),
+                    u1: at(i + 1),
+                    v0: at(j),
+                    v1: at(j + 1),
+                };
+                let (got, want) = (outlined(r, &disk), disk_area(r));
+                // The rim turns back inside the texels at its four ends.
+                assert!((got - want).abs() < 2e-4 * r.area(), "{r:?}: {got} {want}");
+                round += got;
+                wave += outlined(r, &sine);
+            }
+        }
+        assert!(
+            (round - 0.25 * PI).abs() < 1e-4 / (n * n) as f64,
+            "{n}: {round}"
+        );
+        assert!(
+            (wave - 2.0 / PI).abs() < 1e-4 / (n * n) as f64,
+            "{n}: {wave}"
+        );
+    }
+}

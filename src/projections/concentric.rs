@@ -1,0 +1,101 @@
+//! The concentric map: the hemisphere in a square, each texel of one solid angle.
+//!
+//! Source: Shirley and Chiu 1997, A Low Distortion Map Between Disk and Square: squares about the centre become circles,
+//! r = max(|p|, |q|), with the azimuth (π/4) of the ratio of the smaller to the larger coordinate from the nearer
+//! axis; then the equal-area disk, z = 1 - r².
+//!
+//! Domain: directions with z ≥ 0, else NaN. No singular point; its creases are the diagonals. It is the inner diamond
+//! of the equal-area octahedral map, turned by 45°, and as `hemioctahedral` is to `octahedral`.
+
+use super::equal_area::radius;
+use crate::light::solid_angle::Rect;
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::real::{Real, max, min};
+use std::f64::consts::PI;
+
+/// The hemisphere in equal areas.
+#[derive(Clone, Copy, Debug)]
+pub struct Concentric;
+
+impl Projection for Concentric {
+    const INFO: Info = Info {
+        name: "concentric",
+        title: "Concentric map of a hemisphere",
+        source: "Shirley and Chiu 1997, A Low Distortion Map Between Disk and Square",
+        summary: "The hemisphere in a square, texels of one solid angle; sky domes, and samples of lobes.",
+        singular: "None; its creases are the diagonals.",
+        axes: "+x +y +z",
+        faces: 1,
+        layouts: &[],
+        aspect: (1, 1),
+        outline: Outline::Square,
+        equal_area: true,
+        conformal: false,
+        parameters: &[],
+    };
+
+    fn with_parameters(_: &[f64]) -> Self {
+        Concentric
+    }
+
+    fn coverage(self) -> Coverage {
+        Coverage::Hemisphere
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        (2.0 * PI, 2.0 * PI)
+    }
+
+    fn seam(self) -> Seam {
+        Seam::Ends
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
+        let r = radius([x, y, z]);
+        let (a, b) = (x.abs(), y.abs());
+        let along_x = a >= b;
+        let minor = r * (R::half_turns(min(a, b), max(a, b)) * R::new(4.0));
+        let p = if along_x { r } else { minor };
+        let q = if along_x { minor } else { r };
+        let zero = R::new(0.0);
+        let seen = z >= zero;
+        let edge = R::new(1.0);
+        let (p, q) = (if p > edge { edge } else { p }, if q > edge { edge } else { q });
+        let nan = R::new(f64::NAN);
+        Uv::centred(
+            if seen { p.negated_if(x < zero) } else { nan },
+            if seen { q.negated_if(y < zero) } else { nan },
+            zero,
+        )
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (p, q) = uv.pq();
+        let (a, b) = (p.abs(), q.abs());
+        let along_x = a >= b;
+        let (r, minor) = (max(a, b), min(a, b));
+        let divisor = if r > zero { r } else { one };
+        let (sin, cos) = R::sin_cos_half_turns(minor / (divisor * R::new(4.0)));
+        let flat = r * (R::new(2.0) - r * r).sqrt();
+        let (near, far) = (cos * flat, sin * flat);
+        let x = if along_x { near } else { far };
+        let y = if along_x { far } else { near };
+        [
+            x.negated_if(p < zero),
+            y.negated_if(q < zero),
+            (one - r) * (one + r),
+        ]
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        2.0 * PI * rect.area()
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, _: Uv<R>) -> R {
+        R::new(2.0 * PI)
+    }
+}

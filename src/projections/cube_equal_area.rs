@@ -1,0 +1,118 @@
+//! The quadrilateralized spherical cube: six faces whose texels all see the same solid angle.
+//!
+//! Source: O'Neill and Laubscher 1976, Extended Studies of a Quadrilateralized Spherical Cube Earth Data Base, the exact
+//! projection (COBE's own is an approximation of it), as PROJ's `qsc` has it after Lambers and Kolb 2012. On a face, with a the larger and b
+//! the smaller of the two components across it, m the one along its axis and θ = atan(b/a),
+//! p = √((1 - cos φ)/(1 - cos φ₁)), cos φ = m/L, cos φ₁ = a/√(2a² + b²), and q/p = (12/π)(θ - asin(sin θ/√2)).
+//!
+//! Domain: all directions; no singular point; the creases are the diagonals of the faces.
+//!
+//! Written without differences of close numbers: with D = √(2a² + b²), p = √(D(D + a)/L(L + m)) and
+//! q/p = (12/π) atan(b(a² + b²)/((aD + b²)(D + a))). Back, with t = (π/12) q/p, a : b = cos t - 1/√2 : sin t.
+
+use super::cube::{axis_of_face, to_face};
+use crate::faces::CUBE_LAYOUTS;
+use crate::light::solid_angle::Rect;
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::real::{Real, max, min};
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+/// Six faces in equal areas.
+#[derive(Clone, Copy, Debug)]
+pub struct CubeEqualArea;
+
+/// The farthest that faces are continued, in p.
+const FARTHEST: f64 = 1.75;
+
+impl Projection for CubeEqualArea {
+    const INFO: Info = Info {
+        name: "cube_equal_area",
+        title: "Equal-area cube map (quadrilateralized spherical cube)",
+        source: "O'Neill and Laubscher 1976; PROJ, qsc",
+        summary: "Six faces whose texels all see the same solid angle; sky surveys after COBE.",
+        singular: "None; on ties x wins over y wins over z.",
+        axes: "+x -y +z",
+        faces: 6,
+        layouts: CUBE_LAYOUTS,
+        aspect: (1, 1),
+        outline: Outline::Square,
+        equal_area: true,
+        conformal: false,
+        parameters: &[],
+    };
+
+    fn with_parameters(_: &[f64]) -> Self {
+        CubeEqualArea
+    }
+
+    fn coverage(self) -> Coverage {
+        Coverage::Sphere
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        (4.0 * PI / 6.0, 4.0 * PI / 6.0)
+    }
+
+    fn seam(self) -> Seam {
+        Seam::Faces
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
+        let ([x, y], m, face) = to_face(d);
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (ax, ay) = (x.abs().squarable(), y.abs().squarable());
+        let along_x = ax >= ay;
+        let (a, b) = (max(ax, ay), min(ax, ay));
+        let (aa, bb) = (a * a, b * b);
+        let flat = aa + bb;
+        let across = (aa + flat).sqrt();
+        let length = (flat + m * m).sqrt();
+        let major = (across * (across + a) / (length * (length + m))).sqrt();
+        let major = if major > one { one } else { major };
+        let ratio = R::half_turns(b * flat, (a * across + bb) * (across + a)) * R::new(12.0);
+        let minor = major * ratio;
+        let p = if along_x { major } else { minor };
+        let q = if along_x { minor } else { major };
+        Uv::centred(p.negated_if(x < zero), q.negated_if(y < zero), face)
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let (zero, one, two) = (R::new(0.0), R::new(1.0), R::new(2.0));
+        let (p, q) = uv.pq();
+        let (ap, aq) = (p.abs(), q.abs());
+        let along_p = ap >= aq;
+        let (major, minor) = (max(ap, aq), min(ap, aq));
+        let divisor = if major > zero { major } else { one };
+        let (s, c) = R::sin_cos_half_turns(minor / (divisor * R::new(24.0)));
+        // cos t - 1/√2 from half the angle, which rounds less.
+        let a = R::new(1.0 - FRAC_1_SQRT_2) - two * s * s;
+        let b = two * s * c;
+        let (aa, bb) = (a * a, b * b);
+        let flat = aa + bb;
+        let across = (aa + flat).sqrt();
+        let square = across * (across + a);
+        let versine = major * major * flat / square;
+        let out = major * (max(two - versine, zero) / square).sqrt();
+        let (far, near) = (a * out, b * out);
+        let x = if along_p { far } else { near };
+        let y = if along_p { near } else { far };
+        axis_of_face([x.negated_if(p < zero), y.negated_if(q < zero), one - versine], uv.face)
+    }
+
+    fn beyond(self, uv: Uv<f64>) -> Uv<f64> {
+        let (p, q) = uv.pq();
+        let [p, q] = [p, q].map(|x| x.clamped(-FARTHEST, FARTHEST));
+        self.encode(self.decode(Uv::centred(p, q, uv.face)))
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        4.0 * PI / 6.0 * rect.area()
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, _: Uv<R>) -> R {
+        R::new(4.0 * PI / 6.0)
+    }
+}

@@ -1,0 +1,105 @@
+//! The equal-area octahedral square: the octahedral map's square with the same solid angle in every texel.
+//!
+//! Source: Clarberg 2008, Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD, as pbrt-v4 has it
+//! (`EqualAreaSquareToSphere`). With a = |p|, b = |q| and d = 1 - a - b: r = 1 - |d|, φ = (π/4)((b - a)/r + 1) from the x axis
+//! in each quadrant, z = ±(1 - r²) with the sign of d, and r√(2 - r²) along φ.
+//!
+//! Domain: all directions; no singular point, but each pole is the tip of four creases. The fold is that of the octahedral
+//! map: -z is all four corners and encodes to (1, 1).
+//!
+//! φ in half turns is n/2r with n = b within the diamond and 1 - a beyond it: no difference of two close
+//! numbers. r is √(1 - |z|) written as √((x² + y²)/L(L + |z|)), which keeps its digits near the poles. The arctangent is
+//! a true one: pbrt's polynomial is off by 6e-6 rad.
+
+use crate::light::solid_angle::Rect;
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::real::{Real, sign};
+use std::f64::consts::PI;
+
+/// √((x² + y²)/L(L + |z|)): the radius √(1 - |z|/L) of a direction in the equal-area disk of its hemisphere.
+#[inline(always)]
+pub(super) fn radius<R: Real>([x, y, z]: [R; 3]) -> R {
+    let (xs, ys) = (x.squarable(), y.squarable());
+    let flat = xs * xs + ys * ys;
+    let length = (flat + z * z).sqrt();
+    (flat / (length * (length + z.abs()))).sqrt()
+}
+
+/// The whole sphere in equal areas.
+#[derive(Clone, Copy, Debug)]
+pub struct EqualArea;
+
+impl Projection for EqualArea {
+    const INFO: Info = Info {
+        name: "equal_area",
+        title: "Equal-area octahedral map",
+        source: "Clarberg 2008, Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD; pbrt-v4",
+        summary: "The octahedral square with texels of one solid angle; environment lights of pbrt-v4.",
+        singular: "None; -z is all four corners and encodes to (1, 1). Creases meet at both poles.",
+        axes: "+x +y +z",
+        faces: 1,
+        layouts: &[],
+        aspect: (1, 1),
+        outline: Outline::Square,
+        equal_area: true,
+        conformal: false,
+        parameters: &[],
+    };
+
+    fn with_parameters(_: &[f64]) -> Self {
+        EqualArea
+    }
+
+    fn coverage(self) -> Coverage {
+        Coverage::Sphere
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        (4.0 * PI, 4.0 * PI)
+    }
+
+    fn seam(self) -> Seam {
+        Seam::Octahedral
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
+        let one = R::new(1.0);
+        let r = radius([x, y, z]);
+        let n = r * (R::half_turns(y.abs(), x.abs()) * R::new(2.0));
+        let m = r - n;
+        let below = z < R::new(0.0);
+        let a = if below { one - n } else { m };
+        let b = if below { one - m } else { n };
+        Uv::centred(a * sign(x), b * sign(y), R::new(0.0))
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let (zero, one, two) = (R::new(0.0), R::new(1.0), R::new(2.0));
+        let (p, q) = uv.pq();
+        let (a, b) = (p.abs(), q.abs());
+        let distance = one - a - b;
+        let below = distance < zero;
+        let n = if below { one - a } else { b };
+        let m = if below { one - b } else { a };
+        let r = n + m;
+        let divisor = if r > zero { r } else { one };
+        let (sin, cos) = R::sin_cos_half_turns(n / (divisor * two));
+        let flat = r * (two - r * r).sqrt();
+        [
+            cos * flat * sign(p),
+            sin * flat * sign(q),
+            distance * (one + r),
+        ]
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        4.0 * PI * rect.area()
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, _: Uv<R>) -> R {
+        R::new(4.0 * PI)
+    }
+}

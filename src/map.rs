@@ -869,6 +869,27 @@ impl<R: Scalar> Visitor for DecodeCanonical<'_, R> {
     }
 }
 
+/// The directions that each face's formula gives at canonical (u, v, face), also beyond the face's edges, in
+/// the view frame and on the caller's thread.
+pub struct ContinuedCanonical<'a, R> {
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Directions.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for ContinuedCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        kernel::run(
+            Continued(p),
+            &Frame::<R, 3, 3>::plain(),
+            self.input,
+            self.output,
+        );
+    }
+}
+
 /// dω/(du dv) at canonical (u, v, face), on the caller's thread; NaN outside the valid image.
 pub struct DensityCanonical<'a, R> {
     /// Coordinates.

@@ -384,6 +384,42 @@ impl<R: Scalar> Visitor for DecodeCanonical<'_, R> {
     }
 }
 
+#[derive(Clone, Copy)]
+struct Continued<P>(P);
+
+impl<P: Projection, const I: usize> Point<f64, I, 3> for Continued<P> {
+    const DIRECTION_OUT: bool = true;
+    const EVERY_LEVEL: bool = false;
+
+    #[inline(always)]
+    fn apply(self, x: [f64; I]) -> [f64; 3] {
+        self.0.decode(uv(x))
+    }
+}
+
+/// The directions that each face's formula gives at canonical (u, v, face), also beyond the face's edges, in the view
+/// frame.
+pub struct ContinuedCanonical<'a> {
+    /// Coordinates.
+    pub input: &'a [f64],
+    /// Directions.
+    pub output: &'a mut [f64],
+}
+
+impl Visitor for ContinuedCanonical<'_> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        if const { P::INFO.faces > 1 } {
+            let frame = Frame::<f64, 3, 3>::plain();
+            kernel::run(Continued(p), &frame, self.input, self.output);
+        } else {
+            narrowed::<f64, 3>(self.input, self.output, |input, output| {
+                kernel::run(Continued(p), &Frame::<f64, 2, 3>::plain(), input, output);
+            });
+        }
+    }
+}
+
 /// Derivatives of world directions at canonical (u, v, face): ∂x/∂u, ∂x/∂v, ∂y/∂u and so on. NaN outside the valid
 /// image.
 pub struct JacobianCanonical<'a> {

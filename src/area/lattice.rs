@@ -201,6 +201,59 @@ impl<'a> Lattice<'a> {
         Ok(lattice)
     }
 
+    /// The same image, each texel as `refined` × `refined` cells.
+    pub fn refine(mut self, refined: usize) -> Self {
+        self.refined = refined;
+        self.columns = self.raster.width * refined;
+        self.rows = self.raster.height * refined;
+        self
+    }
+
+    /// The map's view frame to the shared one.
+    pub fn turn(&self) -> Option<[[f64; 3]; 3]> {
+        self.frame.map(|[m, _]| m)
+    }
+
+    /// Whether all cells are equally long along an axis.
+    pub fn uniform(&self, axis: usize) -> bool {
+        self.axis(axis).0.1 == -0.5
+    }
+
+    fn axis(&self, axis: usize) -> ((f64, f64), usize) {
+        if axis == 0 {
+            (self.raster.along_u.index(), self.columns)
+        } else {
+            (self.raster.along_v.index(), self.rows)
+        }
+    }
+
+    /// The coordinate of half-line `k`: even ones lie between cells, odd ones halfway. Beyond the image it goes on as
+    /// far as one step.
+    pub fn line(&self, axis: usize, k: isize) -> f64 {
+        let (index, cells) = self.axis(axis);
+        let last = 2 * cells as isize;
+        if k < 0 {
+            return 2.0 * self.line(axis, 0) - self.line(axis, -k);
+        }
+        if k > last {
+            return 2.0 * self.line(axis, last) - self.line(axis, (2 * last - k).max(0));
+        }
+        let cell = (k as usize / 2).min(cells - 1);
+        let (from, to) = self.edges(index, cells, cell);
+        match k as usize - 2 * cell {
+            0 => from,
+            1 => 0.5 * (from + to),
+            _ => to,
+        }
+    }
+
+    /// (scale, offset) of the place in cells as a function of the coordinate.
+    pub fn scale(&self, axis: usize) -> (f64, f64) {
+        let ((scale, offset), _) = self.axis(axis);
+        let k = self.refined as f64;
+        (scale * k, (offset + 0.5) * k)
+    }
+
     pub fn sense(&self, face: usize) -> f64 {
         self.sense[face]
     }
@@ -212,6 +265,19 @@ impl<'a> Lattice<'a> {
             None => d,
             Some([m, _]) => times(m, d),
         }
+    }
+
+    /// The stored texel that has the value of a cell.
+    #[inline(always)]
+    pub fn stored(&self, face: usize, cell: [usize; 2]) -> usize {
+        let mut texel = cell;
+        if self.refined > 1 {
+            texel = cell.map(|k| k / self.refined);
+        }
+        if self.raster.has_rim() {
+            texel = super::valid_texel(&self.raster, texel);
+        }
+        self.raster.view(face).index(texel[0], texel[1])
     }
 
     /// Where a direction lies, if the image holds it.
@@ -262,7 +328,7 @@ impl<'a> Lattice<'a> {
         ]
     }
 
-    fn contains(&self, face: usize, [u, v]: [f64; 2]) -> bool {
+    pub fn contains(&self, face: usize, [u, v]: [f64; 2]) -> bool {
         let face = face as f64;
         self.map.visit_canonical(Contains(Uv { u, v, face }))
     }

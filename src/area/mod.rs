@@ -39,19 +39,28 @@
 //! any size, but a sun of 1e9 leaves 1e-7 of rounding in every texel of its row, and an infinite
 //! texel the whole row.
 
+mod arc;
+mod density;
 mod lattice;
 mod overlay;
+mod seams;
+mod shares;
 mod sphere;
+mod statistic;
+mod sweep;
+#[cfg(test)]
+mod tests;
 
 use crate::error::Error;
 use crate::image::{Raster, Texel};
 use crate::map::Map;
-use crate::real::Real;
 use crate::threads;
+use density::Density;
 use glam::DMat3;
 use lattice::Lattice;
 use ndarray::ArrayView2;
-use overlay::Overlay;
+use statistic::Tallies;
+use sweep::{Sweep, Tally};
 
 /// What becomes of the values that a texel covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,9 +109,60 @@ pub fn convert<T: Texel>(
     fill: &[T],
     out: &mut [T],
 ) -> Result<(), Error> {
+    let tally = Tally::default();
+    convert_by(
+        Path::Best,
+        &tally,
+        source,
+        map,
+        shape,
+        rotation,
+        statistic,
+        fill,
+        out,
+    )
+}
+
+/// Which way cells may go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Path {
+    /// The fast one unless the images are small.
+    Best,
+    /// The fast one where it serves.
+    #[cfg(test)]
+    Fast,
+    /// Never the fast one.
+    #[cfg(test)]
+    General,
+}
+
+/// Texels of source and target together from which on the fast path is taken.
+const LARGE: usize = 1 << 13;
+
+/// Source cells along the side of a target cell for which a target is refined.
+const WIDEST: f64 = 12.0;
+
+/// Target cells along a side of a face, at least, on the fast path.
+const FEWEST_TARGET: usize = 64;
+
+#[expect(
+    clippy::too_many_arguments,
+    reason = "those of `convert` and what tests ask for"
+)]
+fn convert_by<T: Texel>(
+    path: Path,
+    tally: &Tally,
+    source: Source<'_, T>,
+    map: &Map,
+    shape: &[usize],
+    rotation: Option<DMat3>,
+    statistic: Statistic,
+    fill: &[T],
+    out: &mut [T],
+) -> Result<(), Error> {
     let frame = frame(source.map, map, rotation);
-    let from = Lattice::new(source.map, source.shape, None)?;
-    let into = Lattice::new(map, shape, Some(frame))?;
+    let mut from = Lattice::new(source.map, source.shape, None)?;
+    let mut into = Lattice::new(map, shape, Some(frame))?;
     let channels = fill.len();
     let (columns, texels) = (into.raster.columns, into.raster.texels());
     if source.texels.ncols() != channels || source.texels.nrows() != from.raster.texels() {
@@ -112,64 +172,101 @@ pub fn convert<T: Texel>(
             source.texels.dim()
         )));
     }
-    threads::rows(out, columns * channels, texels * COST, |row, out| {
-        let mut overlay = Overlay::new(&from, &into);
-        let mut weights = Vec::new();
-        let mut values = Vec::new();
-        for run in into.raster.runs(row) {
-            let out = &mut out[run.column * channels..][..run.length * channels];
-            for (k, out) in out.chunks_exact_mut(channels).enumerate() {
-                weights.clear();
-                if let Some((face, start, step)) = run.face {
-                    let [i, j] =
-                        [0, 1].map(|axis| (start[axis] + k as isize * step[axis]) as usize);
-                    collect(&mut overlay, &from, &into, face, [i, j], &mut weights);
+    let fast = match path {
+        Path::Best => from.raster.texels() + texels >= LARGE,
+        #[cfg(test)]
+        Path::Fast => true,
+        #[cfg(test)]
+        Path::General => false,
+    };
+    let mut cost = COST;
+    let mut varies = [[true; 2]; 2];
+    if fast {
+        (from, into) = refined(from, into);
+        varies = [Density::varies(&from), Density::varies(&into)];
+        cost = into.refined * into.refined;
+    }
+    let parts = into.refined;
+    let side = (sweep::BLOCK / parts).max(1);
+    let width = columns * channels;
+    threads::bands(out, width, texels * cost, side, |first, band| {
+        let mut sweep = Sweep::new(&from, &into, varies, fast);
+        let mut tallies = Tallies::new(source, statistic, side * side);
+        let rows = band.len() / width;
+        into.raster.blocks(first, rows, (side, side), |block| {
+            let Some((face, texel, [along, down])) = block.face else {
+                for row in 0..block.rows {
+                    let out = &mut band[(block.start + row * columns) * channels..];
+                    let out = &mut out[..block.columns * channels];
+                    out.chunks_exact_mut(channels)
+                        .for_each(|out| out.copy_from_slice(fill));
                 }
-                if weights.is_empty() {
-                    out.copy_from_slice(fill);
-                    continue;
-                }
-                for (channel, out) in out.iter_mut().enumerate() {
-                    values.clear();
-                    values.extend(weights.iter().filter_map(|&(index, weight)| {
-                        let value = source.texels[[index, channel]].load().to_f64();
-                        (!(source.skipna && value.is_nan())).then_some((value, weight))
-                    }));
-                    let value = match statistic {
-                        Statistic::Mean => mean(&values),
-                        Statistic::Mode => mode(&mut values),
-                    };
-                    *out = T::store(<T::Float as Real>::new(value));
+                return;
+            };
+            let at = |column: usize, row: usize| {
+                [0, 1].map(|axis| {
+                    let step = column as isize * along[axis] + row as isize * down[axis];
+                    (texel[axis] + step) as usize
+                })
+            };
+            let (p, q) = (at(0, 0), at(block.columns - 1, block.rows - 1));
+            let low = [0, 1].map(|axis| p[axis].min(q[axis]));
+            let high = [0, 1].map(|axis| p[axis].max(q[axis]) + 1);
+            let across = high[0] - low[0];
+            tallies.clear();
+            // Cells of a large texel come in blocks.
+            let step = sweep::BLOCK;
+            let cells = |axis: usize| (low[axis] * parts..high[axis] * parts).step_by(step);
+            for y in cells(1) {
+                for x in cells(0) {
+                    let end = [
+                        (x + step).min(high[0] * parts),
+                        (y + step).min(high[1] * parts),
+                    ];
+                    sweep.cells(face, [x, y], end, |[x, y], weights| {
+                        let number = (y / parts - low[1]) * across + x / parts - low[0];
+                        tallies.add(number, weights);
+                    });
                 }
             }
-        }
+            for row in 0..block.rows {
+                for column in 0..block.columns {
+                    let [i, j] = at(column, row);
+                    let start = (block.start + row * columns + column) * channels;
+                    let number = (j - low[1]) * across + i - low[0];
+                    tallies.store(number, fill, &mut band[start..][..channels]);
+                }
+            }
+        });
+        sweep.count(tally);
     });
     Ok(())
 }
 
+/// Both lattices as the fast path needs them.
+fn refined<'a>(from: Lattice<'a>, into: Lattice<'a>) -> (Lattice<'a>, Lattice<'a>) {
+    let parts = |least: f64| match least.ceil() as usize {
+        0 | 1 => 1,
+        k => k.next_multiple_of(2),
+    };
+    let side = |lattice: &Lattice<'_>| lattice.raster.width.min(lattice.raster.height) as f64;
+    let least = parts(density::FEWEST as f64 / side(&from));
+    let from = from.refine(least);
+    // Cells a steradian, the square root of it.
+    let fine = |lattice: &Lattice<'_>| {
+        let faces = lattice.map.info().faces;
+        let cells = (faces * lattice.columns * lattice.rows) as f64;
+        (cells / lattice.map.coverage().solid_angle()).sqrt()
+    };
+    let into = into.refine(1);
+    let smooth = FEWEST_TARGET as f64 / side(&into);
+    let narrow = fine(&from) / fine(&into) / WIDEST;
+    let into = into.refine(parts(smooth.max(narrow)));
+    (from, into)
+}
+
 /// Points that a texel counts for when threads are handed out.
 const COST: usize = 256;
-
-/// The source texels that target texel (i, j) covers, as stored, and how much of each.
-fn collect(
-    overlay: &mut Overlay<'_, '_>,
-    from: &Lattice<'_>,
-    into: &Lattice<'_>,
-    face: usize,
-    [i, j]: [usize; 2],
-    weights: &mut Vec<(usize, f64)>,
-) {
-    let parts = into.refined;
-    for y in j * parts..(j + 1) * parts {
-        for x in i * parts..(i + 1) * parts {
-            overlay.overlaps(face, [x, y], |face, cell, area| {
-                let texel = cell.map(|c| c / from.refined);
-                let [i, j] = valid_texel(&from.raster, texel);
-                weights.push((from.raster.view(face).index(i, j), area));
-            });
-        }
-    }
-}
 
 /// The texel itself, or the nearest one whose centre lies in the valid image.
 fn valid_texel(raster: &Raster, [i, j]: [usize; 2]) -> [usize; 2] {
@@ -201,44 +298,6 @@ fn valid_texel(raster: &Raster, [i, j]: [usize; 2]) -> [usize; 2] {
         }
         reach *= 2;
     }
-}
-
-/// The mean by weight, within the values; NaN of none.
-fn mean(values: &[(f64, f64)]) -> f64 {
-    let (mut sum, mut weights) = (0.0, 0.0);
-    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    for &(value, weight) in values {
-        sum += weight * value;
-        weights += weight;
-        least = least.min(value);
-        most = most.max(value);
-    }
-    let mean = sum / weights;
-    if mean < least {
-        least
-    } else if mean > most {
-        most
-    } else {
-        mean
-    }
-}
-
-/// The value of the largest weight; NaN of none.
-fn mode(values: &mut [(f64, f64)]) -> f64 {
-    values.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (mut best, mut current) = ((f64::NAN, 0.0), (f64::NAN, 0.0));
-    for &(value, weight) in values.iter() {
-        if value.to_bits() == current.0.to_bits() {
-            current.1 += weight;
-        } else {
-            current = (value, weight);
-        }
-        // Shares that differ by rounding are equal, and the smaller value stays.
-        if current.1 > best.1 * (1.0 + 1e-9) || current.0.to_bits() == best.0.to_bits() {
-            best = current;
-        }
-    }
-    best.0
 }
 
 /// The matrix from the target's view frame to the source's.

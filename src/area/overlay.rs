@@ -23,11 +23,11 @@ const TOLERANCE: f64 = 1e-9;
 const MOST_STEPS: usize = 64;
 
 /// The longest way, in radians, along which an image that holds neither end is not looked for.
-const BLIND: f64 = 1e-3;
+pub(super) const BLIND: f64 = 1e-3;
 
 /// Overlaps below this part of the smaller cell are no overlaps: it is what rounding and the hair's breadth
 /// between coinciding edges make, and so a conversion to the same texels gives the same texels.
-const NOTHING: f64 = 3e-8;
+pub(super) const NOTHING: f64 = 3e-8;
 
 /// Of two places nearer than this, relative to the smaller cell's side, it is known that the border
 /// goes straight from the one's cell to the other's.

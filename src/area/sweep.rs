@@ -1,0 +1,354 @@
+//! The fast path: the cells of a block, from a lattice of points that they share.
+//!
+//! The corners of the target's cells and the middles of their sides are taken into the source by the vectorised
+//! kernels. Five neighbouring points of a line tell an edge's cubic and how far it is from the truth; two cells share
+//! the pieces of the edge between them. A cell whose edges are all smooth on one face is done with that. Others are
+//! followed on their own (`seams`), and where that fails, or the sum of a cell's shares is not its solid angle,
+//! the general path (`overlay`) has the word.
+
+use super::arc::{Arc, Piece, Place, differences, minus};
+use super::density::{Density, mean};
+use super::lattice::Lattice;
+use super::overlay::{BLIND, Overlay};
+use super::seams::Border;
+use super::shares::Shares;
+use super::sphere::{dot, sub};
+use crate::frame::Turn;
+use crate::projection::Outline;
+use crate::verbs::{ContinuedCanonical, EncodeCanonical};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// What an edge may err by, in source cells or in target cells, whichever are smaller.
+const FINE: f64 = 5e-8;
+
+/// What the sum of a cell's shares may differ from its solid angle by.
+const CLOSE: f64 = 2e-7;
+
+/// Which way cells went.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    pub fast: AtomicUsize,
+    pub followed: AtomicUsize,
+    pub general: AtomicUsize,
+}
+
+/// An edge between two cells: its pieces, and the area by which it may be wrong; NaN where it is not smooth.
+#[derive(Clone, Copy)]
+struct Edge {
+    start: usize,
+    end: usize,
+    wrong: f64,
+}
+
+#[derive(Default)]
+struct Edges {
+    pieces: Vec<Piece>,
+    edges: Vec<Edge>,
+}
+
+impl Edges {
+    fn clear(&mut self) {
+        self.pieces.clear();
+        self.edges.clear();
+    }
+
+    /// The edge between the second and the fourth of five points (x, y, face).
+    #[inline(always)]
+    fn push(&mut self, q: [[f64; 3]; 5], limits: [usize; 2]) {
+        let start = self.pieces.len();
+        let places = q.map(|[x, y, _]| [x, y]);
+        // `differences` takes them around the middle one.
+        let (third, fourth) = differences(places);
+        let way = minus(places[3], places[1]);
+        let length = (way[0] * way[0] + way[1] * way[1]).sqrt();
+        let one_face = q.iter().all(|point| point[2] == q[2][2]);
+        // 0.01: the largest distance of the cubic from the quartic.
+        let smooth = one_face && 0.01 * fourth * length.min(1.0) <= FINE;
+        if smooth {
+            Arc::through([places[1], places[2], places[3]], third).pieces(limits, &mut self.pieces);
+        }
+        self.edges.push(Edge {
+            start,
+            end: self.pieces.len(),
+            wrong: if smooth {
+                0.006 * fourth * length
+            } else {
+                f64::NAN
+            },
+        });
+    }
+
+    fn pieces(&self, edge: &Edge) -> &[Piece] {
+        &self.pieces[edge.start..edge.end]
+    }
+}
+
+/// Cells of a target image one block after another.
+pub(super) struct Sweep<'l, 'a> {
+    from: &'l Lattice<'a>,
+    into: &'l Lattice<'a>,
+    overlay: Overlay<'l, 'a>,
+    source: Density<'l, 'a>,
+    target: Density<'l, 'a>,
+    shares: Shares,
+    border: Border,
+    points: Vec<[f64; 3]>,
+    directions: Vec<[f64; 3]>,
+    turn: Turn,
+    /// Edges above a row of cells, below it, and between its cells.
+    above: Edges,
+    below: Edges,
+    between: Edges,
+    counts: [usize; 3],
+    /// Whether cells may be anything but general.
+    fast: bool,
+}
+
+/// Cells along a side of a block.
+pub(super) const BLOCK: usize = 32;
+
+impl<'l, 'a> Sweep<'l, 'a> {
+    pub fn new(
+        from: &'l Lattice<'a>,
+        into: &'l Lattice<'a>,
+        varies: [[bool; 2]; 2],
+        fast: bool,
+    ) -> Self {
+        let turn = Turn::Matrix(into.turn().unwrap_or([
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ]));
+        Sweep {
+            from,
+            into,
+            overlay: Overlay::new(from, into),
+            source: Density::new(from, varies[0]),
+            target: Density::new(into, varies[1]),
+            shares: Shares::default(),
+            border: Border::default(),
+            points: Vec::new(),
+            directions: Vec::new(),
+            turn,
+            above: Edges::default(),
+            below: Edges::default(),
+            between: Edges::default(),
+            counts: [0; 3],
+            fast,
+        }
+    }
+
+    pub fn count(&self, tally: &Tally) {
+        for (count, sum) in self
+            .counts
+            .iter()
+            .zip([&tally.fast, &tally.followed, &tally.general])
+        {
+            sum.fetch_add(*count, Ordering::Relaxed);
+        }
+    }
+
+    /// Calls `add(cell, weights)` for each cell of a rectangle, row by row, with the stored source texels that it
+    /// covers and how much of each; some may be there more than once.
+    pub fn cells(
+        &mut self,
+        face: usize,
+        low: [usize; 2],
+        high: [usize; 2],
+        mut add: impl FnMut([usize; 2], &[(usize, f64)]),
+    ) {
+        if !self.fast {
+            for y in low[1]..high[1] {
+                for x in low[0]..high[0] {
+                    self.general(face, [x, y]);
+                    self.counts[2] += 1;
+                    add([x, y], &self.shares.weights);
+                }
+            }
+            return;
+        }
+        let width = self.points_of(face, low, high);
+        let limits = [self.from.columns, self.from.rows];
+        let columns = high[0] - low[0];
+        let along = |points: &[[f64; 3]], k: usize, l: usize, step: usize, edges: &mut Edges| {
+            let first = l * width + k;
+            edges.push([0, 1, 2, 3, 4].map(|n| points[first + n * step]), limits);
+        };
+        self.below.clear();
+        for i in 0..columns {
+            along(&self.points, 2 * i, 1, 1, &mut self.below);
+        }
+        for j in 0..high[1] - low[1] {
+            std::mem::swap(&mut self.above, &mut self.below);
+            self.below.clear();
+            self.between.clear();
+            for i in 0..columns {
+                along(&self.points, 2 * i, 2 * j + 3, 1, &mut self.below);
+            }
+            for i in 0..=columns {
+                along(&self.points, 2 * i + 1, 2 * j, width, &mut self.between);
+            }
+            for i in 0..columns {
+                let at = [low[0] + i, low[1] + j];
+                let middle = (2 * j + 2) * width + 2 * i + 2;
+                let way = usize::from(!self.smooth(face, at, i, middle, width));
+                let way = if way == 0 || self.follow(face, at, middle) {
+                    way
+                } else {
+                    self.shares.clear();
+                    if !self.misses(middle, width) {
+                        self.general(face, at);
+                    }
+                    2
+                };
+                self.counts[way] += 1;
+                add(at, &self.shares.weights);
+            }
+        }
+    }
+
+    /// The points of a rectangle's half-lines and of one more on each side; how many there are in a row.
+    fn points_of(&mut self, face: usize, low: [usize; 2], high: [usize; 2]) -> usize {
+        let lines = |axis: usize| -> Vec<f64> {
+            (2 * low[axis] as isize - 1..=2 * high[axis] as isize + 1)
+                .map(|k| self.into.line(axis, k))
+                .collect()
+        };
+        let (us, vs) = (lines(0), lines(1));
+        let face = face as f64;
+        self.points.clear();
+        self.points.extend(
+            vs.iter()
+                .flat_map(|&v| us.iter().map(move |&u| [u, v, face])),
+        );
+        self.directions.resize(self.points.len(), [0.0; 3]);
+        self.into.map.visit_canonical(ContinuedCanonical {
+            input: self.points.as_flattened(),
+            output: self.directions.as_flattened_mut(),
+        });
+        self.from.map.visit_canonical(EncodeCanonical {
+            turn: self.turn,
+            input: self.directions.as_flattened(),
+            output: self.points.as_flattened_mut(),
+        });
+        let (along_u, along_v) = (self.from.scale(0), self.from.scale(1));
+        for point in &mut self.points {
+            point[0] = point[0] * along_u.0 + along_u.1;
+            point[1] = point[1] * along_v.0 + along_v.1;
+        }
+        us.len()
+    }
+
+    /// The solid angle of a target cell.
+    #[inline(always)]
+    fn size(&mut self, face: usize, at: [usize; 2]) -> f64 {
+        self.target.cells(face, at).first().map_or(f64::NAN, mean)
+    }
+
+    /// Whether the shares are those of a cell.
+    #[inline(always)]
+    fn fits(&self, size: f64) -> bool {
+        (self.shares.total / size - 1.0).abs() <= CLOSE && self.shares.least >= -CLOSE * size
+    }
+
+    fn whole(&self, face: usize, at: [usize; 2]) -> bool {
+        let into = self.into;
+        into.map.info().outline == Outline::Square || {
+            let [(u0, u1), (v0, v1)] = into.rectangle(at);
+            [[u0, v0], [u1, v0], [u1, v1], [u0, v1]]
+                .iter()
+                .all(|uv| into.contains(face, *uv))
+        }
+    }
+
+    /// A cell with smooth edges on one face; false if it has none.
+    #[inline(always)]
+    fn smooth(
+        &mut self,
+        face: usize,
+        at: [usize; 2],
+        i: usize,
+        middle: usize,
+        width: usize,
+    ) -> bool {
+        let edges = [
+            &self.above.edges[i],
+            &self.between.edges[i + 1],
+            &self.below.edges[i],
+            &self.between.edges[i],
+        ];
+        let corner = |k: usize| -> Place { [self.points[k][0], self.points[k][1]] };
+        let (a, b) = (corner(middle - width - 1), corner(middle + width + 1));
+        let (c, d) = (corner(middle - width + 1), corner(middle + width - 1));
+        let (p, q) = (minus(b, a), minus(d, c));
+        let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
+        let wrong: f64 = edges.iter().map(|edge| edge.wrong).sum();
+        // NaN where an edge is not smooth.
+        let near = wrong <= FINE * area.abs();
+        if !near || !self.whole(face, at) {
+            return false;
+        }
+        let sense = area.signum();
+        let on = self.points[middle][2] as usize;
+        let size = self.size(face, at);
+        let parts = [
+            (self.above.pieces(&self.above.edges[i]), sense),
+            (self.between.pieces(&self.between.edges[i + 1]), sense),
+            (self.below.pieces(&self.below.edges[i]), -sense),
+            (self.between.pieces(&self.between.edges[i]), -sense),
+        ];
+        self.shares.clear();
+        self.shares
+            .add(self.from, &mut self.source, on, &parts, size)
+            && self.fits(size)
+    }
+
+    /// A cell whose border crosses seams, or is not smooth; false if that cannot be done.
+    fn follow(&mut self, face: usize, at: [usize; 2], middle: usize) -> bool {
+        let [x, y, on] = self.points[middle];
+        if on.is_nan() || self.from.map.info().outline != Outline::Square || !self.whole(face, at) {
+            return false;
+        }
+        let size = self.size(face, at);
+        let cell = [
+            (x as usize).min(self.from.columns - 1),
+            (y as usize).min(self.from.rows - 1),
+        ];
+        let own = self
+            .source
+            .cells(on as usize, cell)
+            .first()
+            .map_or(f64::NAN, mean);
+        let fine = 0.5 * FINE * (size / own).min(1.0);
+        if !self.border.trace(self.from, self.into, face, at, fine) {
+            return false;
+        }
+        self.shares.clear();
+        let sense = self.into.sense(face);
+        let (shares, from, source) = (&mut self.shares, self.from, &mut self.source);
+        self.border.faces(from, |on, pieces| {
+            shares.add(from, source, on, &[(pieces, sense * from.sense(on))], size)
+        }) && self.fits(size)
+    }
+
+    /// Whether a cell lies where the source holds nothing, as far as the general path looks.
+    fn misses(&self, middle: usize, width: usize) -> bool {
+        let around = [middle - width, middle, middle + width]
+            .into_iter()
+            .flat_map(|k| [k - 1, k, k + 1]);
+        let centre = self.directions[middle];
+        around.into_iter().all(|k| {
+            let way = sub(self.directions[k], centre);
+            self.points[k][2].is_nan() && dot(way, way) <= BLIND * BLIND
+        })
+    }
+
+    /// Any cell.
+    fn general(&mut self, face: usize, at: [usize; 2]) {
+        self.shares.clear();
+        let (from, weights) = (self.from, &mut self.shares.weights);
+        self.overlay.overlaps(face, at, |face, cell, area| {
+            weights.push((from.stored(face, cell), area));
+        });
+    }
+}

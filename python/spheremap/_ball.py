@@ -50,7 +50,8 @@ class UnwrappedBall:
     ball : Ball
         The rim in the photo.
     distance : float
-        From the centre of the ball to the camera, in radii of the ball; infinite for the ideal camera.
+        From the centre of the ball to the camera, in radii of the ball; infinite for the ideal
+        camera.
     fov : float or None
         The photo's horizontal angle in degrees; None for the ideal camera.
     blind_cone : float
@@ -131,8 +132,8 @@ def unwrap_ball(
     metal : {"Ag", "Al", "Au", "Cr", "Cu"}, optional
         Of which the ball is: the result is divided by its reflectance at each angle, too.
     filter : str
-        How the photo is looked up between its pixels, as for `sample`. Where the photo is finer than
-        the result, up to 32 × 32 lookups are averaged in each texel.
+        How the photo is looked up between its pixels, as for `sample`. Where the photo is finer
+        than the result, up to 32 × 32 lookups are averaged in each texel.
     fill : float, optional
         What the image has where the photo saw nothing. By default NaN, or 0 for integers.
 
@@ -347,8 +348,8 @@ def render_ball(
     metal : {"Ag", "Al", "Au", "Cr", "Cu"}, optional
         Times the reflectance of this metal for red, green and blue, at each angle.
     background : {"environment", "black", "alpha"}
-        What is beside the ball. "alpha" is black with a channel more: how much of each pixel the ball
-        covers. The colors are multiplied by it, as compositing wants them.
+        What is beside the ball. "alpha" is black with a channel more: how much of each pixel the
+        ball covers. The colors are multiplied by it, as compositing wants them.
     filter : str
         How the environment is looked up, as for `sample`.
 
@@ -430,7 +431,7 @@ def render_ball(
     photo = np.empty((math.prod(shape), channels + extra))
     for first in range(0, len(photo), BLOCK):
         part = np.arange(first, min(first + BLOCK, len(photo)))
-        xy = np.stack([part % shape[1], part // shape[1]], axis=-1) + 0.5
+        xy: Array = np.stack([part % shape[1], part // shape[1]], axis=-1) + np.float64(0.5)
         d, cosine = camera.reflections(xy)
         hit = np.isfinite(cosine)
         wanted = np.ones(len(part))
@@ -442,9 +443,11 @@ def render_ball(
         place = camera.outline.relative(xy)
         off = np.abs(np.sqrt(np.sum(place * place, axis=-1)) - 1) * camera.outline.mean
         wanted[off < 1.5] = np.maximum(wanted[off < 1.5], 16)
-        photo[part] = means(
-            counts(wanted), channels + extra, lambda i, offset, part=part: look(part[i], offset)
-        )
+
+        def inside(index: NDArray[np.intp], offset: Array, part: Any = part) -> Array:
+            return look(part[index], offset)
+
+        photo[part] = means(counts(wanted), channels + extra, inside)
     photo = photo.astype(light.dtype).reshape(*shape, channels + extra)
     return photo[..., 0] if scalar and not extra else photo
 

@@ -11,13 +11,13 @@ cos φ = 1/D, so that Newton's method converges from every start. With D → ∞
 
 The outline is a conic. A ball β = asin(1/D) in angular radius whose centre lies α off the
 camera's axis has, at focal length 1 and with A = cos²α - sin²β = cos(α+β) cos(α-β), its centre at
-sin 2α / 2A, the semi-axis sin 2β / 2A toward the principal point and the semi-axis sin β / √A across.
+sin 2α / 2A, the semi-axis sin 2β / 2A toward the principal point and sin β / √A across.
 The last ray that is reflected goes straight on: what lies within β of the direction from the
 camera to the ball is never seen. That is the blind cone.
 
 Frames: pixels have x to the right and y down from the picture's upper left corner, so that the
-first pixel's centre is (½, ½). Directions are in the camera's frame, x right, y up, z from the scene
-to the camera, as the axes "+x -y +z" of `sphere` have it.
+first pixel's centre is (½, ½). Directions are in the camera's frame, x right, y up, z from the
+scene to the camera, as the axes "+x -y +z" of `sphere` have it.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class View:
         ray[..., 0] = (xy[..., 0] - self.principal[0]) / self.focal
         ray[..., 1] = (self.principal[1] - xy[..., 1]) / self.focal
         ray[..., 2] = -1
-        return ray / np.linalg.norm(ray, axis=-1, keepdims=True)
+        return np.asarray(ray / np.linalg.norm(ray, axis=-1, keepdims=True))
 
     def reflections(self, xy: Array) -> tuple[Array, Array]:
         """Return the directions that pixels show, and the cosines of incidence there.

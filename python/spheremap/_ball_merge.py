@@ -48,7 +48,8 @@ class MergedBalls:
     image : ndarray of float32 or float64, the shape of `projection` + channels
         In the frame of the first photo's camera (or in that of the given rotations).
     weights : ndarray of float32, shape (K,) + the shape of `projection`
-        How much each photo counts in each direction; they sum to 1, or to 0 where none saw anything.
+        How much each photo counts in each direction; they sum to 1, or to 0 where none saw
+        anything.
     coverage : float
         The share of the sphere that some photo saw.
     residual : float
@@ -103,8 +104,8 @@ def merge_balls(
     photos : sequence of array_like, shape (H, W) or (H, W, C)
         Linear light, of any sizes.
     rotations : sequence, optional
-        The orientation of each photo's camera in the world, as `rotation` of `unwrap_ball`. By default
-        they are found; the result is then in the frame of the first camera.
+        The orientation of each photo's camera in the world, as `rotation` of `unwrap_ball`. By
+        default they are found; the result is then in the frame of the first camera.
     balls : sequence of Ball or None, optional
         The rim in each photo. By default, and for None, `find_ball` finds it.
     fov, distance : float or sequence, optional
@@ -206,7 +207,7 @@ def merge_balls(
         texels, least, _ = shot.unwrap(target, shape, turns[k])
         fade = _weight(shot, target, shape, turns[k], seen_behind)
         # One that is not finite in some channel is no light.
-        finite = np.isfinite(texels).all(axis=-1)
+        finite = np.asarray(np.isfinite(texels).all(axis=-1))
         # Scaled, so that a power of a few hundred pixels stays a number of usual size.
         weights[k] = np.where(finite, fade * (least / 100) ** _POWER, 0)
         values.append(np.where(finite[:, None], texels * gains[k], 0))
@@ -269,7 +270,7 @@ class _Colors:
         shape = (rows, 2 * rows)
         texels, least, _ = shot.unwrap(latlong, shape, np.eye(3))
         fade = _weight(shot, latlong, shape, np.eye(3), behind)
-        known = np.isfinite(texels).all(axis=-1)
+        known = np.asarray(np.isfinite(texels).all(axis=-1))
         area = latlong.solid_angle(shape) * known.reshape(shape)
         # Sums, so that coarser panoramas are sums of four.
         sums = (

@@ -652,11 +652,19 @@ fn constant_images<T: Pixel>() {
         value.is_finite() && (value != 0.0 || x.bits() == 0)
     });
     let filter = select(vec![Filter::Nearest, Filter::Bilinear]);
-    let values = (map(), map(), sides, turned(), constant, filter);
+    let values = (
+        map(),
+        map(),
+        sides,
+        turned(),
+        constant,
+        filter,
+        any::<bool>(),
+    );
     check(
         5000,
         values,
-        |(from, to, sides, turned, constant, filter)| {
+        |(from, to, sides, turned, constant, filter, antialias)| {
             let rotation = turned.map(|[yaw, pitch, roll]| from_angles(yaw, pitch, roll));
             let (source_shape, shape) =
                 (shape(&from, sides.0, sides.1), shape(&to, sides.2, sides.3));
@@ -679,7 +687,17 @@ fn constant_images<T: Pixel>() {
             let texels = ArrayView2::from_shape((texels.len(), 1), &texels).unwrap();
             let source = Source::new(&from, &source_shape, texels).unwrap();
             let mut out = vec![garbage; shape.iter().product()];
-            convert(&source, &to, &shape, rotation, filter, &[fill], &mut out).unwrap();
+            convert(
+                &source,
+                &to,
+                &shape,
+                rotation,
+                filter,
+                antialias,
+                &[fill],
+                &mut out,
+            )
+            .unwrap();
             for (out, d) in out.iter().zip(centres(&to, &shape)) {
                 let what = || {
                     format!(

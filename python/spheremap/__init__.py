@@ -32,6 +32,19 @@ from ._bake import (
     Bake,
     bake,
 )
+from ._ball import (
+    UnwrappedBall,
+    render_ball,
+    unwrap_ball,
+)
+from ._ball_find import (
+    Ball,
+    find_ball,
+)
+from ._ball_merge import (
+    MergedBalls,
+    merge_balls,
+)
 from ._compare import (
     Comparison,
     compare,
@@ -69,6 +82,11 @@ from ._lights import (
     lights,
     remove_sun,
     sun,
+)
+from ._matcap import (
+    bake_matcap,
+    shade_environment,
+    shade_matcap,
 )
 from ._packing import (
     Packing,
@@ -118,6 +136,7 @@ from ._views import (
 
 __all__ = [
     "Bake",
+    "Ball",
     "Candidate",
     "Comparison",
     "Distribution",
@@ -125,16 +144,19 @@ __all__ = [
     "Identification",
     "Light",
     "Lights",
+    "MergedBalls",
     "Packing",
     "Projection",
     "Projections",
     "RemapPlan",
     "Sun",
     "UnboundedPackingWarning",
+    "UnwrappedBall",
     "__version__",
     "add_sun",
     "average_direction",
     "bake",
+    "bake_matcap",
     "best_packing",
     "canonical",
     "compare",
@@ -151,6 +173,7 @@ __all__ = [
     "encode",
     "energy",
     "explain",
+    "find_ball",
     "get_num_threads",
     "identify",
     "integrate",
@@ -159,6 +182,7 @@ __all__ = [
     "jacobian",
     "lights",
     "mean",
+    "merge_balls",
     "mipmaps",
     "pack",
     "pack_frame",
@@ -172,6 +196,7 @@ __all__ = [
     "reflect",
     "remap_plan",
     "remove_sun",
+    "render_ball",
     "rotation",
     "sample",
     "set_num_threads",
@@ -183,11 +208,14 @@ __all__ = [
     "sh_project",
     "sh_rotate",
     "sh_window",
+    "shade_environment",
+    "shade_matcap",
     "simd_level",
     "solid_angle",
     "sun",
     "unpack",
     "unpack_frame",
+    "unwrap_ball",
     "valid",
     "weights",
     "write_dds",

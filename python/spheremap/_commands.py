@@ -21,6 +21,7 @@ from rich.table import Table
 
 import spheremap as sm
 from spheremap import _core, _fit, _projections, io
+from spheremap._ball_command import ball
 
 app = typer.Typer(
     name="spheremap",
@@ -279,6 +280,9 @@ def bake(
     print(f"{source}: {_fit.described(src)}, baked in {seconds:.3f} s")
     for place, what in written:
         print(f"{place}: {what}, {place.stat().st_size} bytes")
+
+
+app.command()(ball)
 
 
 @app.command()

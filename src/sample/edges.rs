@@ -185,7 +185,8 @@ mod tests {
                 .map(|i| (i * 7919 % 1009) as f64 / 1009.0)
                 .collect();
             let texels = ArrayView2::from_shape((6 * n * n, 1), &texels).unwrap();
-            let source = Source::new(&map, &[6, n, n], texels).unwrap();
+            let shape = [6, n, n];
+            let source = Source::new(&map, &shape, texels).unwrap();
             let look = |d: [f64; 3]| {
                 let mut out = [0.0];
                 source.sample(None, Filter::Bilinear, &[0.0], &d, &mut out);

@@ -164,7 +164,7 @@ for _name in CUBES[1:]:
     LAYOUTS[_name] = LAYOUTS["cube"]
 
 
-# Places of a face, in p and q, where a map is like the tip of a cone: derivatives grow without bound.
+# Places of a face, in p and q, where a map is like the tip of a cone.
 TIPS: dict[str, tuple[tuple[int, int], ...]] = {
     "equal_area": ((0, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)),
     "concentric": ((0, 0),),

@@ -164,6 +164,14 @@ for _name in CUBES[1:]:
     LAYOUTS[_name] = LAYOUTS["cube"]
 
 
+# Places of a face, in p and q, where a map is like the tip of a cone.
+TIPS: dict[str, tuple[tuple[int, int], ...]] = {
+    "equal_area": ((0, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)),
+    "concentric": ((0, 0),),
+    "cube_equal_area": ((0, 0),),
+}
+
+
 def real(a: Any) -> Array:
     """Give a float64 or longdouble array."""
     a = np.asarray(a)
@@ -903,6 +911,10 @@ class Reference:
                 ok &= np.abs(np.abs(p) + np.abs(q) - 1) > margin
             if "diagonals" in lines:
                 ok &= np.abs(np.abs(p) - np.abs(q)) > margin
+            for a, b in TIPS.get(self.name, ()):
+                ok &= np.hypot(p - a, q - b) > 16 * margin
+            if self.name in POLES & ROOT_RIMS:
+                ok &= np.abs(q) < 1 - 4 * margin
         return ok
 
     def density(self, uv: Any) -> Array:

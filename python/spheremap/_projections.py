@@ -148,7 +148,11 @@ def projections(
     entries = _core.registry()
     for what, value in (("coverage", coverage), ("seam", seam)):
         _check_word(what, value, [entry[what] for entry in entries])
-    wanted = {"coverage": coverage, "equal_area": equal_area, "conformal": conformal}
+    wanted: dict[str, Any] = {
+        "coverage": coverage,
+        "equal_area": equal_area,
+        "conformal": conformal,
+    }
     for what in ("equal_area", "conformal"):
         if not isinstance(wanted[what], bool | None):
             raise TypeError(f"Expected `{what}` to be a bool, got {wanted[what]!r}.")
@@ -214,7 +218,8 @@ def _aspects(jacobian: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     aa, ab, bb = (np.sum(x * y, -1) for x, y in ((a, a), (a, b), (b, b)))
     spread = np.hypot(aa - bb, 2 * ab)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.sqrt((aa + bb + spread) / np.maximum(aa + bb - spread, 0))
+        ratios: np.ndarray[Any, Any] = np.sqrt((aa + bb + spread) / np.maximum(aa + bb - spread, 0))
+    return ratios
 
 
 def _quantile(x: np.ndarray[Any, Any], weight: np.ndarray[Any, Any], share: float) -> float:

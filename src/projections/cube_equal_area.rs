@@ -72,6 +72,8 @@ impl Projection for CubeEqualArea {
         let major = if major > one { one } else { major };
         let ratio = R::half_turns(b * flat, (a * across + bb) * (across + a)) * R::new(12.0);
         let minor = major * ratio;
+        // On the diagonals the ratio may round above 1.
+        let minor = if minor > major { major } else { minor };
         let p = if along_x { major } else { minor };
         let q = if along_x { minor } else { major };
         Uv::centred(p.negated_if(x < zero), q.negated_if(y < zero), face)

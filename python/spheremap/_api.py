@@ -616,7 +616,8 @@ def convert(
     over that part. Texels cut by a disk's rim hold a value even where their centre lies outside;
     in a source, such texels hold none (credits are printed there), and what they cover is given
     to the nearest texel inside. It is first-order conservative remapping (Jones 1999, SCRIP).
-    It takes 20 to 250 µs for each texel of the result on one core.
+    Cells inside a face of the source cost well below a microsecond on one core; a result texel at a
+    rim or on a crease 20 to 250 µs.
 
     Examples
     --------

@@ -1,7 +1,8 @@
 //! How much of the sphere each cell of a lattice holds, and how that is spread over the cell.
 //!
 //! In a cell the density is the quadratic through its values at the corners, the sides' middles and the centre;
-//! with at least [`FEWEST`] cells along a face it is right to 2e-7 where the formula is smooth, and a whole cell to 1e-9.
+//! with at least [`FEWEST`] cells along a face it is right to 2e-7 where the formula is smooth, in the row at a pole as well
+//! (where the density's third derivative is largest beside it), and a whole cell to 1e-9.
 //! Cells are computed in tiles, which are kept while they are near. Where the density does not depend on a
 //! coordinate, one tile serves all along it.
 
@@ -9,7 +10,7 @@ use super::lattice::Lattice;
 use crate::verbs::DensityCanonical;
 
 /// Cells along a side of a face from which on the quadratic serves.
-pub(super) const FEWEST: usize = 128;
+pub(super) const FEWEST: usize = 512;
 
 /// Cells along a side of a tile.
 const TILE: usize = 16;
@@ -104,6 +105,7 @@ impl<'l, 'a> Density<'l, 'a> {
         &held[(y % TILE) * TILE..][x % TILE..TILE]
     }
 
+    #[inline(never)]
     fn compute(&mut self, slot: usize, key: [usize; 3]) {
         let [face, i, j] = key;
         let lattice = self.lattice;

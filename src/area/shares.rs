@@ -24,8 +24,9 @@ pub(super) struct Shares {
 }
 
 impl Shares {
-    pub fn clear(&mut self) {
-        self.weights.clear();
+    /// Goes on to the next cell.
+    #[inline(always)]
+    pub fn start(&mut self) {
         self.total = 0.0;
         self.least = 0.0;
     }

@@ -88,12 +88,9 @@ impl<'a, T: Texel> Tallies<'a, T> {
             return self.lists[number].extend_from_slice(weights);
         }
         let sums = &mut self.sums[number * self.channels..][..self.channels];
-        let Some(texels) = self.source.texels.as_slice() else {
-            return;
-        };
         let skipna = self.source.skipna;
         for &(index, weight) in weights {
-            let texel = &texels[index * self.channels..][..self.channels];
+            let texel = self.source.texels.row(index);
             for (sum, texel) in sums.iter_mut().zip(texel) {
                 let value = texel.load().to_f64();
                 if !(skipna && value.is_nan()) {

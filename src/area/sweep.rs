@@ -14,6 +14,7 @@ use super::seams::Border;
 use super::shares::Shares;
 use super::sphere::{dot, sub};
 use crate::frame::Turn;
+use crate::kernel::{self, Job};
 use crate::projection::Outline;
 use crate::verbs::{ContinuedCanonical, EncodeCanonical};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -95,6 +96,8 @@ pub(super) struct Sweep<'l, 'a> {
     points: Vec<[f64; 3]>,
     directions: Vec<[f64; 3]>,
     turn: Turn,
+    /// Where each cell of a row has its last weight.
+    ends: Vec<usize>,
     /// Edges above a row of cells, below it, and between its cells.
     above: Edges,
     below: Edges,
@@ -102,6 +105,85 @@ pub(super) struct Sweep<'l, 'a> {
     counts: [usize; 3],
     /// Whether cells may be anything but general.
     fast: bool,
+}
+
+/// Five points of a line from point `first` on.
+#[inline(always)]
+fn five(points: &[[f64; 3]], first: usize, step: usize) -> [[f64; 3]; 5] {
+    [0, 1, 2, 3, 4].map(|n| points[first + n * step])
+}
+
+/// The edges above row `.1` of a block's cells; `.2` points in a row.
+struct Below<'s, 'l, 'a>(&'s mut Sweep<'l, 'a>, usize, usize);
+
+impl Job for Below<'_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let Below(sweep, row, width) = self;
+        let limits = [sweep.from.columns, sweep.from.rows];
+        let first = (2 * row + 1) * width;
+        for i in 0..(width - 3) / 2 {
+            sweep
+                .below
+                .push(five(&sweep.points, first + 2 * i, 1), limits);
+        }
+    }
+}
+
+/// The edges between the cells of row `.1`.
+struct Between<'s, 'l, 'a>(&'s mut Sweep<'l, 'a>, usize, usize);
+
+impl Job for Between<'_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let Between(sweep, row, width) = self;
+        let limits = [sweep.from.columns, sweep.from.rows];
+        let first = 2 * row * width + 1;
+        for i in 0..=(width - 3) / 2 {
+            sweep
+                .between
+                .push(five(&sweep.points, first + 2 * i, width), limits);
+        }
+    }
+}
+
+/// The weights of a row of cells.
+struct Row<'s, 'l, 'a> {
+    sweep: &'s mut Sweep<'l, 'a>,
+    face: usize,
+    first: [usize; 2],
+    columns: usize,
+    /// The middle of the first cell.
+    middle: usize,
+    width: usize,
+}
+
+impl Job for Row<'_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let Row {
+            sweep, face, width, ..
+        } = self;
+        for i in 0..self.columns {
+            let at = [self.first[0] + i, self.first[1]];
+            let middle = self.middle + 2 * i;
+            let start = sweep.shares.weights.len();
+            if sweep.smooth(face, at, i, middle, width) {
+                sweep.counts[0] += 1;
+            } else {
+                sweep.shares.weights.truncate(start);
+                sweep.any(face, at, middle, width);
+            }
+            let end = sweep.shares.weights.len();
+            sweep.ends.push(end);
+        }
+    }
 }
 
 /// Cells along a side of a block.
@@ -130,6 +212,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
             points: Vec::new(),
             directions: Vec::new(),
             turn,
+            ends: Vec::new(),
             above: Edges::default(),
             below: Edges::default(),
             between: Edges::default(),
@@ -160,6 +243,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
         if !self.fast {
             for y in low[1]..high[1] {
                 for x in low[0]..high[0] {
+                    self.shares.weights.clear();
                     self.general(face, [x, y]);
                     self.counts[2] += 1;
                     add([x, y], &self.shares.weights);
@@ -168,41 +252,28 @@ impl<'l, 'a> Sweep<'l, 'a> {
             return;
         }
         let width = self.points_of(face, low, high);
-        let limits = [self.from.columns, self.from.rows];
-        let columns = high[0] - low[0];
-        let along = |points: &[[f64; 3]], k: usize, l: usize, step: usize, edges: &mut Edges| {
-            let first = l * width + k;
-            edges.push([0, 1, 2, 3, 4].map(|n| points[first + n * step]), limits);
-        };
         self.below.clear();
-        for i in 0..columns {
-            along(&self.points, 2 * i, 1, 1, &mut self.below);
-        }
+        kernel::dispatch(Below(self, 0, width));
         for j in 0..high[1] - low[1] {
             std::mem::swap(&mut self.above, &mut self.below);
             self.below.clear();
             self.between.clear();
-            for i in 0..columns {
-                along(&self.points, 2 * i, 2 * j + 3, 1, &mut self.below);
-            }
-            for i in 0..=columns {
-                along(&self.points, 2 * i + 1, 2 * j, width, &mut self.between);
-            }
-            for i in 0..columns {
-                let at = [low[0] + i, low[1] + j];
-                let middle = (2 * j + 2) * width + 2 * i + 2;
-                let way = usize::from(!self.smooth(face, at, i, middle, width));
-                let way = if way == 0 || self.follow(face, at, middle) {
-                    way
-                } else {
-                    self.shares.clear();
-                    if !self.misses(middle, width) {
-                        self.general(face, at);
-                    }
-                    2
-                };
-                self.counts[way] += 1;
-                add(at, &self.shares.weights);
+            self.ends.clear();
+            self.shares.weights.clear();
+            kernel::dispatch(Below(self, j + 1, width));
+            kernel::dispatch(Between(self, j, width));
+            kernel::dispatch(Row {
+                sweep: self,
+                face,
+                first: [low[0], low[1] + j],
+                columns: high[0] - low[0],
+                middle: (2 * j + 2) * width + 2,
+                width,
+            });
+            let mut start = 0;
+            for (i, &end) in self.ends.iter().enumerate() {
+                add([low[0] + i, low[1] + j], &self.shares.weights[start..end]);
+                start = end;
             }
         }
     }
@@ -297,10 +368,25 @@ impl<'l, 'a> Sweep<'l, 'a> {
             (self.below.pieces(&self.below.edges[i]), -sense),
             (self.between.pieces(&self.between.edges[i]), -sense),
         ];
-        self.shares.clear();
+        self.shares.start();
         self.shares
             .add(self.from, &mut self.source, on, &parts, size)
             && self.fits(size)
+    }
+
+    /// A cell that is not smooth.
+    #[inline(never)]
+    fn any(&mut self, face: usize, at: [usize; 2], middle: usize, width: usize) {
+        let start = self.shares.weights.len();
+        if self.follow(face, at, middle) {
+            self.counts[1] += 1;
+            return;
+        }
+        self.counts[2] += 1;
+        self.shares.weights.truncate(start);
+        if !self.misses(middle, width) {
+            self.general(face, at);
+        }
     }
 
     /// A cell whose border crosses seams, or is not smooth; false if that cannot be done.
@@ -323,7 +409,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
         if !self.border.trace(self.from, self.into, face, at, fine) {
             return false;
         }
-        self.shares.clear();
+        self.shares.start();
         let sense = self.into.sense(face);
         let (shares, from, source) = (&mut self.shares, self.from, &mut self.source);
         self.border.faces(from, |on, pieces| {
@@ -345,7 +431,6 @@ impl<'l, 'a> Sweep<'l, 'a> {
 
     /// Any cell.
     fn general(&mut self, face: usize, at: [usize; 2]) {
-        self.shares.clear();
         let (from, weights) = (self.from, &mut self.shares.weights);
         self.overlay.overlaps(face, at, |face, cell, area| {
             weights.push((from.stored(face, cell), area));

@@ -31,6 +31,7 @@ pub mod error;
 pub mod explain;
 pub mod faces;
 pub mod frame;
+pub mod healpix;
 pub mod image;
 pub mod kernel;
 pub mod light;

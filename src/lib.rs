@@ -39,6 +39,7 @@ pub mod light;
 pub mod map;
 pub mod math;
 pub mod pack;
+pub mod pages;
 pub mod projection;
 pub mod projections;
 pub mod real;

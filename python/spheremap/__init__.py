@@ -5,6 +5,7 @@
 [0.5, 0.5]
 """
 
+from . import healpix
 from ._api import (
     Projection,
     __version__,
@@ -147,6 +148,7 @@ __all__ = [
     "energy",
     "explain",
     "get_num_threads",
+    "healpix",
     "identify",
     "integrate",
     "irradiance",

@@ -81,7 +81,9 @@ def as_integers(obj: object, name: str, out: object = None) -> NDArray[np.int64]
         raise TypeError(f"Expected `{name}` to be integers, got dtype {array.dtype}.")
     _check_apart(array, out)
     if array.dtype == np.uint64:
-        array = np.where(array > np.uint64(np.iinfo(np.int64).max), np.int64(-1), array.view(np.int64))
+        array = np.where(
+            array > np.uint64(np.iinfo(np.int64).max), np.int64(-1), array.view(np.int64)
+        )
     return np.require(array, dtype=np.int64, requirements=["C", "A"])
 
 

@@ -223,7 +223,12 @@ impl Grid {
         let equatorial = self.between(falling, rising);
         let along = halves >> 1;
         let turn = few_times(along, quadrant);
-        let polar = self.in_cap(turn, ring > 2 * n, along - product(turn, quadrant), quadrant - 1);
+        let polar = self.in_cap(
+            turn,
+            ring > 2 * n,
+            along - product(turn, quadrant),
+            quadrant - 1,
+        );
         if (ring < n) | (ring > 3 * n) {
             polar
         } else {

@@ -194,7 +194,10 @@ impl<const NESTED: bool> Step<i64, f64, 1, 2> for ToAngles<NESTED> {
         let azimuth = azimuth + if azimuth < 0.0 { 2.0 } else { 0.0 };
         let angles = if self.1 {
             let polar = f64::half_turns(sine, z.abs());
-            [180.0 * azimuth, 180.0 * Real::negated_if(0.5 - polar, z < 0.0)]
+            [
+                180.0 * azimuth,
+                180.0 * Real::negated_if(0.5 - polar, z < 0.0),
+            ]
         } else {
             [PI * f64::half_turns(sine, z), PI * azimuth]
         };

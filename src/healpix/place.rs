@@ -13,7 +13,11 @@ pub fn cell_of_direction(grid: Grid, [x, y, z]: [f64; 3]) -> (Cell, bool) {
     let (x, y, z) = (x * scale, y * scale, z * scale);
     let sum = x.abs() + y.abs() + z.abs();
     let is_direction = (sum > 0.0) & (sum < f64::INFINITY);
-    let (x, y, z) = if is_direction { (x, y, z) } else { (1.0, 0.0, 0.0) };
+    let (x, y, z) = if is_direction {
+        (x, y, z)
+    } else {
+        (1.0, 0.0, 0.0)
+    };
 
     // The quadrant q, and the point turned into the first one: u > 0 and w ≥ 0; the poles, whatever their zeros' signs, are in quadrant 0.
     let odd = ((x <= 0.0) & (y > 0.0)) | ((x >= 0.0) & (y < 0.0));
@@ -42,7 +46,12 @@ pub fn cell_of_direction(grid: Grid, [x, y, z]: [f64; 3]) -> (Cell, bool) {
     let most = if polar { side - 1.0 } else { 2.0 * side - 1.0 };
     let number = |t: f64| floor(min(max(side * t, 0.0), most));
     let (falling, rising) = (number(falling), number(rising));
-    let belt = grid.belt(falling, rising, i64::from(falling >= n), i64::from(rising >= n));
+    let belt = grid.belt(
+        falling,
+        rising,
+        i64::from(falling >= n),
+        i64::from(rising >= n),
+    );
     let belt = Cell {
         face: (belt.face & 12) | ((belt.face + turn) & 3),
         ..belt
@@ -65,7 +74,12 @@ pub fn centre(grid: Grid, place: OnRing) -> (f64, f64, f64) {
         halves,
     } = place;
     let n = grid.nside;
-    let halves = halves - if halves > 4 * quadrant { 8 * quadrant } else { 0 };
+    let halves = halves
+        - if halves > 4 * quadrant {
+            8 * quadrant
+        } else {
+            0
+        };
     let azimuth = double(halves) / (4.0 * double(quadrant));
     let share = double(quadrant) / double(n);
     // 1 - |z| in a cap.
@@ -73,6 +87,10 @@ pub fn centre(grid: Grid, place: OnRing) -> (f64, f64, f64) {
     let belt = double(2 * n - ring) / double(n) * (2.0 / 3.0);
     let in_belt = quadrant == n;
     let cap = Real::negated_if(1.0 - height, ring > 2 * n);
-    let squared = if in_belt { (1.0 - belt) * (1.0 + belt) } else { height * (2.0 - height) };
+    let squared = if in_belt {
+        (1.0 - belt) * (1.0 + belt)
+    } else {
+        height * (2.0 - height)
+    };
     (if in_belt { belt } else { cap }, squared.sqrt(), azimuth)
 }

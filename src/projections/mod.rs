@@ -66,4 +66,5 @@ projections! {
     equisolid::Equisolid,
     stereographic::Stereographic,
     orthographic::Orthographic,
+    healpix::Healpix,
 }

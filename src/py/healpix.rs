@@ -1,8 +1,7 @@
 //! HEALPix pixel numbers: integers in and out.
 
 use super::arrays::{
-    Points, contiguous, disjoint, finish, helper, output, points, reals, run, with_reals,
-    writable,
+    Points, contiguous, disjoint, finish, helper, output, points, reals, run, with_reals, writable,
 };
 use crate::healpix::{Angles, Order, Pixels};
 use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};

@@ -107,6 +107,7 @@ bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/distribution.py
 	"$(BIN)/python" benches/light.py
 	"$(BIN)/python" benches/packing.py
+	"$(BIN)/python" benches/healpix.py
 
 docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/make_doc_images.py

@@ -41,6 +41,7 @@ DEFAULT_AXES = {
     "cube_equiangular": "+x -y +z",
     "cube_quadratic": "+x -y +z",
     "cube_equal_area": "+x -y +z",
+    "healpix": "+x +y +z",
 }
 # The angle that the diameter of a fisheye spans where nothing is said, in degrees.
 FISHEYES = {"angular": 360.0, "equisolid": 180.0, "stereographic": 180.0, "orthographic": 180.0}
@@ -48,7 +49,7 @@ DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", *FISHEYES})
 # Maps whose rim an error ε of a coordinate moves by √ε.
 ROOT_RIMS = frozenset({"sphere", "matcap", "orthographic", "lambert_cylindrical"})
 CUBES = ("cube", "cube_equiangular", "cube_quadratic", "cube_equal_area")
-FACES = {**dict.fromkeys(CUBES, 6), "dual_paraboloid": 2}
+FACES = {**dict.fromkeys(CUBES, 6), "dual_paraboloid": 2, "healpix": 12}
 HEMISPHERES = frozenset({"matcap", "hemioctahedral", "concentric"})
 # Maps with a row for each pole, where longitude means nothing.
 POLES = frozenset({"latlong", "lambert_cylindrical"})
@@ -85,11 +86,14 @@ TURNED = frozenset(
 )
 
 # Layouts that take the faces in the order that they are stored in.
-IN_ORDER = frozenset({"strip", "column", "3x2"})
+IN_ORDER = frozenset({"strip", "column", "3x2", "4x3"})
 
 # layout -> (rows, columns, [(row, column, turned by 180°) for each face in face order])
 # Cube faces in the view frame: right, left, up, down, front, back.
 LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
+    "healpix": {
+        "4x3": (3, 4, [(i // 4, i % 4, False) for i in range(12)]),
+    },
     "cube": {
         "strip": (1, 6, [(0, i, False) for i in range(6)]),
         "column": (6, 1, [(i, 0, False) for i in range(6)]),
@@ -263,6 +267,32 @@ def _encode_cube(x: Array, y: Array, z: Array, _: dict[str, float]) -> tuple[Arr
     face = np.select(conditions, [0.0, 1.0, 2.0, 3.0, 4.0], 5.0)
     m = np.maximum(ax, np.maximum(ay, az))
     return p / m, q / m, face
+
+
+def _encode_healpix(
+    x: Array, y: Array, z: Array, _: dict[str, float]
+) -> tuple[Array, Array, Array]:
+    """Górski et al. 2005: the plane of (longitude, 3/8 π z), its caps drawn to points."""
+    length = np.sqrt(x * x + y * y + z * z)
+    h = np.hypot(x, y)
+    east = 2 * np.arctan2(y, x) / _pi(x.dtype)
+    a = np.where(h > 0, np.where(east < 0, east + 4, east), 0)
+    a = np.where(a >= 4, 0, a)
+    k = np.minimum(np.floor(a), 3)
+    # Caps: the sides of the face that meet at the pole are σ times the parts of the quadrant away.
+    sigma = h * np.sqrt(3 / (length * (length + np.abs(z))))
+    west_side, east_side = (a - k) * sigma, (1 - (a - k)) * sigma
+    north = z > 0
+    cap_u = np.where(north, 1 - east_side, west_side)
+    cap_v = np.where(north, 1 - west_side, east_side)
+    # The belt: lines of constant u and of constant v go through its squares.
+    falling, rising = a + 0.5 - 0.75 * z / length, a + 0.5 + 0.75 * z / length
+    f, r = np.floor(falling), np.floor(rising)
+    belt_face = np.where(f == r, 4 + f % 4, np.where(f < r, f, 8 + r))
+    cap = 3 * np.abs(z) > 2 * length
+    u = np.where(cap, cap_u, rising - r)
+    v = np.where(cap, cap_v, 1 - (falling - f))
+    return 2 * u - 1, 2 * v - 1, np.where(cap, np.where(north, k, 8 + k), belt_face)
 
 
 def _encode_angular(
@@ -482,6 +512,22 @@ def _decode_cube(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
     return out
 
 
+def _decode_healpix(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
+    u, v = (p + 1) / 2, (q + 1) / 2
+    row, column = np.floor(f / 4), f % 4
+    centre = column + np.where(row == 1, 0, 0.5)
+    # From the nearer pole, in rings of the whole face.
+    sigma = np.where(row == 0, (1 - u) + (1 - v), u + v)
+    cap = (row != 1) & (sigma < 1)
+    a = centre + (u - v) / 2 / np.where(cap & (sigma > 0), sigma, 1)
+    z = np.where(cap, (1 - sigma**2 / 3) * np.where(row == 0, 1, -1), (u + v - row) * 2 / 3)
+    sine = np.where(
+        cap, sigma * np.sqrt((2 - sigma**2 / 3) / 3), np.sqrt(np.maximum((1 - z) * (1 + z), 0))
+    )
+    longitude = a * (_pi(p.dtype) / 2)
+    return np.stack([sine * np.cos(longitude), sine * np.sin(longitude), z], -1)
+
+
 def _decode_angular(p: Array, q: Array, _f: Array, parameters: dict[str, float]) -> Array:
     fov = _radians(parameters.get("fov", 360.0), p.dtype)
     c, s, r = _azimuth(p, q)
@@ -618,6 +664,10 @@ def _density_cube(p: Array, q: Array, _: dict[str, float]) -> Array:
     return (1 + p * p + q * q) ** -1.5
 
 
+def _density_healpix(p: Array, q: Array, _: dict[str, float]) -> Array:
+    return np.full_like(p, _pi(p.dtype) / 12) + 0 * q
+
+
 def _density_angular(p: Array, q: Array, parameters: dict[str, float]) -> Array:
     half = _radians(parameters.get("fov", 360.0), p.dtype) / 2
     pi = _pi(p.dtype)
@@ -716,6 +766,7 @@ FORMULAS: dict[str, Formulas] = {
     "cylindrical": Formulas(_encode_cylindrical, _decode_cylindrical, _density_cylindrical),
     "equisolid": Formulas(_encode_equisolid, _decode_equisolid, _density_equisolid),
     "stereographic": Formulas(_encode_stereographic, _decode_stereographic, _density_stereographic),
+    "healpix": Formulas(_encode_healpix, _decode_healpix, _density_healpix),
     "orthographic": Formulas(_encode_orthographic, _decode_orthographic, _density_orthographic),
     "equal_area": Formulas(_encode_equal_area, _decode_equal_area, _constant(4 * math.pi)),
     "concentric": Formulas(_encode_concentric, _decode_concentric, _constant(2 * math.pi)),

@@ -67,7 +67,7 @@ def test_convert_writes_the_light_of_every_direction(to: str, probe: Path, tmp_p
     out = tmp_path / "out.exr"
     good("convert", probe, out, "--from", "angular", "--to", to, "--size", 48, "--fill", -9)
     p = sm.projection(to)
-    layout = {"cube": "cross", "dual_paraboloid": "strip"}.get(p.name)
+    layout = {"cube": "cross", "dual_paraboloid": "strip", "healpix": "4x3"}.get(p.name)
     p = sm.projection(to, layout=layout)
     image = io.read(out)
     assert image.dtype == np.float32

@@ -5,6 +5,7 @@
 [0.5, 0.5]
 """
 
+from . import healpix
 from ._api import (
     Projection,
     __version__,
@@ -175,6 +176,7 @@ __all__ = [
     "explain",
     "find_ball",
     "get_num_threads",
+    "healpix",
     "identify",
     "integrate",
     "irradiance",

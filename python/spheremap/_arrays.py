@@ -71,6 +71,22 @@ def paired_blocks(a: NDArray[Any], b: NDArray[Any], single: bool) -> Iterator[tu
         yield _converted(x, single), _converted(y, single)
 
 
+def as_integers(obj: object, name: str, out: object = None) -> NDArray[np.int64]:
+    """Return `obj` as a C-contiguous int64 array.
+
+    What is beyond int64 becomes -1.
+    """
+    array = _as_array(obj, name)
+    if array.dtype.kind not in "iu" and array.size:
+        raise TypeError(f"Expected `{name}` to be integers, got dtype {array.dtype}.")
+    _check_apart(array, out)
+    if array.dtype == np.uint64:
+        array = np.where(
+            array > np.uint64(np.iinfo(np.int64).max), np.int64(-1), array.view(np.int64)
+        )
+    return np.require(array, dtype=np.int64, requirements=["C", "A"])
+
+
 def as_image(obj: object, out: object) -> NDArray[Any]:
     """Return `obj` as a C-contiguous, aligned, native image of a supported dtype."""
     array = _as_array(obj, "image")

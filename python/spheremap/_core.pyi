@@ -13,6 +13,11 @@ __all__ = [
     "convert",
     "dfg",
     "get_num_threads",
+    "healpix_ang2pix",
+    "healpix_pix2ang",
+    "healpix_pix2vec",
+    "healpix_reorder",
+    "healpix_vec2pix",
     "lobe",
     "moments",
     "pack_frames",
@@ -276,3 +281,44 @@ def prefilter(
     /,
 ) -> list[NDArray[np.float32]]: ...
 def dfg(name: str, size: int, /) -> NDArray[np.float64]: ...
+def healpix_vec2pix(
+    nside: int,
+    directions: ArrayLike,
+    /,
+    *,
+    nest: bool = False,
+    out: NDArray[np.int64] | None = None,
+) -> NDArray[np.int64]: ...
+def healpix_pix2vec(
+    nside: int,
+    pixels: ArrayLike,
+    /,
+    *,
+    nest: bool = False,
+    out: NDArray[np.float64] | None = None,
+) -> NDArray[np.float64]: ...
+def healpix_ang2pix(
+    nside: int,
+    angles: NDArray[np.float64],
+    /,
+    *,
+    nest: bool = False,
+    lonlat: bool = False,
+    out: NDArray[np.int64] | None = None,
+) -> NDArray[np.int64]: ...
+def healpix_pix2ang(
+    nside: int,
+    pixels: ArrayLike,
+    /,
+    *,
+    nest: bool = False,
+    lonlat: bool = False,
+) -> NDArray[np.float64]: ...
+def healpix_reorder(
+    nside: int,
+    pixels: ArrayLike,
+    /,
+    *,
+    nest: bool,
+    out: NDArray[np.int64] | None = None,
+) -> NDArray[np.int64]: ...

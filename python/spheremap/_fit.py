@@ -8,7 +8,7 @@ import spheremap as sm
 from spheremap import _core
 
 # Of the layouts that make one image, the one a person sees most in.
-_LEGIBLE = ("cross", "strip")
+_LEGIBLE = ("cross", "strip", "4x3")
 # Large enough that every aspect comes out whole.
 _UNIT = 64
 

@@ -19,6 +19,7 @@ ProjectionName: TypeAlias = Literal[
     "equisolid",
     "stereographic",
     "orthographic",
+    "healpix",
 ]
 
 ConventionName: TypeAlias = Literal[
@@ -147,4 +148,5 @@ LayoutName: TypeAlias = Literal[
     "vertical_cross_upright",
     "tee",
     "3x2",
+    "4x3",
 ]

@@ -74,4 +74,5 @@ projections! {
     cube_equiangular::CubeEquiangular,
     cube_quadratic::CubeQuadratic,
     cube_equal_area::CubeEqualArea,
+    healpix::Healpix,
 }

@@ -7,6 +7,7 @@
 mod arrays;
 mod distribution;
 mod functions;
+mod healpix;
 mod images;
 mod light;
 mod pack;
@@ -23,6 +24,10 @@ mod _core {
     use super::functions::{
         convention_table, convert, get_num_threads, mipmaps, projection, rebuild, reflect,
         registry, rotation, set_num_threads, set_simd_level, simd_level, simd_levels,
+    };
+    #[pymodule_export]
+    use super::healpix::{
+        healpix_ang2pix, healpix_pix2ang, healpix_pix2vec, healpix_reorder, healpix_vec2pix,
     };
     #[pymodule_export]
     use super::light::{

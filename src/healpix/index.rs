@@ -1,0 +1,270 @@
+//! Pixels as integers: nested numbers, ring numbers, cells of faces and places on rings. All exact.
+
+/// A pixel by its face and its place there: x north-east, y north-west, from the southern corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell {
+    /// 0 to 11.
+    pub face: i64,
+    /// 0 to nside - 1.
+    pub x: i64,
+    /// 0 to nside - 1.
+    pub y: i64,
+}
+
+/// A pixel by its ring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OnRing {
+    /// From the north, 1 to 4 nside - 1.
+    pub ring: i64,
+    /// Pixels in a quadrant of it.
+    pub quadrant: i64,
+    /// Longitude of the centre in half pixels, of which the ring has 8 `quadrant`; negative west of 0 or
+    /// counted around it.
+    pub halves: i64,
+}
+
+/// A division of the sphere.
+#[derive(Clone, Copy, Debug)]
+pub struct Grid {
+    /// Pixels along a side of a face.
+    pub nside: i64,
+    order: u32,
+    /// Pixels in rings shorter than those at the equator, on one side.
+    cap: i64,
+    pixels: i64,
+    per_equatorial: f64,
+}
+
+/// a·b for numbers of 32 bits: one instruction where a product of 64 takes many.
+#[inline(always)]
+fn product(a: i64, b: i64) -> i64 {
+    const LOW: i64 = 0xffff_ffff;
+    (a & LOW) * (b & LOW)
+}
+
+/// How often n goes into a number below 5 n.
+#[inline(always)]
+fn few_times(a: i64, n: i64) -> i64 {
+    i64::from(a >= n) + i64::from(a >= 2 * n) + i64::from(a >= 3 * n) + i64::from(a >= 4 * n)
+}
+
+/// 1.5·2⁵²: a whole number of less than 51 bits, added to it, is its lowest bits.
+const MAGIC: f64 = 1.5 / f64::EPSILON;
+
+/// A whole number of less than 51 bits as a double, without the conversion that old levels lack.
+#[inline(always)]
+pub fn double(x: i64) -> f64 {
+    f64::from_bits(MAGIC.to_bits().wrapping_add(x as u64)) - MAGIC
+}
+
+/// The largest whole number not above a double of less than 51 bits.
+#[inline(always)]
+pub fn floor(x: f64) -> i64 {
+    let nearest = x + MAGIC;
+    let above = nearest - MAGIC > x;
+    nearest.to_bits().wrapping_sub(MAGIC.to_bits()) as i64 - i64::from(above)
+}
+
+/// The double next to a number of up to 63 bits that is not negative, within 2 units in the last place.
+#[inline(always)]
+fn long_double(x: i64) -> f64 {
+    double((x as u64 >> 32) as i64) * 4_294_967_296.0 + double(x & 0xffff_ffff)
+}
+
+/// The bits of a 32-bit number, with a zero above each.
+#[inline(always)]
+fn spread(x: i64) -> i64 {
+    let x = (x | (x << 16)) & 0x0000_ffff_0000_ffff;
+    let x = (x | (x << 8)) & 0x00ff_00ff_00ff_00ff;
+    let x = (x | (x << 4)) & 0x0f0f_0f0f_0f0f_0f0f;
+    let x = (x | (x << 2)) & 0x3333_3333_3333_3333;
+    (x | (x << 1)) & 0x5555_5555_5555_5555
+}
+
+/// The even bits of a number, moved together.
+#[inline(always)]
+fn gathered(x: i64) -> i64 {
+    let x = x & 0x5555_5555_5555_5555;
+    let x = (x | (x >> 1)) & 0x3333_3333_3333_3333;
+    let x = (x | (x >> 2)) & 0x0f0f_0f0f_0f0f_0f0f;
+    let x = (x | (x >> 4)) & 0x00ff_00ff_00ff_00ff;
+    let x = (x | (x >> 8)) & 0x0000_ffff_0000_ffff;
+    (x | (x >> 16)) & 0x0000_0000_ffff_ffff
+}
+
+impl Grid {
+    /// nside from 1 to 2²⁹.
+    pub fn new(nside: i64) -> Grid {
+        Grid {
+            nside,
+            order: nside.ilog2(),
+            cap: 2 * nside * (nside - 1),
+            pixels: 12 * nside * nside,
+            per_equatorial: 0.25 / nside as f64,
+        }
+    }
+
+    /// The pixel and true, or one that exists and false.
+    #[inline(always)]
+    pub fn checked(self, pixel: i64) -> (i64, bool) {
+        let is_pixel = (pixel >= 0) & (pixel < self.pixels);
+        (if is_pixel { pixel } else { 0 }, is_pixel)
+    }
+
+    /// The nested number of a cell; nside is a power of two.
+    #[inline(always)]
+    pub fn nested(self, cell: Cell) -> i64 {
+        (cell.face << (2 * self.order)) | spread(cell.x) | (spread(cell.y) << 1)
+    }
+
+    /// The cell of a nested number.
+    #[inline(always)]
+    pub fn cell_of_nested(self, pixel: i64) -> Cell {
+        let face = pixel >> (2 * self.order);
+        let within = pixel - (face << (2 * self.order));
+        Cell {
+            face,
+            x: gathered(within),
+            y: gathered(within >> 1),
+        }
+    }
+
+    /// Where a cell's centre lies on its ring.
+    #[inline(always)]
+    pub fn ring_of_cell(self, Cell { face, x, y }: Cell) -> OnRing {
+        let n = self.nside;
+        let row = face >> 2;
+        let ring = product(row + 2, n) - x - y - 1;
+        let quadrant = self.quadrant(ring);
+        // Eighths of a turn: equatorial faces are centred on longitude 0, the others half a face east.
+        let eighths = 2 * (face & 3) + i64::from(row != 1);
+        OnRing {
+            ring,
+            quadrant,
+            halves: product(eighths, quadrant) + x - y,
+        }
+    }
+
+    #[inline(always)]
+    fn quadrant(self, ring: i64) -> i64 {
+        let n = self.nside;
+        let south = 4 * n - ring;
+        let shorter = if ring < south { ring } else { south };
+        if shorter < n { shorter } else { n }
+    }
+
+    /// The ring number of a place.
+    #[inline(always)]
+    pub fn ring(self, place: OnRing) -> i64 {
+        let OnRing {
+            ring,
+            quadrant,
+            halves,
+        } = place;
+        let n = self.nside;
+        let northern = 2 * product(quadrant, quadrant - 1);
+        let southern = self.pixels - 2 * product(quadrant, quadrant + 1);
+        let between = self.cap + 4 * product(ring - n, n);
+        let first = if ring < n { northern } else { between };
+        let first = if ring > 3 * n { southern } else { first };
+        // A ring's first centre is half a pixel east of longitude 0, or on it: then `halves` is even.
+        let number = halves >> 1;
+        first + number + if number < 0 { 4 * quadrant } else { 0 }
+    }
+
+    /// The place of a ring number.
+    #[inline(always)]
+    pub fn on_ring(self, pixel: i64) -> OnRing {
+        let n = self.nside;
+        let mirrored = self.pixels - 1 - pixel;
+        let nearer = if pixel < mirrored { pixel } else { mirrored };
+        let south = pixel > mirrored;
+        // Caps: the quadrant q for which 2 q (q - 1) pixels come before it.
+        let q = floor(0.5 + (0.25 + 0.5 * long_double(nearer)).sqrt());
+        let q = q - i64::from(2 * product(q, q - 1) > nearer);
+        let q = q + i64::from(2 * product(q, q + 1) <= nearer);
+        let along = nearer - 2 * product(q, q - 1);
+        let along = if south { 4 * q - 1 - along } else { along };
+        // Between them: rings of 4 nside.
+        let from_cap = pixel - self.cap;
+        let rows = floor(long_double(from_cap) * self.per_equatorial);
+        let rest = from_cap - 4 * product(rows, n);
+        let before = i64::from(rest < 0);
+        let beyond = i64::from(rest >= 4 * n);
+        let rows = rows - before + beyond;
+        let rest = rest + 4 * n * (before - beyond);
+        if nearer < self.cap {
+            OnRing {
+                ring: if south { 4 * n - q } else { q },
+                quadrant: q,
+                halves: 2 * along + 1,
+            }
+        } else {
+            OnRing {
+                ring: n + rows,
+                quadrant: n,
+                halves: 2 * rest + 1 - (rows & 1),
+            }
+        }
+    }
+
+    /// The cell of a place that [`Grid::on_ring`] found.
+    #[inline(always)]
+    pub fn cell(self, place: OnRing) -> Cell {
+        let OnRing {
+            ring,
+            quadrant,
+            halves,
+        } = place;
+        let n = self.nside;
+        // Along the two diagonals; a centre is half a pixel off both.
+        let falling = (halves + ring - n) >> 1;
+        let rising = (halves + 3 * n - ring) >> 1;
+        let equatorial = self.between(falling, rising);
+        let along = halves >> 1;
+        let turn = few_times(along, quadrant);
+        let polar = self.in_cap(
+            turn,
+            ring > 2 * n,
+            along - product(turn, quadrant),
+            quadrant - 1,
+        );
+        if (ring < n) | (ring > 3 * n) {
+            polar
+        } else {
+            equatorial
+        }
+    }
+
+    /// A cell of the belt between the caps by its numbers along the diagonals, each below 5 nside.
+    #[inline(always)]
+    pub fn between(self, falling: i64, rising: i64) -> Cell {
+        let n = self.nside;
+        self.belt(falling, rising, few_times(falling, n), few_times(rising, n))
+    }
+
+    /// The same for those in which nside goes f and r times.
+    #[inline(always)]
+    pub fn belt(self, falling: i64, rising: i64, f: i64, r: i64) -> Cell {
+        let n = self.nside;
+        let face = if f == r { (f & 3) + 4 } else { r + 8 };
+        let face = if f < r { f } else { face };
+        Cell {
+            face,
+            x: rising - product(r, n),
+            y: n - 1 - (falling - product(f, n)),
+        }
+    }
+
+    /// A cell of a cap: its quadrant of a turn, its number along the ring in there and the largest one.
+    #[inline(always)]
+    pub fn in_cap(self, turn: i64, south: bool, along: i64, most: i64) -> Cell {
+        let n = self.nside;
+        let back = most - along;
+        Cell {
+            face: turn + if south { 8 } else { 0 },
+            x: if south { along } else { n - 1 - back },
+            y: if south { back } else { n - 1 - along },
+        }
+    }
+}

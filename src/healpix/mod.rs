@@ -1,0 +1,248 @@
+//! HEALPix: pixel numbers of the sphere's hierarchical equal-area division.
+//!
+//! After Górski et al., "HEALPix: A Framework for High-Resolution Discretization and Fast Analysis of Data
+//! Distributed on the Sphere", Astrophysical Journal 622 (2005). The sphere is twelve faces of nside² pixels, all of
+//! 4π/(12 nside²) steradians. z points to the north pole, x to longitude 0. Faces 0 to 3 touch the north pole, 4 to 7
+//! lie around the equator, 8 to 11 touch the south pole; within a face x runs north-east and y north-west
+//! from its southern corner. *Nested* order counts face by face along a Z-order curve (the bits of x
+//! and y in turn), *ring* order counts rings of equal latitude from the north, each from longitude 0 eastward.
+//!
+//! Two exact integer forms of a pixel lie between any two others: its [`Cell`] (face, x, y) and its
+//! place [`OnRing`] (ring, pixels in a quadrant of it, azimuth in half pixels). Both orders and the centre
+//! of a pixel follow from either by additions, so that no formula exists twice.
+//!
+//! # Which pixel a direction falls into
+//!
+//! A border belongs to the pixel that the flooring in [`cell_of_direction`] gives it. Rounding moves a direction by at most
+//! [`BORDER`] radians, so it can change the number of a direction only if that lies within this of a border.
+//! float32 directions are computed in double precision: only what they hold decides.
+//!
+//! # Domain
+//!
+//! nside from 1 to 2²⁹; nested order is defined for powers of two. What is no direction (zero, NaN, infinite) has
+//! pixel [`NONE`]; what is no pixel has the pixel NONE in the other order, and a centre of NaN.
+//!
+//! # What makes it fast
+//!
+//! Straight lines of 64-bit integers and doubles that the compiler vectorises, in chunks as in [`crate::kernel`].
+//! No integer division, no table: a number below five is a sum of comparisons, a quotient and a square root come from a
+//! double and are put right by one step, products are of 32-bit halves (one instruction on every level).
+
+mod index;
+mod place;
+mod run;
+
+pub use index::{Cell, Grid, OnRing};
+pub use place::{BORDER, cell_of_direction, centre};
+
+use crate::error::Error;
+use crate::kernel::Scalar;
+use crate::real::Real;
+use run::{Step, run};
+use std::f64::consts::{FRAC_1_PI, PI};
+
+/// The pixel of what has none.
+pub const NONE: i64 = -1;
+
+/// The finest division there is.
+pub const MAX_NSIDE: i64 = 1 << 29;
+
+/// How pixels are counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Rings from the north.
+    Ring,
+    /// Face by face along a Z-order curve.
+    Nested,
+}
+
+/// A division into 12 nside² pixels, and how they are counted.
+#[derive(Clone, Copy, Debug)]
+pub struct Pixels {
+    grid: Grid,
+    order: Order,
+}
+
+/// How two angles name a direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Angles {
+    /// Angle from the north pole, and azimuth; radians.
+    Colatitude,
+    /// Longitude and latitude; degrees.
+    LonLat,
+}
+
+impl Pixels {
+    /// An error for an nside that does not exist, in that order.
+    pub fn new(nside: i64, order: Order) -> Result<Pixels, Error> {
+        if !(1..=MAX_NSIDE).contains(&nside) {
+            return Err(Error::Contradiction(format!(
+                "`nside` must be from 1 to {MAX_NSIDE}, got {nside}"
+            )));
+        }
+        if order == Order::Nested && nside & (nside - 1) != 0 {
+            return Err(Error::Contradiction(format!(
+                "`nside` must be a power of two in nested order, got {nside}"
+            )));
+        }
+        Ok(Pixels {
+            grid: Grid::new(nside),
+            order,
+        })
+    }
+
+    /// Pixels of directions, three numbers each.
+    pub fn of_directions<R: Scalar>(&self, directions: &[R], pixels: &mut [i64]) {
+        match self.order {
+            Order::Ring => run(OfDirections::<false>(self.grid), directions, pixels),
+            Order::Nested => run(OfDirections::<true>(self.grid), directions, pixels),
+        }
+    }
+
+    /// The unit vectors to the centres of pixels, three numbers each.
+    pub fn directions(&self, pixels: &[i64], directions: &mut [f64]) {
+        match self.order {
+            Order::Ring => run(Directions::<false>(self.grid), pixels, directions),
+            Order::Nested => run(Directions::<true>(self.grid), pixels, directions),
+        }
+    }
+
+    /// Pixels of directions given by two angles each.
+    pub fn of_angles(&self, angles: Angles, input: &[f64], pixels: &mut [i64]) {
+        let lonlat = angles == Angles::LonLat;
+        match self.order {
+            Order::Ring => run(OfAngles::<false>(self.grid, lonlat), input, pixels),
+            Order::Nested => run(OfAngles::<true>(self.grid, lonlat), input, pixels),
+        }
+    }
+
+    /// The two angles of the centres of pixels.
+    pub fn angles(&self, angles: Angles, pixels: &[i64], output: &mut [f64]) {
+        let lonlat = angles == Angles::LonLat;
+        match self.order {
+            Order::Ring => run(ToAngles::<false>(self.grid, lonlat), pixels, output),
+            Order::Nested => run(ToAngles::<true>(self.grid, lonlat), pixels, output),
+        }
+    }
+
+    /// The numbers that these pixels have in the other order.
+    pub fn reordered(&self, pixels: &[i64], output: &mut [i64]) {
+        match self.order {
+            Order::Ring => run(ToNested(self.grid), pixels, output),
+            Order::Nested => run(ToRing(self.grid), pixels, output),
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct OfDirections<const NESTED: bool>(Grid);
+
+impl<R: Scalar, const NESTED: bool> Step<R, i64, 3, 1> for OfDirections<NESTED> {
+    #[inline(always)]
+    fn apply(self, d: [R; 3]) -> [i64; 1] {
+        let (cell, is_direction) = cell_of_direction(self.0, d.map(R::to_f64));
+        let pixel = pixel_of::<NESTED>(self.0, cell);
+        [if is_direction { pixel } else { NONE }]
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Directions<const NESTED: bool>(Grid);
+
+impl<const NESTED: bool> Step<i64, f64, 1, 3> for Directions<NESTED> {
+    #[inline(always)]
+    fn apply(self, [pixel]: [i64; 1]) -> [f64; 3] {
+        let (pixel, is_pixel) = self.0.checked(pixel);
+        let (z, sine, azimuth) = centre(self.0, on_ring::<NESTED>(self.0, pixel));
+        let (sin, cos) = f64::sin_cos_half_turns(azimuth);
+        [sine * cos, sine * sin, z].map(|x| if is_pixel { x } else { f64::NAN })
+    }
+}
+
+#[derive(Clone, Copy)]
+struct OfAngles<const NESTED: bool>(Grid, bool);
+
+impl<const NESTED: bool> Step<f64, i64, 2, 1> for OfAngles<NESTED> {
+    #[inline(always)]
+    fn apply(self, [a, b]: [f64; 2]) -> [i64; 1] {
+        let (tilt, turns) = if self.1 { (b, a) } else { (a, b) };
+        let scale = if self.1 { 1.0 / 180.0 } else { FRAC_1_PI };
+        let (least, most) = if self.1 { (-90.0, 90.0) } else { (0.0, PI) };
+        let turns = turns * scale;
+        let is_place = (tilt >= least) & (tilt <= most) & (turns.abs() < (1_u64 << 50) as f64);
+        let azimuth = if is_place { turns } else { 0.0 };
+        let tilt = if is_place { tilt * scale } else { 0.0 };
+        // Whole turns come off before anything else.
+        let azimuth = azimuth - 2.0 * Real::floor(0.5 * azimuth);
+        let (sin, cos) = f64::sin_cos_half_turns(tilt);
+        let (sine, z) = if self.1 { (cos, sin) } else { (sin, cos) };
+        let (sin, cos) = f64::sin_cos_half_turns(azimuth);
+        let (cell, _) = cell_of_direction(self.0, [sine * cos, sine * sin, z]);
+        let pixel = pixel_of::<NESTED>(self.0, cell);
+        [if is_place { pixel } else { NONE }]
+    }
+}
+
+#[derive(Clone, Copy)]
+struct ToAngles<const NESTED: bool>(Grid, bool);
+
+impl<const NESTED: bool> Step<i64, f64, 1, 2> for ToAngles<NESTED> {
+    #[inline(always)]
+    fn apply(self, [pixel]: [i64; 1]) -> [f64; 2] {
+        let (pixel, is_pixel) = self.0.checked(pixel);
+        let (z, sine, azimuth) = centre(self.0, on_ring::<NESTED>(self.0, pixel));
+        let azimuth = azimuth + if azimuth < 0.0 { 2.0 } else { 0.0 };
+        let angles = if self.1 {
+            let polar = f64::half_turns(sine, z.abs());
+            [
+                180.0 * azimuth,
+                180.0 * Real::negated_if(0.5 - polar, z < 0.0),
+            ]
+        } else {
+            [PI * f64::half_turns(sine, z), PI * azimuth]
+        };
+        angles.map(|x| if is_pixel { x } else { f64::NAN })
+    }
+}
+
+#[derive(Clone, Copy)]
+struct ToNested(Grid);
+
+impl Step<i64, i64, 1, 1> for ToNested {
+    #[inline(always)]
+    fn apply(self, [pixel]: [i64; 1]) -> [i64; 1] {
+        let (pixel, is_pixel) = self.0.checked(pixel);
+        let cell = self.0.cell(self.0.on_ring(pixel));
+        [if is_pixel { self.0.nested(cell) } else { NONE }]
+    }
+}
+
+#[derive(Clone, Copy)]
+struct ToRing(Grid);
+
+impl Step<i64, i64, 1, 1> for ToRing {
+    #[inline(always)]
+    fn apply(self, [pixel]: [i64; 1]) -> [i64; 1] {
+        let (pixel, is_pixel) = self.0.checked(pixel);
+        let place = self.0.ring_of_cell(self.0.cell_of_nested(pixel));
+        [if is_pixel { self.0.ring(place) } else { NONE }]
+    }
+}
+
+#[inline(always)]
+fn pixel_of<const NESTED: bool>(grid: Grid, cell: Cell) -> i64 {
+    if NESTED {
+        grid.nested(cell)
+    } else {
+        grid.ring(grid.ring_of_cell(cell))
+    }
+}
+
+#[inline(always)]
+fn on_ring<const NESTED: bool>(grid: Grid, pixel: i64) -> OnRing {
+    if NESTED {
+        grid.ring_of_cell(grid.cell_of_nested(pixel))
+    } else {
+        grid.on_ring(pixel)
+    }
+}

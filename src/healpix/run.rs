@@ -1,0 +1,101 @@
+//! One step from I numbers to O others over arrays of them, vectorised and in threads.
+
+use crate::kernel::{self, Job, SOURCE_AHEAD, TARGET_AHEAD, W, prefetch};
+use crate::threads;
+
+/// What happens to one point; `#[inline(always)]`.
+pub(super) trait Step<A, B, const I: usize, const O: usize>: Copy + Send + Sync {
+    fn apply(self, x: [A; I]) -> [B; O];
+}
+
+#[repr(C, align(64))]
+struct Scratch<A, B, const I: usize, const O: usize> {
+    input: [[A; W]; I],
+    output: [[B; W]; O],
+}
+
+struct Loop<'a, S, A, B, const I: usize, const O: usize> {
+    step: S,
+    input: &'a [[A; I]],
+    output: &'a mut [[B; O]],
+    scratch: &'a mut Scratch<A, B, I, O>,
+}
+
+impl<S, A, B, const I: usize, const O: usize> Job for Loop<'_, S, A, B, I, O>
+where
+    S: Step<A, B, I, O>,
+    A: Copy + Default,
+    B: Copy + Default,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let (inputs, input_rest) = self.input.as_chunks::<W>();
+        let (outputs, output_rest) = self.output.as_chunks_mut::<W>();
+        for (source, target) in inputs.iter().zip(outputs) {
+            prefetch(source, SOURCE_AHEAD);
+            prefetch(target, TARGET_AHEAD);
+            chunk(self.step, source, target, self.scratch);
+        }
+        let rest = input_rest.len();
+        if rest > 0 {
+            let mut source = [[A::default(); I]; W];
+            let mut target = [[B::default(); O]; W];
+            source[..rest].copy_from_slice(input_rest);
+            chunk(self.step, &source, &mut target, self.scratch);
+            output_rest.copy_from_slice(&target[..rest]);
+        }
+    }
+}
+
+#[inline(always)]
+fn chunk<S, A, B, const I: usize, const O: usize>(
+    step: S,
+    source: &[[A; I]; W],
+    target: &mut [[B; O]; W],
+    scratch: &mut Scratch<A, B, I, O>,
+) where
+    S: Step<A, B, I, O>,
+    A: Copy,
+    B: Copy,
+{
+    let Scratch { input, output } = scratch;
+    for i in 0..W {
+        for k in 0..I {
+            input[k][i] = source[i][k];
+        }
+    }
+    for i in 0..W {
+        let result = step.apply(std::array::from_fn(|k| input[k][i]));
+        for k in 0..O {
+            output[k][i] = result[k];
+        }
+    }
+    for i in 0..W {
+        for k in 0..O {
+            target[i][k] = output[k][i];
+        }
+    }
+}
+
+/// Takes a step over arrays of points, I numbers a point in and O out.
+pub(super) fn run<S, A, B, const I: usize, const O: usize>(step: S, input: &[A], output: &mut [B])
+where
+    S: Step<A, B, I, O>,
+    A: Copy + Default + Sync,
+    B: Copy + Default + Send,
+{
+    threads::blocks(input, I, output, O, |input, output| {
+        let mut scratch = Scratch {
+            input: [[A::default(); W]; I],
+            output: [[B::default(); W]; O],
+        };
+        kernel::dispatch(Loop {
+            step,
+            input: input.as_chunks::<I>().0,
+            output: output.as_chunks_mut::<O>().0,
+            scratch: &mut scratch,
+        });
+    });
+}

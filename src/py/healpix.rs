@@ -1,0 +1,137 @@
+//! HEALPix pixel numbers: integers in and out.
+
+use super::arrays::{
+    Points, contiguous, disjoint, finish, helper, output, points, reals, run, with_reals, writable,
+};
+use crate::healpix::{Angles, Order, Pixels};
+use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+fn pixels(nside: i64, nest: bool) -> PyResult<Pixels> {
+    let order = if nest { Order::Nested } else { Order::Ring };
+    Ok(Pixels::new(nside, order)?)
+}
+
+fn angles(lonlat: bool) -> Angles {
+    if lonlat {
+        Angles::LonLat
+    } else {
+        Angles::Colatitude
+    }
+}
+
+/// Pixels of directions: (..., 3) -> (...).
+#[pyfunction]
+#[pyo3(signature = (nside, directions, /, *, nest=false, out=None))]
+pub fn healpix_vec2pix<'py>(
+    py: Python<'py>,
+    nside: i64,
+    directions: &Bound<'py, PyAny>,
+    nest: bool,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let pixels = pixels(nside, nest)?;
+    let reals = reals(directions, "directions", out)?;
+    with_reals!(&reals, d => {
+        let work = |d: &[_], out: &mut [i64]| pixels.of_directions(d, out);
+        points(py, d, "directions", 3, out, "int64", &[], work)
+    })
+}
+
+/// Centres of pixels: (...) -> (..., 3).
+#[pyfunction]
+#[pyo3(signature = (nside, pixels, /, *, nest=false, out=None))]
+pub fn healpix_pix2vec<'py>(
+    py: Python<'py>,
+    nside: i64,
+    pixels: &Bound<'py, PyAny>,
+    nest: bool,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let division = self::pixels(nside, nest)?;
+    each(py, pixels, out, "float64", &[3], |pixels, out| {
+        division.directions(pixels, out);
+    })
+}
+
+/// Pixels of pairs of angles: (..., 2) -> (...).
+#[pyfunction]
+#[pyo3(signature = (nside, angles, /, *, nest=false, lonlat=false, out=None))]
+pub fn healpix_ang2pix<'py>(
+    py: Python<'py>,
+    nside: i64,
+    angles: PyReadonlyArrayDyn<'py, f64>,
+    nest: bool,
+    lonlat: bool,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let pixels = pixels(nside, nest)?;
+    let kind = self::angles(lonlat);
+    let work = |angles: &[f64], out: &mut [i64]| pixels.of_angles(kind, angles, out);
+    let angles = Points::Plain(angles);
+    points(py, &angles, "angles", 2, out, "int64", &[], work)
+}
+
+/// Pairs of angles of the centres of pixels: (...) -> (..., 2).
+#[pyfunction]
+#[pyo3(signature = (nside, pixels, /, *, nest=false, lonlat=false))]
+pub fn healpix_pix2ang<'py>(
+    py: Python<'py>,
+    nside: i64,
+    pixels: &Bound<'py, PyAny>,
+    nest: bool,
+    lonlat: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let division = self::pixels(nside, nest)?;
+    let kind = angles(lonlat);
+    each(py, pixels, None, "float64", &[2], |pixels, out| {
+        division.angles(kind, pixels, out);
+    })
+}
+
+/// Numbers in the other order than `nest`: (...) -> (...).
+#[pyfunction]
+#[pyo3(signature = (nside, pixels, /, *, nest, out=None))]
+pub fn healpix_reorder<'py>(
+    py: Python<'py>,
+    nside: i64,
+    pixels: &Bound<'py, PyAny>,
+    nest: bool,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    // Either way one of the two is nested.
+    self::pixels(nside, true)?;
+    let division = self::pixels(nside, nest)?;
+    each(py, pixels, out, "int64", &[], |pixels, out| {
+        division.reordered(pixels, out);
+    })
+}
+
+/// Takes `work` over pixel numbers.
+fn each<'py, B: Element>(
+    py: Python<'py>,
+    pixels: &Bound<'py, PyAny>,
+    out: Option<&Bound<'py, PyAny>>,
+    dtype: &str,
+    tail: &[usize],
+    work: impl Fn(&[i64], &mut [B]) + Send + Sync,
+) -> PyResult<Bound<'py, PyAny>> {
+    let input = match contiguous::<i64>(pixels)? {
+        Some(array) => array,
+        None => {
+            let array = helper(py, "as_integers")?.call1((pixels, "pixels", out))?;
+            contiguous::<i64>(&array)?
+                .ok_or_else(|| PyTypeError::new_err("Expected contiguous integers."))?
+        }
+    };
+    let shape = [input.shape(), tail].concat();
+    let array = output::<B>(py, out, dtype, &shape)?;
+    {
+        let mut target = writable(&array)?;
+        let (input, target) = (input.as_slice()?, target.as_slice_mut()?);
+        disjoint(input, target)?;
+        run(py, input.len(), || work(input, target));
+    }
+    finish(array, out.is_some())
+}

@@ -105,6 +105,7 @@ impl Seam {
             Seam::Faces => "faces",
             Seam::RimOpposite => "rim-opposite",
             Seam::RimOtherFace => "rim-other-face",
+            Seam::RimOtherFaceFlipped => "rim-other-face-flipped",
         }
     }
 }
@@ -159,6 +160,8 @@ pub enum Seam {
     RimOpposite,
     /// Across the rim of the disk lies the same azimuth of the other face.
     RimOtherFace,
+    /// Across the rim of the disk lies the other face, with left and right exchanged.
+    RimOtherFaceFlipped,
 }
 
 /// A number that a projection takes, such as a field of view.
@@ -215,7 +218,12 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// Its claims.
     const INFO: Info;
 
-    /// One with these parameters, in the order of [`Info::parameters`] and within their ranges.
+    /// Whether these parameters, each within its range, go together; if not, what was expected and what came.
+    fn check(_parameters: &[f64]) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// One with these parameters, in the order of [`Info::parameters`], that passed [`Projection::check`].
     fn with_parameters(parameters: &[f64]) -> Self;
 
     /// Width and height of a face of size `n`: n is its height where it is wider than high.

@@ -18,6 +18,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import reference_atlas
+from reference_atlas import LENSES, WORLDS
 
 Array = np.ndarray
 
@@ -35,13 +37,22 @@ DEFAULT_AXES = {
     "equisolid": "+x -y -z",
     "stereographic": "+x -y -z",
     "orthographic": "+x -y -z",
+    "dual_fisheye": "+x -y -z",
+    **dict.fromkeys(LENSES, "+x -y -z"),
+    **{name: world.axes for name, world in WORLDS.items()},
 }
 # The angle that the diameter of a fisheye spans where nothing is said, in degrees.
-FISHEYES = {"angular": 360.0, "equisolid": 180.0, "stereographic": 180.0, "orthographic": 180.0}
-DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", *FISHEYES})
+FISHEYES = {
+    "angular": 360.0,
+    "equisolid": 180.0,
+    "stereographic": 180.0,
+    "orthographic": 180.0,
+    **{name: lens.fov for name, lens in LENSES.items()},
+}
+DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", "dual_fisheye", *FISHEYES})
 # Maps whose rim an error ε of a coordinate moves by √ε.
 ROOT_RIMS = frozenset({"sphere", "matcap", "orthographic"})
-FACES = {"cube": 6, "dual_paraboloid": 2}
+FACES = {"cube": 6, "dual_paraboloid": 2, "dual_fisheye": 2}
 
 # The number under which a program stores right, left, up, down, front, back (in the view frame),
 # where that is not this order itself.
@@ -127,10 +138,13 @@ LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
             ],
         ),
     },
-    "dual_paraboloid": {
-        "strip": (1, 2, [(0, 0, False), (0, 1, False)]),
-        "column": (2, 1, [(0, 0, False), (1, 0, False)]),
-    },
+    **dict.fromkeys(
+        ("dual_paraboloid", "dual_fisheye"),
+        {
+            "strip": (1, 2, [(0, 0, False), (0, 1, False)]),
+            "column": (2, 1, [(0, 0, False), (1, 0, False)]),
+        },
+    ),
 }
 
 
@@ -537,6 +551,13 @@ FORMULAS: dict[str, Formulas] = {
     "equisolid": Formulas(_encode_equisolid, _decode_equisolid, _density_equisolid),
     "stereographic": Formulas(_encode_stereographic, _decode_stereographic, _density_stereographic),
     "orthographic": Formulas(_encode_orthographic, _decode_orthographic, _density_orthographic),
+    "dual_fisheye": Formulas(
+        reference_atlas.encode_dual_fisheye,
+        reference_atlas.decode_dual_fisheye,
+        reference_atlas.density_dual_fisheye,
+    ),
+    **{name: Formulas(a.encode, a.decode, a.density) for name, a in LENSES.items()},
+    **{name: Formulas(a.encode, a.decode, a.density) for name, a in WORLDS.items()},
 }
 
 
@@ -583,6 +604,10 @@ class Reference:
             return 2 * math.pi
         if self.name in FISHEYES:
             return 4 * math.pi * math.sin(float(_half(self.parameters, self.name, float)) / 2) ** 2
+        if self.name in WORLDS:
+            return WORLDS[self.name].covered(self.parameters)
+        if self.name == "dual_fisheye":
+            return 4 * math.pi * float(reference_atlas.cap_dual_fisheye(1.0, self.parameters))
         if self.name == "cylindrical":
             half, height = _cylinder(self.parameters, float)
             return float(4 * half * height / math.hypot(1, height))
@@ -597,6 +622,9 @@ class Reference:
     def shape(self, size: int) -> tuple[int, ...]:
         if self.name == "latlong":
             return (size, 2 * size)
+        if self.name in WORLDS:
+            aspect = WORLDS[self.name].aspect(self.parameters)
+            return (size, max(1, math.floor(size * aspect + 0.5)))
         if self.name in ("perspective", "cylindrical"):
             aspect = self.parameters.get("aspect", 4.0 if self.name == "cylindrical" else 1.0)
             return (size, max(1, math.floor(size * aspect + 0.5)))
@@ -687,6 +715,8 @@ class Reference:
             return 4 * math.tan(half)
         if self.name == "stereographic":
             return 4 * math.tan(float(_half(self.parameters, self.name, float)) / 2)
+        if self.name in LENSES:
+            return LENSES[self.name].stretch(self.parameters)
         return 0.0
 
     def clear_of_the_border(self, directions: Any, margin: float = 1e-6) -> Array:
@@ -701,10 +731,14 @@ class Reference:
         if self.name in FISHEYES and fov < 360:
             theta = np.arctan2(np.hypot(x, y), z)
             return theta < np.radians(fov) / 2 * (1 - margin)
-        if self.name in ("perspective", "cylindrical"):
+        if self.name == "dual_fisheye" and self.parameters.get("fov", 180.0) < 180:
+            theta = np.arctan2(np.hypot(x, y), np.abs(z))
+            return theta < np.radians(self.parameters["fov"]) / 2 * (1 - margin)
+        if self.name in ("perspective", "cylindrical", *WORLDS):
             with np.errstate(all="ignore"):
                 p, q, _ = FORMULAS[self.name].encode(x, y, z, self.parameters)
-                wraps = self.name == "cylindrical" and self.parameters.get("fov", 360.0) == 360
+                wraps = self.name in WORLDS
+                wraps |= self.name == "cylindrical" and self.parameters.get("fov", 360.0) == 360
                 return (np.abs(q) < 1 - margin) & ((np.abs(p) < 1 - margin) | (wraps & (p == p)))
         return np.ones(z.shape, bool)
 
@@ -818,6 +852,10 @@ class Reference:
             return r * r / (1 + np.sqrt(1 - r * r))
         if self.name == "dual_paraboloid":
             return 2 * r * r / (1 + r * r)
+        if self.name == "dual_fisheye":
+            return reference_atlas.cap_dual_fisheye(r, self.parameters)
+        if self.name in LENSES:
+            return LENSES[self.name].cap(r, self.parameters)
         half = float(_half(self.parameters, self.name, float))
         if self.name == "equisolid":
             return 2 * (r * np.sin(half / 2)) ** 2

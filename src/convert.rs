@@ -11,11 +11,12 @@ use crate::frame::Turn;
 use crate::image::{Centres, Raster, Texel};
 use crate::kernel::Scalar;
 use crate::light::solid_angle::Rect;
-use crate::map::{DecodeCanonical, EncodeCanonical, Map};
+use crate::map::Map;
 use crate::projection::{Coverage, Projection, Uv};
 use crate::projections::Visitor;
 use crate::sample::{Area, Filter, Lookups, Source, TILE};
 use crate::threads;
+use crate::verbs::{DecodeCanonical, EncodeCanonical};
 use glam::DMat3;
 
 /// The longest side for which f32 coordinates serve: they are off by up to 3·2⁻²³ of an image, 1/350 of a texel

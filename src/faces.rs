@@ -3,13 +3,10 @@
 //! A projection numbers its faces in its own, canonical order and draws each in its own orientation.
 //! A convention may store them in another order, each turned or flipped; a layout may put them side by
 //! side in one image. Both are the same thing, an [`Arrangement`]: for each canonical face its
-//! [`Place`]. [`Arranged`] wraps a projection with it and is a projection again, so every verb works
-//! on every layout.
+//! [`Place`]. [`crate::arranged`] takes coordinates there and back, so every verb works on every layout.
 //!
 //! Cells of a layout that hold no face are not part of the valid image.
 
-use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::real::Real;
 
 /// The most faces that a projection may have.
@@ -116,7 +113,7 @@ pub const STRIP_AND_COLUMN: &[LayoutSpec] = &[
 
 /// Left, front, right, back in a row with up and down over and under front: neighbours in the picture
 /// are neighbours on the cube.
-const CROSS: &[Cell] = &[
+pub(crate) const CROSS: &[Cell] = &[
     cell(2, 1),
     cell(0, 1),
     cell(1, 0),
@@ -127,7 +124,7 @@ const CROSS: &[Cell] = &[
 
 /// Up, front, down, back in a column, left and right beside front. Back continues down and so stands
 /// on its head.
-const VERTICAL_CROSS: &[Cell] = &[
+pub(crate) const VERTICAL_CROSS: &[Cell] = &[
     cell(2, 1),
     cell(0, 1),
     cell(1, 0),
@@ -231,7 +228,7 @@ pub struct Place {
     /// How it is drawn.
     pub orientation: Orientation,
     // Found once here: it takes searches, and kernels are called block by block.
-    sides: Sides,
+    pub(crate) sides: Sides,
 }
 
 /// Where every face lies.
@@ -325,18 +322,18 @@ impl Arrangement {
 /// cells: so a coordinate on the border of a cell comes back on the face that it left from, and
 /// joining faces costs one rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Side<R> {
-    sign: R,
-    high: R,
-    low: R,
-    first: R,
-    last: R,
-    cell: R,
+pub(crate) struct Side<R> {
+    pub(crate) sign: R,
+    pub(crate) high: R,
+    pub(crate) low: R,
+    pub(crate) first: R,
+    pub(crate) last: R,
+    pub(crate) cell: R,
 }
 
 /// The sides of a face along u and v, for each float type.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Sides {
+pub(crate) struct Sides {
     single: [Side<f32>; 2],
     double: [Side<f64>; 2],
 }
@@ -376,8 +373,32 @@ side!(side_f32, f32);
 side!(side_f64, f64);
 
 impl Sides {
+    /// The sides of no face: no cell has this number.
+    pub(crate) const NOWHERE: Sides = {
+        const SINGLE: Side<f32> = Side {
+            sign: 1.0,
+            high: 0.0,
+            low: 0.0,
+            first: 0.0,
+            last: 0.0,
+            cell: -1.0,
+        };
+        const DOUBLE: Side<f64> = Side {
+            sign: 1.0,
+            high: 0.0,
+            low: 0.0,
+            first: 0.0,
+            last: 0.0,
+            cell: -1.0,
+        };
+        Sides {
+            single: [SINGLE; 2],
+            double: [DOUBLE; 2],
+        }
+    };
+
     #[inline(always)]
-    fn of<R: Real>(&self, axis: usize) -> Side<R> {
+    pub(crate) fn of<R: Real>(&self, axis: usize) -> Side<R> {
         let convert = |sign: f64, high: f64, low: f64, first: f64, last: f64, cell: f64| Side {
             sign: R::new(sign),
             high: R::new(high),
@@ -398,223 +419,9 @@ impl Sides {
     }
 }
 
-/// A projection whose faces are arranged: JOINED in one image, or apart in another order.
-#[derive(Clone, Copy)]
-pub struct Arranged<P, const JOINED: bool> {
-    projection: P,
-    columns: f64,
-    rows: f64,
-    stored: [f64; MAX_FACES],
-    sides: [Sides; MAX_FACES],
-    swap: [f64; MAX_FACES],
-}
-
-impl<P: Projection, const JOINED: bool> Arranged<P, JOINED> {
-    /// `projection` in an arrangement.
-    pub fn new(projection: P, arrangement: &Arrangement) -> Self {
-        let mut arranged = Arranged {
-            projection,
-            columns: arrangement.columns as f64,
-            rows: arrangement.rows as f64,
-            stored: [-1.0; MAX_FACES],
-            sides: arrangement.places.map(|place| place.sides),
-            swap: [0.0; MAX_FACES],
-        };
-        for (face, place) in arrangement.places[..P::INFO.faces].iter().enumerate() {
-            arranged.stored[face] = place.stored as f64;
-            arranged.swap[face] = f64::from(u8::from(place.orientation.swap));
-        }
-        arranged
-    }
-
-    /// The place on a face at `uv`, if one is there.
-    #[inline(always)]
-    fn locate<R: Real>(self, uv: Uv<R>) -> Located<R> {
-        let one = R::new(1.0);
-        let (columns, rows) = (R::new(self.columns), R::new(self.rows));
-        let cell = |x: R, cells: R| {
-            let cell = (x * cells).floor();
-            if cell > cells - one {
-                cells - one
-            } else {
-                cell
-            }
-        };
-        let (column, row) = (cell(uv.u, columns), cell(uv.v, rows));
-        let nan = R::new(f64::NAN);
-        let mut place = Uv {
-            u: nan,
-            v: nan,
-            face: nan,
-        };
-        let (mut along_sign, mut down_sign, mut swap) = (nan, nan, nan);
-        let mut found = false;
-        // Each face's place is computed and one is chosen: choosing the constants first saves the
-        // arithmetic, but the compiler makes branches of it.
-        macro_rules! try_face {
-            ($($face:literal),+) => {$(
-                if $face < P::INFO.faces {
-                    let (along, down) = (self.sides[$face].of::<R>(0), self.sides[$face].of::<R>(1));
-                    let here = if JOINED {
-                        (column == along.cell) & (row == down.cell)
-                    } else {
-                        uv.face == R::new(self.stored[$face])
-                    };
-                    let a = ((uv.u - along.high) - along.low) * columns * along.sign;
-                    let b = ((uv.v - down.high) - down.low) * rows * down.sign;
-                    let (a, b) = (a.clamped(0.0, 1.0), b.clamped(0.0, 1.0));
-                    let turned = R::new(self.swap[$face]);
-                    let swapped = turned > R::new(0.0);
-                    place.u = if here { if swapped { b } else { a } } else { place.u };
-                    place.v = if here { if swapped { a } else { b } } else { place.v };
-                    place.face = if here { R::new($face as f64) } else { place.face };
-                    along_sign = if here { along.sign } else { along_sign };
-                    down_sign = if here { down.sign } else { down_sign };
-                    swap = if here { turned } else { swap };
-                    found |= here;
-                }
-            )+};
-        }
-        try_face!(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
-        Located {
-            place,
-            found,
-            slope: [columns * along_sign, rows * down_sign],
-            swapped: swap > R::new(0.0),
-        }
-    }
-}
-
-/// A place on a canonical face.
-struct Located<R> {
-    place: Uv<R>,
-    found: bool,
-    /// How fast the face's coordinates along the image's u and v change.
-    slope: [R; 2],
-    swapped: bool,
-}
-
-impl<P: Projection, const JOINED: bool> Projection for Arranged<P, JOINED> {
-    const INFO: Info = Info {
-        faces: if JOINED { 1 } else { P::INFO.faces },
-        outline: Outline::Square,
-        ..P::INFO
-    };
-
-    fn with_parameters(_: &[f64]) -> Self {
-        unreachable!("arranged projections are not in the registry")
-    }
-
-    fn coverage(self) -> Coverage {
-        self.projection.coverage()
-    }
-
-    fn density_range(self) -> (f64, f64) {
-        let (low, high) = self.projection.density_range();
-        let cells = if JOINED {
-            self.columns * self.rows
-        } else {
-            1.0
-        };
-        (low * cells, high * cells)
-    }
-
-    fn seam(self) -> Seam {
-        self.projection.seam()
-    }
-
-    #[inline(always)]
-    fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
-        let uv = self.projection.encode(d);
-        let (mut along, mut down) = (self.sides[0].of::<R>(0), self.sides[0].of::<R>(1));
-        let mut swap = R::new(self.swap[0]);
-        let mut stored = R::new(self.stored[0]);
-        macro_rules! choose {
-            ($($face:literal),+) => {$(
-                if $face < P::INFO.faces {
-                    let here = uv.face == R::new($face as f64);
-                    along = choose_side(here, self.sides[$face].of(0), along);
-                    down = choose_side(here, self.sides[$face].of(1), down);
-                    swap = if here { R::new(self.swap[$face]) } else { swap };
-                    stored = if here { R::new(self.stored[$face]) } else { stored };
-                }
-            )+};
-        }
-        choose!(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
-        let swapped = swap > R::new(0.0);
-        let (u, v) = (
-            if swapped { uv.v } else { uv.u },
-            if swapped { uv.u } else { uv.v },
-        );
-        let at = |x: R, side: Side<R>, cells: f64| {
-            let x = side.high + (side.low + side.sign * x / R::new(cells));
-            let x = if x > side.last { side.last } else { x };
-            if x < side.first { side.first } else { x }
-        };
-        let (u, v) = (at(u, along, self.columns), at(v, down, self.rows));
-        if JOINED {
-            Uv::flat(u, v)
-        } else {
-            Uv { u, v, face: stored }
-        }
-    }
-
-    #[inline(always)]
-    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
-        self.projection.decode(self.locate(uv).place)
-    }
-
-    #[inline(always)]
-    fn contains<R: Real>(self, uv: Uv<R>) -> bool {
-        let (zero, one) = (R::new(0.0), R::new(1.0));
-        let in_square = (uv.u >= zero) & (uv.u <= one) & (uv.v >= zero) & (uv.v <= one);
-        let at = self.locate(uv);
-        in_square & at.found & self.projection.contains(at.place)
-    }
-
-    #[inline(always)]
-    fn jacobian<R: Real>(self, uv: Uv<R>) -> [[R; 3]; 2] {
-        let at = self.locate(uv);
-        let [a, b] = self.projection.jacobian(at.place);
-        let along = if at.swapped { b } else { a };
-        let down = if at.swapped { a } else { b };
-        [
-            along.map(|x| x * at.slope[0]),
-            down.map(|x| x * at.slope[1]),
-        ]
-    }
-
-    fn solid_angle(self, rect: Rect) -> f64 {
-        self.projection.solid_angle(rect)
-    }
-
-    #[inline(always)]
-    fn density<R: Real>(self, uv: Uv<R>) -> R {
-        let cells = if JOINED {
-            self.columns * self.rows
-        } else {
-            1.0
-        };
-        self.projection.density(self.locate(uv).place) * R::new(cells)
-    }
-}
-
-#[inline(always)]
-fn choose_side<R: Real>(first: bool, a: Side<R>, b: Side<R>) -> Side<R> {
-    Side {
-        sign: if first { a.sign } else { b.sign },
-        high: if first { a.high } else { b.high },
-        low: if first { a.low } else { b.low },
-        first: if first { a.first } else { b.first },
-        last: if first { a.last } else { b.last },
-        cell: b.cell,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projections::Cube;
 
     #[test]
     fn orientations_compose_like_maps() {
@@ -633,41 +440,6 @@ mod tests {
             for &b in &all {
                 assert_eq!(apply(a.then(b), (1, 2)), apply(b, apply(a, (1, 2))));
             }
-        }
-    }
-
-    #[test]
-    fn the_cross_is_continuous_where_cells_touch() {
-        for cells in [Cells::Grid(4, 3, CROSS), Cells::Grid(3, 4, VERTICAL_CROSS)] {
-            let arrangement = Arrangement::new(6, FaceTable::CANONICAL, cells);
-            let arranged = Arranged::<Cube, true>::new(Cube, &arrangement);
-            let (columns, rows) = (arrangement.columns as f64, arrangement.rows as f64);
-            let mut shared = 0;
-            for column in 0..arrangement.columns {
-                for row in 0..arrangement.rows {
-                    for (du, dv) in [(1.0, 0.5), (0.5, 1.0)] {
-                        let at = |offset: f64| {
-                            let (eu, ev) = if du == 1.0 {
-                                (offset, 0.0)
-                            } else {
-                                (0.0, offset)
-                            };
-                            Uv::flat(
-                                (column as f64 + du + eu) / columns,
-                                (row as f64 + dv + ev) / rows,
-                            )
-                        };
-                        let (a, b) = (at(-1e-9), at(1e-9));
-                        if arranged.contains(a) && arranged.contains(b) {
-                            let (a, b) = (arranged.decode(a), arranged.decode(b));
-                            let dot: f64 = (0..3).map(|k| a[k] * b[k]).sum();
-                            assert!(dot > 1.0 - 1e-12);
-                            shared += 1;
-                        }
-                    }
-                }
-            }
-            assert_eq!(shared, 5, "six faces that hang together share five edges");
         }
     }
 }

@@ -7,8 +7,10 @@
 use crate::error::Error;
 use crate::faces::{MAX_FACES, Place};
 use crate::kernel::Scalar;
+use crate::light::solid_angle::Rect;
 use crate::map::{Grid, GridAxis, Map};
-use crate::projection::Outline;
+use crate::projection::{Outline, Projection, Uv};
+use crate::projections::{Kind, Visitor};
 use half::f16;
 
 /// A texel type. Filters run in `Float` and round once.
@@ -148,8 +150,9 @@ pub struct Raster {
     pub along_u: GridAxis,
     /// The grid along v.
     pub along_v: GridAxis,
-    /// Whether only the disk of a face holds sphere.
-    pub disk: bool,
+    /// What part of a face holds sphere.
+    pub outline: Outline,
+    kind: Kind,
     faces: usize,
     joined: bool,
     places: [Place; MAX_FACES],
@@ -205,7 +208,8 @@ impl Raster {
             rows: rows * stored_faces,
             along_u,
             along_v,
-            disk: map.info().outline == Outline::Disk,
+            outline: map.info().outline,
+            kind: map.kind(),
             faces: arrangement.faces,
             joined: arrangement.joined,
             places: arrangement.places,
@@ -349,12 +353,51 @@ impl Raster {
     pub fn holds(&self, i: isize, j: isize) -> bool {
         let inside =
             (0..self.width as isize).contains(&i) && (0..self.height as isize).contains(&j);
-        if !inside || !self.disk {
-            return inside;
+        if !inside {
+            return false;
         }
-        let p = 2.0 * self.along_u.centre(i as f64) - 1.0;
-        let q = 2.0 * self.along_v.centre(j as f64) - 1.0;
-        p * p + q * q <= 1.0 + 8.0 * f64::EPSILON
+        let centre = || (self.along_u.centre(i as f64), self.along_v.centre(j as f64));
+        match self.outline {
+            Outline::Square => true,
+            Outline::Disk => {
+                let (u, v) = centre();
+                let (p, q) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+                p * p + q * q <= 1.0 + 8.0 * f64::EPSILON
+            }
+            Outline::Shape => {
+                let (u, v) = centre();
+                self.contains(u, v)
+            }
+        }
+    }
+
+    /// Whether a place lies in the valid image of a face.
+    pub fn contains(&self, u: f64, v: f64) -> bool {
+        struct Contains(f64, f64);
+        impl Visitor for Contains {
+            type Output = bool;
+            fn visit<P: Projection>(self, p: P) -> bool {
+                p.contains(Uv::flat(self.0, self.1))
+            }
+        }
+        self.kind.visit(Contains(u, v))
+    }
+
+    /// The solid angle that a rectangle of a face sees.
+    pub fn solid_angle(&self, rect: Rect) -> f64 {
+        struct Get(Rect);
+        impl Visitor for Get {
+            type Output = f64;
+            fn visit<P: Projection>(self, p: P) -> f64 {
+                p.solid_angle(self.0)
+            }
+        }
+        self.kind.visit(Get(rect))
+    }
+
+    /// Whether texels may lie outside the valid image, all of them or in part.
+    pub fn has_rim(&self) -> bool {
+        self.outline != Outline::Square
     }
 }
 

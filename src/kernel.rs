@@ -83,6 +83,8 @@ pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
     const DIRECTION_OUT: bool = false;
     /// Whether `apply_tame` is worth a look at each chunk.
     const TAMES: bool = false;
+    /// Whether it is compiled for every level. What is not has none for AVX-512, and runs at AVX2 there.
+    const EVERY_LEVEL: bool = true;
 
     /// One point.
     fn apply(self, x: [R; I]) -> [R; O];
@@ -134,6 +136,19 @@ impl<R: Real, const I: usize, const O: usize> Frame<R, I, O> {
             output: Lanes::identity(),
             rotate_input: None,
             rotate_output: None,
+        }
+    }
+}
+
+impl<const I: usize, const O: usize> Frame<f64, I, O> {
+    /// The same for numbers of another type.
+    pub fn cast<R: Real>(&self) -> Frame<R, I, O> {
+        let cast = |m: [[f64; 3]; 3]| m.map(|row| row.map(R::new));
+        Frame {
+            input: self.input,
+            output: self.output,
+            rotate_input: self.rotate_input.map(cast),
+            rotate_output: self.rotate_output.map(cast),
         }
     }
 }
@@ -264,6 +279,21 @@ pub fn dispatch<J: Job>(job: J) -> J::Output {
     )
 }
 
+/// Runs a job at the level in force, but not above AVX2.
+#[inline(never)]
+fn dispatch_narrow<J: Job>(job: J) -> J::Output {
+    #[cfg(target_arch = "x86_64")]
+    if FORCED.load(Ordering::Relaxed) != 1
+        && let Some(token) = Level::new().as_avx2()
+    {
+        return token.vectorize(
+            #[inline(always)]
+            || job.work(),
+        );
+    }
+    job.work()
+}
+
 struct Run<'a, R, F, const I: usize, const O: usize> {
     point: F,
     frame: &'a Frame<R, I, O>,
@@ -299,13 +329,109 @@ pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
         input: Rows([[zero; W]; I]),
         output: Rows([[zero; W]; O]),
     };
-    dispatch(Run {
+    let job = Run {
         point,
         frame,
         input: input.as_chunks().0,
         output: output.as_chunks_mut().0,
         scratch: &mut scratch,
-    });
+    };
+    if const { F::EVERY_LEVEL } {
+        dispatch(job);
+    } else {
+        dispatch_narrow(job);
+    }
+}
+
+/// Points that are computed before they are taken on: small enough for the first-level cache.
+pub const BLOCK: usize = 256;
+
+/// The same in f64, for arrays of another type, block by block. Where f64 says that there is no result, the formula in
+/// the arrays' own type decides: a coordinate that was rounded to f32 may lie beyond a rim by more than f64 lets out.
+pub fn run_in_double<R: Scalar, F, const I: usize, const O: usize>(
+    point: F,
+    frame: &Frame<f64, I, O>,
+    input: &[R],
+    output: &mut [R],
+) where
+    F: Point<f64, I, O> + Point<R, I, O>,
+{
+    let own = frame.cast::<R>();
+    let (mut wide_in, mut wide_out) = ([[0.0; I]; BLOCK], [[0.0; O]; BLOCK]);
+    let (input, output) = (input.as_chunks::<I>().0, output.as_chunks_mut::<O>().0);
+    for (input, output) in input.chunks(BLOCK).zip(output.chunks_mut(BLOCK)) {
+        let (wide_in, wide_out) = (&mut wide_in[..input.len()], &mut wide_out[..output.len()]);
+        for (wide, x) in wide_in
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(input.as_flattened())
+        {
+            *wide = x.to_f64();
+        }
+        run(
+            point,
+            frame,
+            wide_in.as_flattened(),
+            wide_out.as_flattened_mut(),
+        );
+        for (x, wide) in output
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(wide_out.as_flattened())
+        {
+            *x = R::new(*wide);
+        }
+        for (x, result) in input.iter().zip(output) {
+            if result[0].is_nan() {
+                *result = one(point, &own, *x);
+            }
+        }
+    }
+}
+
+/// One point, by itself.
+fn one<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
+    point: F,
+    frame: &Frame<R, I, O>,
+    x: [R; I],
+) -> [R; O] {
+    let x = if F::DIRECTION_IN {
+        let x = turned::<R, I, 1>(frame.rotate_input.as_ref(), x, 0);
+        std::array::from_fn(|k| x[frame.input.order[k] % I].negated_if(frame.input.negative[k]))
+    } else {
+        x
+    };
+    let result = point.apply(x);
+    if F::DIRECTION_OUT {
+        let rotation = frame.rotate_output.as_ref();
+        let result = if O == 6 {
+            let result = turned::<R, O, 2>(rotation, result, 0);
+            turned::<R, O, 2>(rotation, result, 1)
+        } else {
+            turned::<R, O, 1>(rotation, result, 0)
+        };
+        let Lanes { order, negative } = &frame.output;
+        std::array::from_fn(|k| result[order[k] % O].negated_if(negative[k]))
+    } else {
+        result
+    }
+}
+
+/// The components `first`, `first + STEP`, `first + 2 STEP` multiplied by a matrix.
+fn turned<R: Real, const N: usize, const STEP: usize>(
+    matrix: Option<&[[R; 3]; 3]>,
+    mut x: [R; N],
+    first: usize,
+) -> [R; N] {
+    if let Some(m) = matrix
+        && first + 2 * STEP < N
+    {
+        let d = [0, 1, 2].map(|k| x[first + k * STEP]);
+        for (k, row) in m.iter().enumerate() {
+            x[first + k * STEP] = row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
+        }
+    }
+    x
 }
 
 #[inline(always)]

@@ -23,6 +23,7 @@
 //! - Texel solid angles sum to the coverage's solid angle.
 
 pub mod area;
+pub mod arranged;
 pub mod convention;
 pub mod convert;
 pub mod drawing;
@@ -43,6 +44,7 @@ pub mod real;
 pub mod reflect;
 pub mod sample;
 pub mod threads;
+pub mod verbs;
 
 #[cfg(feature = "python")]
 mod py;

@@ -3,16 +3,19 @@
 //! [`Map`] is the run-time value behind every call. Its verbs find the compiled formula through the
 //! registry, put the frame around it and spread the work over threads.
 
+use crate::arranged;
 use crate::convention::{self, Convention};
 use crate::error::Error;
-use crate::faces::{Arranged, Arrangement, Cells, FaceTable};
+use crate::faces::{Arrangement, Cells, FaceTable};
 use crate::frame::{Axes, Turn};
-use crate::kernel::{self, Frame, Lanes, Point, Scalar};
+use crate::kernel::{BLOCK, Scalar};
 use crate::light::solid_angle::Rect;
 use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::projections::{Kind, REGISTRY, Visitor};
-use crate::real::{Real, Tame, max};
 use crate::threads;
+use crate::verbs::{
+    Beyond, DecodeOwn, DensityOwn, EncodeCanonical, EncodeOwn, JacobianOwn, ValidCanonical,
+};
 use glam::DMat3;
 
 /// Where texel centres lie.
@@ -306,7 +309,8 @@ impl Map {
                 p.density_range()
             }
         }
-        self.visit(Get)
+        let (low, high) = self.visit_canonical(Get);
+        (low * self.cells(), high * self.cells())
     }
 
     /// For each canonical face, whether its picture is mirrored as seen from inside a right-handed
@@ -352,12 +356,9 @@ impl Map {
         Turn::new(self.axes, rotation)
     }
 
-    /// Calls the visitor with the projection as it is arranged.
-    pub fn visit<V: Visitor>(&self, visitor: V) -> V::Output {
-        self.kind.visit(Arrange {
-            arrangement: &self.arrangement,
-            visitor,
-        })
+    /// The projection with its parameters.
+    pub(crate) fn kind(&self) -> Kind {
+        self.kind
     }
 
     /// Calls the visitor with the projection in its own order of faces, three numbers a coordinate.
@@ -365,35 +366,61 @@ impl Map {
         self.kind.visit(visitor)
     }
 
+    /// Calls `work` with the canonical (u, v, face) of blocks of places, and O items of output for each.
+    fn located<R: Scalar, T, const O: usize>(
+        &self,
+        uv: &[R],
+        output: &mut [T],
+        work: impl Fn(&[R], &mut [T]),
+    ) {
+        arranged::locate(&self.arrangement, uv, &mut |first, canonical| {
+            let end = first + canonical.len() / 3;
+            work(canonical, &mut output[O * first..O * end]);
+        });
+    }
+
     /// Directions, three numbers each, to image coordinates.
     pub fn encode<R: Scalar>(&self, rotation: Option<DMat3>, directions: &[R], uv: &mut [R]) {
         let turn = self.turn(rotation);
-        threads::blocks(directions, 3, uv, self.uv_width(), |input, output| {
-            self.visit(EncodeBlock {
+        let width = self.uv_width();
+        let own = |input: &[R], output: &mut [R]| {
+            self.visit_canonical(EncodeOwn {
                 turn,
                 input,
                 output,
             });
+        };
+        threads::blocks(directions, 3, uv, width, |directions, uv| {
+            if self.arrangement.is_canonical() {
+                return own(directions, uv);
+            }
+            arranged::store(&self.arrangement, directions, uv, &own);
         });
     }
 
     /// Image coordinates to unit directions, three numbers each.
     pub fn decode<R: Scalar>(&self, rotation: Option<DMat3>, uv: &[R], directions: &mut [R]) {
         let turn = self.turn(rotation).inverse();
-        threads::blocks(uv, self.uv_width(), directions, 3, |input, output| {
-            self.visit(DecodeBlock {
+        let own = |input: &[R], output: &mut [R]| {
+            self.visit_canonical(DecodeOwn {
                 turn,
                 input,
                 output,
             });
+        };
+        threads::blocks(uv, self.uv_width(), directions, 3, |uv, directions| {
+            if self.arrangement.is_canonical() {
+                return own(uv, directions);
+            }
+            self.located::<R, R, 3>(uv, directions, own);
         });
     }
 
-    /// The directions that each face's formula gives, also beyond the face's edges.
-    pub fn continued<R: Scalar>(&self, uv: &[R], directions: &mut [R]) {
+    /// The directions that the image shows at canonical (u, v, face), also beyond a face's edges.
+    pub fn beyond<R: Scalar>(&self, canonical: &[R], directions: &mut [R]) {
         let turn = self.turn(None).inverse();
-        threads::blocks(uv, self.uv_width(), directions, 3, |input, output| {
-            self.visit(ContinuedBlock {
+        threads::blocks(canonical, 3, directions, 3, |input, output| {
+            self.visit_canonical(Beyond {
                 turn,
                 input,
                 output,
@@ -404,31 +431,57 @@ impl Map {
     /// ∂d/∂(u, v) at image coordinates, six numbers each.
     pub fn jacobian<R: Scalar>(&self, rotation: Option<DMat3>, uv: &[R], jacobians: &mut [R]) {
         let turn = self.turn(rotation).inverse();
-        threads::blocks(uv, self.uv_width(), jacobians, 6, |input, output| {
-            self.visit(JacobianBlock {
+        let own = |input: &[R], output: &mut [R]| {
+            self.visit_canonical(JacobianOwn {
                 turn,
                 input,
                 output,
             });
+        };
+        threads::blocks(uv, self.uv_width(), jacobians, 6, |uv, jacobians| {
+            if self.arrangement.is_canonical() {
+                return own(uv, jacobians);
+            }
+            self.located::<R, R, 6>(uv, jacobians, own);
+            arranged::scale_derivatives(&self.arrangement, uv, jacobians);
         });
     }
 
     /// dω/(du dv) at image coordinates.
     pub fn density<R: Scalar>(&self, uv: &[R], density: &mut [R]) {
-        threads::blocks(uv, self.uv_width(), density, 1, |input, output| {
-            self.visit(DensityBlock { input, output });
+        let own = |input: &[R], output: &mut [R]| {
+            self.visit_canonical(DensityOwn { input, output });
+        };
+        let cells = R::new(self.cells());
+        threads::blocks(uv, self.uv_width(), density, 1, |uv, density| {
+            if self.arrangement.is_canonical() {
+                return own(uv, density);
+            }
+            self.located::<R, R, 1>(uv, density, |canonical, out| {
+                own(canonical, out);
+                out.iter_mut().for_each(|x| *x = *x * cells);
+            });
         });
+    }
+
+    /// How many cells of the size of a face the image has.
+    fn cells(&self) -> f64 {
+        if self.arrangement.joined {
+            (self.arrangement.columns * self.arrangement.rows) as f64
+        } else {
+            1.0
+        }
     }
 
     /// Whether image coordinates lie in the valid image.
     pub fn valid<R: Scalar>(&self, uv: &[R], valid: &mut [bool]) {
-        threads::blocks(uv, self.uv_width(), valid, 1, |input, output| {
-            self.visit(ValidBlock { input, output });
+        threads::blocks(uv, self.uv_width(), valid, 1, |uv, valid| {
+            self.located::<R, bool, 1>(uv, valid, |input, output| {
+                self.visit_canonical(ValidCanonical { input, output });
+            });
         });
     }
-}
 
-impl Map {
     /// Whether directions lie in the coverage.
     pub fn covers<R: Scalar>(
         &self,
@@ -436,11 +489,10 @@ impl Map {
         directions: &[R],
         covered: &mut [bool],
     ) {
-        const TILE: usize = 256;
         let turn = self.turn(rotation);
         threads::blocks(directions, 3, covered, 1, |directions, covered| {
-            let mut uv = [R::default(); 3 * TILE];
-            for (input, covered) in directions.chunks(3 * TILE).zip(covered.chunks_mut(TILE)) {
+            let mut uv = [R::default(); 3 * BLOCK];
+            for (input, covered) in directions.chunks(3 * BLOCK).zip(covered.chunks_mut(BLOCK)) {
                 let uv = &mut uv[..input.len()];
                 self.visit_canonical(EncodeCanonical {
                     turn,
@@ -529,424 +581,4 @@ fn arrangement(
         Some(layout.name),
         Arrangement::new(info.faces, table, layout.cells),
     ))
-}
-
-struct Arrange<'a, V> {
-    arrangement: &'a Arrangement,
-    visitor: V,
-}
-
-impl<V: Visitor> Visitor for Arrange<'_, V> {
-    type Output = V::Output;
-
-    fn visit<P: Projection>(self, p: P) -> V::Output {
-        if P::INFO.faces == 1 || self.arrangement.is_canonical() {
-            self.visitor.visit(p)
-        } else if self.arrangement.joined {
-            self.visitor
-                .visit(Arranged::<P, true>::new(p, self.arrangement))
-        } else {
-            self.visitor
-                .visit(Arranged::<P, false>::new(p, self.arrangement))
-        }
-    }
-}
-
-/// The direction with its largest component brought near 1, and whether it is a direction at all:
-/// finite and not zero.
-#[inline(always)]
-fn prepared<R: Real>([x, y, z]: [R; 3]) -> ([R; 3], bool) {
-    let scale = max(x.abs(), max(y.abs(), z.abs())).binade_scale();
-    let d = [x * scale, y * scale, z * scale];
-    let sum = d[0].abs() + d[1].abs() + d[2].abs();
-    (d, (sum > R::new(0.0)) & (sum < R::new(f64::INFINITY)))
-}
-
-#[inline(always)]
-fn only_if<R: Real, const N: usize>(ok: bool, x: [R; N]) -> [R; N] {
-    x.map(|x| if ok { x } else { R::new(f64::NAN) })
-}
-
-#[inline(always)]
-fn uv<R: Real, const I: usize>(x: [R; I]) -> Uv<R> {
-    Uv {
-        u: x[0],
-        v: x[1],
-        face: if I > 2 { x[2] } else { R::new(0.0) },
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Encode<P>(P);
-
-impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
-    const DIRECTION_IN: bool = true;
-    const TAMES: bool = true;
-
-    #[inline(always)]
-    fn apply(self, d: [R; 3]) -> [R; O] {
-        let (d, ok) = prepared(d);
-        let uv = self.0.encode(d);
-        // A face number is never NaN by itself: outside the coverage u is.
-        let ok = ok & !uv.u.is_nan();
-        let all = only_if(ok, [uv.u, uv.v, uv.face]);
-        std::array::from_fn(|k| all[k])
-    }
-
-    #[inline(always)]
-    fn apply_tame(self, d: [R; 3]) -> [R; O] {
-        let uv = self.0.encode(d.map(Tame));
-        let (Tame(u), Tame(v), Tame(face)) = (uv.u, uv.v, uv.face);
-        let face = if O > 2 {
-            only_if(!u.is_nan(), [face])[0]
-        } else {
-            face
-        };
-        let all = [u, v, face];
-        std::array::from_fn(|k| all[k])
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Decode<P>(P);
-
-impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
-    const DIRECTION_OUT: bool = true;
-
-    #[inline(always)]
-    fn apply(self, x: [R; I]) -> [R; 3] {
-        only_if(self.0.contains(uv(x)), self.0.decode(uv(x)))
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Continued<P>(P);
-
-impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Continued<P> {
-    const DIRECTION_OUT: bool = true;
-
-    #[inline(always)]
-    fn apply(self, x: [R; I]) -> [R; 3] {
-        self.0.decode(uv(x))
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Jacobian<P>(P);
-
-impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
-    const DIRECTION_OUT: bool = true;
-
-    #[inline(always)]
-    fn apply(self, x: [R; I]) -> [R; 6] {
-        let [a, b] = self.0.jacobian(uv(x));
-        only_if(self.0.contains(uv(x)), [a[0], b[0], a[1], b[1], a[2], b[2]])
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Density<P>(P);
-
-impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 1> for Density<P> {
-    #[inline(always)]
-    fn apply(self, x: [R; I]) -> [R; 1] {
-        only_if(self.0.contains(uv(x)), [self.0.density(uv(x))])
-    }
-}
-
-/// World directions into the view frame, on the way in.
-fn frame_in<R: Scalar, const O: usize>(turn: Turn) -> Frame<R, 3, O> {
-    let mut frame = Frame::plain();
-    match turn {
-        Turn::Axes(axes) => {
-            frame.input = Lanes {
-                order: axes.world.map(usize::from),
-                negative: axes.negative,
-            };
-        }
-        Turn::Matrix(m) => frame.rotate_input = Some(m.map(|row| row.map(R::new))),
-    }
-    frame
-}
-
-/// View directions, or their derivatives by `columns` variables, into the world on the way out.
-fn frame_out<R: Scalar, const I: usize, const O: usize>(turn: Turn) -> Frame<R, I, O> {
-    let columns = O / 3;
-    let mut frame = Frame::plain();
-    match turn {
-        Turn::Axes(axes) => {
-            let source = |k: usize| axes.world[k / columns] as usize * columns + k % columns;
-            frame.output.order = std::array::from_fn(source);
-            frame.output.negative = std::array::from_fn(|k| axes.negative[k / columns]);
-        }
-        Turn::Matrix(m) => frame.rotate_output = Some(m.map(|row| row.map(R::new))),
-    }
-    frame
-}
-
-struct EncodeBlock<'a, R> {
-    turn: Turn,
-    input: &'a [R],
-    output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for EncodeBlock<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        if P::INFO.faces == 1 {
-            kernel::run(
-                Encode(p),
-                &frame_in::<R, 2>(self.turn),
-                self.input,
-                self.output,
-            );
-        } else {
-            kernel::run(
-                Encode(p),
-                &frame_in::<R, 3>(self.turn),
-                self.input,
-                self.output,
-            );
-        }
-    }
-}
-
-struct DecodeBlock<'a, R> {
-    turn: Turn,
-    input: &'a [R],
-    output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for DecodeBlock<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        if P::INFO.faces == 1 {
-            kernel::run(
-                Decode(p),
-                &frame_out::<R, 2, 3>(self.turn),
-                self.input,
-                self.output,
-            );
-        } else {
-            kernel::run(
-                Decode(p),
-                &frame_out::<R, 3, 3>(self.turn),
-                self.input,
-                self.output,
-            );
-        }
-    }
-}
-
-struct ContinuedBlock<'a, R> {
-    turn: Turn,
-    input: &'a [R],
-    output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for ContinuedBlock<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        if P::INFO.faces == 1 {
-            kernel::run(
-                Continued(p),
-                &frame_out::<R, 2, 3>(self.turn),
-                self.input,
-                self.output,
-            );
-        } else {
-            kernel::run(
-                Continued(p),
-                &frame_out::<R, 3, 3>(self.turn),
-                self.input,
-                self.output,
-            );
-        }
-    }
-}
-
-struct JacobianBlock<'a, R> {
-    turn: Turn,
-    input: &'a [R],
-    output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for JacobianBlock<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        if P::INFO.faces == 1 {
-            kernel::run(
-                Jacobian(p),
-                &frame_out::<R, 2, 6>(self.turn),
-                self.input,
-                self.output,
-            );
-        } else {
-            kernel::run(
-                Jacobian(p),
-                &frame_out::<R, 3, 6>(self.turn),
-                self.input,
-                self.output,
-            );
-        }
-    }
-}
-
-struct DensityBlock<'a, R> {
-    input: &'a [R],
-    output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for DensityBlock<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        let (input, output) = (self.input, self.output);
-        if P::INFO.faces == 1 {
-            kernel::run(Density(p), &Frame::<R, 2, 1>::plain(), input, output);
-        } else {
-            kernel::run(Density(p), &Frame::<R, 3, 1>::plain(), input, output);
-        }
-    }
-}
-
-struct ValidBlock<'a, R> {
-    input: &'a [R],
-    output: &'a mut [bool],
-}
-
-impl<R: Scalar> Visitor for ValidBlock<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        let width = if P::INFO.faces == 1 { 2 } else { 3 };
-        for (x, valid) in self.input.chunks_exact(width).zip(self.output) {
-            let face = if width > 2 { x[2] } else { R::new(0.0) };
-            *valid = p.contains(Uv {
-                u: x[0],
-                v: x[1],
-                face,
-            });
-        }
-    }
-}
-
-/// World directions to canonical (u, v, face), on the caller's thread.
-pub struct EncodeCanonical<'a, R> {
-    /// World to view.
-    pub turn: Turn,
-    /// Directions.
-    pub input: &'a [R],
-    /// Coordinates.
-    pub output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for EncodeCanonical<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        kernel::run(
-            Encode(p),
-            &frame_in::<R, 3>(self.turn),
-            self.input,
-            self.output,
-        );
-    }
-}
-
-/// Canonical (u, v, face) to world directions, on the caller's thread.
-pub struct DecodeCanonical<'a, R> {
-    /// View to world.
-    pub turn: Turn,
-    /// Coordinates.
-    pub input: &'a [R],
-    /// Directions.
-    pub output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for DecodeCanonical<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        kernel::run(
-            Decode(p),
-            &frame_out::<R, 3, 3>(self.turn),
-            self.input,
-            self.output,
-        );
-    }
-}
-
-/// dω/(du dv) at canonical (u, v, face), on the caller's thread; NaN outside the valid image.
-pub struct DensityCanonical<'a, R> {
-    /// Coordinates.
-    pub input: &'a [R],
-    /// Densities.
-    pub output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for DensityCanonical<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        kernel::run(
-            Density(p),
-            &Frame::<R, 3, 1>::plain(),
-            self.input,
-            self.output,
-        );
-    }
-}
-
-/// Where the share x of the mass lies on [0, 1] when the density runs straight from a to b.
-#[inline(always)]
-fn share_of_line<R: Real>(a: R, b: R, x: R) -> R {
-    let t = (a + b) * x / (a + (a * a + x * (b * b - a * a)).sqrt());
-    // Both ends zero or one of them infinite: no line, and no place for NaN.
-    if (t >= R::new(0.0)) & (t <= R::new(1.0)) {
-        t
-    } else {
-        x
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Draw<P>(P);
-
-impl<P: Projection, R: Scalar> Point<R, 7, 3> for Draw<P> {
-    const DIRECTION_OUT: bool = true;
-
-    #[inline(always)]
-    fn apply(self, [u0, u1, v0, v1, face, s, t]: [R; 7]) -> [R; 3] {
-        let density = |u, v| self.0.density(Uv { u, v, face });
-        let (mut s, mut t) = (s, t);
-        if !P::INFO.equal_area {
-            let middle = R::new(0.5) * (u0 + u1);
-            t = share_of_line(density(middle, v0), density(middle, v1), t);
-        }
-        let v = v0 + t * (v1 - v0);
-        if !P::INFO.equal_area {
-            s = share_of_line(density(u0, v), density(u1, v), s);
-        }
-        let u = u0 + s * (u1 - u0);
-        self.0.decode(Uv { u, v, face })
-    }
-}
-
-/// World directions spread evenly, by solid angle, over small rectangles of faces: (u0, u1, v0, v1, face)
-/// and two numbers in [0, 1], seven a direction. The density is taken to be linear in each.
-pub struct DrawCanonical<'a, R> {
-    /// View to world.
-    pub turn: Turn,
-    /// Rectangles, faces and numbers.
-    pub input: &'a [R],
-    /// Directions.
-    pub output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for DrawCanonical<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        kernel::run(
-            Draw(p),
-            &frame_out::<R, 7, 3>(self.turn),
-            self.input,
-            self.output,
-        );
-    }
 }

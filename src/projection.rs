@@ -73,6 +73,21 @@ impl<R: Real> Uv<R> {
         )
     }
 
+    /// Whether it lies in the unit square of one of so many faces.
+    #[inline(always)]
+    pub fn in_bounds(self, faces: usize) -> bool {
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let in_square = (self.u >= zero) & (self.u <= one) & (self.v >= zero) & (self.v <= one);
+        let in_faces = if faces > 1 {
+            let last = R::new((faces - 1) as f64);
+            let bounded = max(zero, if self.face < last { self.face } else { last });
+            (bounded.floor() == self.face) & (bounded == self.face)
+        } else {
+            true
+        };
+        in_square & in_faces
+    }
+
     /// (p, q) = (2u - 1, 2v - 1): zero at the image centre.
     #[inline(always)]
     pub fn pq(self) -> (R, R) {
@@ -106,6 +121,8 @@ impl Seam {
             Seam::RimOpposite => "rim-opposite",
             Seam::RimOtherFace => "rim-other-face",
             Seam::RimOtherFaceFlipped => "rim-other-face-flipped",
+            Seam::RimMirrored => "rim-mirrored",
+            Seam::Cuts => "cuts",
         }
     }
 }
@@ -141,6 +158,8 @@ pub enum Outline {
     Square,
     /// The disk of radius ½ about (½, ½).
     Disk,
+    /// What [`Projection::contains`] says.
+    Shape,
 }
 
 /// What lies beyond the edge of the valid image.
@@ -154,7 +173,7 @@ pub enum Seam {
     Periodic,
     /// Beyond each edge lies the same edge, mirrored about its middle.
     Octahedral,
-    /// Other faces: the neighbour that the continued plane of this face meets.
+    /// Other faces: [`Projection::beyond`] tells which, and where.
     Faces,
     /// Across the rim of the disk lies the point opposite.
     RimOpposite,
@@ -162,6 +181,30 @@ pub enum Seam {
     RimOtherFace,
     /// Across the rim of the disk lies the other face, with left and right exchanged.
     RimOtherFaceFlipped,
+    /// Beyond the rim at (p, q) lies what the rim at (-p, q) shows: [`Projection::beyond`] tells where.
+    RimMirrored,
+    /// Across the edge of a net lies the edge that it was cut from: [`Projection::beyond`] tells where.
+    Cuts,
+}
+
+/// An edge of a face.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge {
+    /// The face.
+    pub face: f64,
+    /// The coordinate that is constant on it: 0 for u, 1 for v.
+    pub axis: usize,
+    /// Whether that coordinate is 1 on it, else 0.
+    pub high: bool,
+}
+
+impl Edge {
+    /// The place at `along` and at `inset` from the edge, both in p and q, from -1 to 1 on the face.
+    pub fn place(self, along: f64, inset: f64) -> Uv<f64> {
+        let mut at = [along; 2];
+        at[self.axis] = if self.high { 1.0 - inset } else { inset - 1.0 };
+        Uv::centred(at[0], at[1], self.face)
+    }
 }
 
 /// A number that a projection takes, such as a field of view.
@@ -218,6 +261,10 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// Its claims.
     const INFO: Info;
 
+    /// Whether it is asked for often enough to have kernels of its own for f32 and for every instruction set. A
+    /// rare one has a third of the code: f32 is computed in f64 and rounded once, and AVX-512 runs what AVX2 does.
+    const COMMON: bool = true;
+
     /// Whether these parameters, each within its range, go together; if not, what was expected and what came.
     fn check(_parameters: &[f64]) -> Result<(), String> {
         Ok(())
@@ -246,32 +293,45 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// The unit direction at a point of the valid image.
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3];
 
-    /// Whether `uv` lies in the valid image. Rims are let out by 8 ε, the most that encoding rounds.
+    /// Whether `uv` lies in the valid image. Rims are let out by 8 ε, the most that encoding rounds. An outline that is a
+    /// [`Outline::Shape`] is this method's own, and starts with [`Uv::in_bounds`].
     #[inline(always)]
     fn contains<R: Real>(self, uv: Uv<R>) -> bool {
-        let (zero, one) = (R::new(0.0), R::new(1.0));
-        let in_square = (uv.u >= zero) & (uv.u <= one) & (uv.v >= zero) & (uv.v <= one);
         let in_outline = match Self::INFO.outline {
-            Outline::Square => true,
+            Outline::Square | Outline::Shape => true,
             Outline::Disk => {
                 let (p, q) = uv.pq();
                 p * p + q * q <= R::new(1.0 + 8.0 * R::EPSILON)
             }
         };
-        let in_faces = if Self::INFO.faces > 1 {
-            let last = R::new((Self::INFO.faces - 1) as f64);
-            let bounded = max(zero, if uv.face < last { uv.face } else { last });
-            (bounded.floor() == uv.face) & (bounded == uv.face)
-        } else {
-            true
-        };
-        in_square & in_outline & in_faces
+        in_outline & uv.in_bounds(Self::INFO.faces)
+    }
+
+    /// The place that the image continues with beyond the edge of a face, wherever it lies: for filters that reach
+    /// over edges, by up to two texels. The default is what the face's formula, continued, meets.
+    fn beyond(self, uv: Uv<f64>) -> Uv<f64> {
+        self.encode(self.decode(uv))
+    }
+
+    /// Where, at `inset` from an edge, the place is whose middle with its mirror image in the edge is at `along` on
+    /// it; both in p and q. The default finds the foot of the perpendicular.
+    fn beside(self, edge: Edge, along: f64, inset: f64) -> f64 {
+        foot_of_perpendicular(self, edge, along, inset)
+    }
+
+    /// The mirror image, in an edge, of the place at `along` and `inset` from it, on the face that lies there.
+    fn across(self, edge: Edge, along: f64, inset: f64) -> Uv<f64> {
+        mirrored_across(self, edge, along, inset)
     }
 
     /// The exact solid angle that a rectangle of a face sees, rims included. The default integrates
     /// the density.
     fn solid_angle(self, rect: Rect) -> f64 {
-        solid_angle::quadrature(rect, |u, v| {
+        let quadrature = match Self::INFO.outline {
+            Outline::Square => solid_angle::quadrature,
+            Outline::Disk | Outline::Shape => solid_angle::outlined,
+        };
+        quadrature(rect, &|u, v| {
             let uv = Uv::flat(u, v);
             if self.contains(uv) {
                 self.density(uv)
@@ -312,4 +372,55 @@ pub fn density<P: Projection, R: Real>(projection: P, uv: Uv<R>) -> R {
     let y = a[2] * b[0] - a[0] * b[2];
     let z = a[0] * b[1] - a[1] * b[0];
     (x * x + y * y + z * z).sqrt()
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// A point of an edge and the unit vector along it.
+fn on_edge<P: Projection>(projection: P, edge: Edge, along: f64) -> ([f64; 3], [f64; 3]) {
+    const STEP: f64 = 1e-4;
+    let at = |along: f64| projection.decode(edge.place(along.clamp(-1.0, 1.0), 0.0));
+    let (before, after) = (at(along - STEP), at(along + STEP));
+    let tangent = [0, 1, 2].map(|k| after[k] - before[k]);
+    let length = dot(tangent, tangent).sqrt();
+    (at(along), tangent.map(|x| x / length))
+}
+
+/// [`Projection::beside`] of any formula: where the row at `inset` meets the plane across the edge.
+fn foot_of_perpendicular<P: Projection>(projection: P, edge: Edge, along: f64, inset: f64) -> f64 {
+    let (point, tangent) = on_edge(projection, edge, along);
+    let ahead = |x: f64| {
+        let d = projection.decode(edge.place(x, inset));
+        [0, 1, 2]
+            .iter()
+            .map(|&k| (d[k] - point[k]) * tangent[k])
+            .sum::<f64>()
+    };
+    // A secant: rows are as good as straight over half a texel.
+    let (mut x0, mut x1) = (along, (along + 0.5 * inset).min(along * (1.0 - inset)));
+    let (mut y0, mut y1) = (ahead(x0), ahead(x1));
+    for _ in 0..8 {
+        if y1 == y0 {
+            break;
+        }
+        let x = (x1 - y1 * (x1 - x0) / (y1 - y0)).clamp(-1.0, 1.0);
+        (x0, y0) = (x1, y1);
+        (x1, y1) = (x, ahead(x));
+    }
+    x1
+}
+
+/// [`Projection::across`] of any formula: the mirror image in the plane of the edge's great circle.
+fn mirrored_across<P: Projection>(projection: P, edge: Edge, along: f64, inset: f64) -> Uv<f64> {
+    let (point, tangent) = on_edge(projection, edge, along);
+    let normal = [
+        point[1] * tangent[2] - point[2] * tangent[1],
+        point[2] * tangent[0] - point[0] * tangent[2],
+        point[0] * tangent[1] - point[1] * tangent[0],
+    ];
+    let d = projection.decode(edge.place(along, inset));
+    let depth = 2.0 * dot(d, normal);
+    projection.encode([0, 1, 2].map(|k| d[k] - depth * normal[k]))
 }

@@ -220,7 +220,7 @@ def _across(p: Projection, face: int, uv: NDArray[np.float64]) -> NDArray[Any]:
             # The radius goes on at the other side: 1 + x is -(1 - x).
             inside = pq / radius * np.clip((radius + 1) % 2 - 1, -limit, limit)
         return p.decode(0.5 + 0.5 * inside)
-    return _canonical(p)._continued(_turned(p, face, uv))
+    return _canonical(p)._beyond(_turned(p, face, uv))
 
 
 def _canonical(p: Projection) -> Projection:

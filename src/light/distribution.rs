@@ -15,7 +15,7 @@
 //! computed, which is what a table larger than the cache needs.
 //!
 //! Within a cell the density of the *map* must be inverted as well. Where it is nearly a straight line in v, and
-//! then in u, the inverse is a root ([`crate::map::DrawCanonical`]). The grid of cells is the image's, cut into
+//! then in u, the inverse is a root ([`crate::verbs::DrawCanonical`]). The grid of cells is the image's, cut into
 //! whole parts until a face has [`FINE`] or [`FINER`] of them along each side; then a straight line is off by less than
 //! [`STRAIGHT`].
 //! The cells in which it is not (across a rim, beside a crease or a singular point) are halved, by exact solid angles of
@@ -39,12 +39,13 @@ use crate::error::Error;
 use crate::frame::Turn;
 use crate::image::Raster;
 use crate::kernel::{Scalar, prefetch_item};
-use crate::map::{DensityCanonical, DrawCanonical, EncodeCanonical, Map};
-use crate::projection::{Projection, Uv};
+use crate::map::Map;
+use crate::projection::{Outline, Projection, Uv};
 use crate::projections::Visitor;
 use crate::real::Real;
 use crate::sample::TILE;
 use crate::threads;
+use crate::verbs::{DensityCanonical, DrawCanonical, EncodeCanonical};
 use glam::DMat3;
 
 /// Cells along a side of a face, at least.
@@ -602,10 +603,14 @@ fn sources_work(raster: &Raster, faces: usize) -> usize {
 
 /// Whether a part of texel (i, j) lies in the valid image.
 fn covers_some(raster: &Raster, i: usize, j: usize) -> bool {
-    if !raster.disk {
+    if !raster.has_rim() {
         return true;
     }
     let ((u0, u1), (v0, v1)) = (raster.along_u.cell(i), raster.along_v.cell(j));
+    if raster.outline == Outline::Shape {
+        return raster.holds(i as isize, j as isize)
+            || raster.solid_angle(Rect { u0, u1, v0, v1 }) > 0.0;
+    }
     let (p, q) = (0.5_f64.clamp(u0, u1) - 0.5, 0.5_f64.clamp(v0, v1) - 0.5);
     p * p + q * q < 0.25
 }
@@ -669,8 +674,7 @@ fn signed_solid_angles(map: &Map, edges: &[f64], rows: &[Row]) -> Vec<f64> {
             row,
             out: &mut out[1..],
         });
-        if map.info().equal_area && !matches!(map.info().outline, crate::projection::Outline::Disk)
-        {
+        if map.info().equal_area && map.info().outline == Outline::Square {
             return;
         }
         let at_edge = |v: f64| {

@@ -42,7 +42,7 @@ pub fn holder(raster: &Raster, i: usize, j: usize) -> (usize, usize) {
 pub fn weights(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), Error> {
     let raster = Raster::new(map, shape)?;
     solid_angles(map, shape, out)?;
-    if !raster.disk {
+    if !raster.has_rim() {
         return Ok(());
     }
     for face in 0..map.info().faces {

@@ -17,8 +17,9 @@ use crate::error::Error;
 use crate::image::{Raster, Texel};
 use crate::light::rim;
 use crate::light::solid_angle::Rect;
-use crate::map::{DecodeCanonical, Map};
+use crate::map::Map;
 use crate::threads;
+use crate::verbs::DecodeCanonical;
 use std::sync::{Arc, Mutex};
 
 /// Numbers that packed sums go by.
@@ -266,7 +267,7 @@ fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
             *weight = map.solid_angle(Rect { u0, u1, v0, v1 });
         }
     });
-    if !raster.disk {
+    if !raster.has_rim() {
         return weights;
     }
     let mut moved = Vec::new();

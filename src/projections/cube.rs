@@ -10,7 +10,7 @@
 
 use crate::faces::{CUBE_LAYOUTS, LayoutSpec};
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Edge, Info, Outline, Projection, Seam, Uv};
 use crate::real::Real;
 
 /// Six gnomonic faces.
@@ -95,6 +95,21 @@ impl Projection for Cube {
         let z_front = if odd { -n } else { n };
         let z = if side { z_side } else if pole { z_pole } else { z_front };
         [x, y, z]
+    }
+
+    fn beside(self, _: Edge, along: f64, inset: f64) -> f64 {
+        // The mirror images (1 - h, q') and (1, q', 1 - h) have their middle at q'/(1 - h/2).
+        along * (1.0 - 0.5 * inset)
+    }
+
+    fn across(self, edge: Edge, along: f64, inset: f64) -> Uv<f64> {
+        // The plane of this face, continued to the direction (1, q, 1 - h); a face of one texel has its
+        // row in the middle, where the plane would be infinitely far.
+        let inset = (1.0 - inset).max(1e-6);
+        let mut at = [along / inset; 2];
+        at[edge.axis] = if edge.high { 1.0 / inset } else { -1.0 / inset };
+        let [u, v] = at.map(|x| 0.5 * x + 0.5);
+        self.beyond(Uv { u, v, face: edge.face })
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

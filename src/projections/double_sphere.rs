@@ -104,6 +104,8 @@ impl Projection for DoubleSphere {
         ],
     };
 
+    const COMMON: bool = false;
+
     fn check(parameters: &[f64]) -> Result<(), String> {
         let lens = DoubleSphere::new(parameters);
         let slope = |angle: f64| {

@@ -40,6 +40,8 @@ impl Projection for DualFisheye {
         parameters: &[lens::fov(180.0, 270.0)],
     };
 
+    const COMMON: bool = false;
+
     fn with_parameters(parameters: &[f64]) -> Self {
         DualFisheye { rim: parameters[0] / 360.0 }
     }

@@ -159,6 +159,8 @@ impl Projection for KannalaBrandt {
         ],
     };
 
+    const COMMON: bool = false;
+
     fn check(parameters: &[f64]) -> Result<(), String> {
         let lens = KannalaBrandt::new(parameters);
         let slope = |angle: f64| {

@@ -50,6 +50,8 @@ impl Projection for Mercator {
         }],
     };
 
+    const COMMON: bool = false;
+
     fn with_parameters(parameters: &[f64]) -> Self {
         // From the pole, to which the distance in degrees is exact.
         let (cos, sin) = f64::sin_cos_half_turns((90.0 - parameters[0]) / 180.0);

@@ -68,6 +68,8 @@ impl Projection for Unified {
         ],
     };
 
+    const COMMON: bool = false;
+
     fn check(parameters: &[f64]) -> Result<(), String> {
         let lens = Unified::new(parameters);
         let slope = |angle: f64| {

@@ -115,18 +115,14 @@ impl PyProjection {
         })
     }
 
-    /// Unit directions that each face's formula gives, also beyond its edges: for `pad`.
+    /// Unit directions at canonical (u, v, face), also beyond the edges of faces: for `pad`.
     #[pyo3(signature = (uv, /))]
-    fn _continued<'py>(
-        &self,
-        py: Python<'py>,
-        uv: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn _beyond<'py>(&self, py: Python<'py>, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let map = &self.0;
         let reals = reals(uv, "uv", None)?;
         with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.continued(uv, result);
-            points(py, uv, "uv", map.uv_width(), None, uv.dtype(), &[3], work)
+            let work = |uv: &[_], result: &mut [_]| map.beyond(uv, result);
+            points(py, uv, "uv", 3, None, uv.dtype(), &[3], work)
         })
     }
 

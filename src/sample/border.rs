@@ -9,14 +9,17 @@
 //!   both sides of the neighbour, from texels inside it. Bilinear lookups have a rule of their own (`edges`).
 //! - Disks: interpolated along the meridian, between the nearest places on both sides of the rim that have all
 //!   four texels: of second order.
+//! - Mirrored rims and the cuts of a net: bilinear at the place where the projection says that the image goes on; where a
+//!   texel there holds nothing, its nearest neighbour that does.
 //! - Where the coverage ends, the nearest texel.
 
 use super::Source;
 use super::edges::FaceEdge;
 use super::place::Reach;
 use crate::image::Texel;
+use crate::light::rim::holder;
 use crate::map::GridAxis;
-use crate::projection::{Projection, Seam, Uv};
+use crate::projection::{Outline, Projection, Seam, Uv};
 use crate::projections::Visitor;
 
 /// Stored texels and their weights.
@@ -52,6 +55,10 @@ impl<T: Texel> Source<'_, T> {
             )
         };
         let (mut i, mut j) = texel(u, v);
+        if raster.outline == Outline::Shape {
+            let (i, j) = holder(raster, i as usize, j as usize);
+            return raster.view(face).index(i, j);
+        }
         if !raster.holds(i, j) {
             // Half a texel's diagonal inside the rim every texel has its centre inside.
             let (p, q) = (2.0 * u - 1.0, 2.0 * v - 1.0);
@@ -145,7 +152,11 @@ impl<T: Texel> Source<'_, T> {
             self.raster.view(face).index(i as usize, j as usize)
         };
         match self.seam {
-            _ if self.raster.disk => self.across_rim(taps, face, i, j, weight),
+            Seam::RimMirrored | Seam::Cuts => self.elsewhere(taps, face, i, j, weight),
+            _ if self.raster.outline == Outline::Disk => {
+                self.across_rim(taps, face, i, j, weight);
+            }
+            _ if self.raster.outline == Outline::Shape => self.held(taps, face, i, j, weight),
             Seam::Latlong => {
                 let wrapped = |i: isize| i.rem_euclid(w);
                 if (0..h).contains(&j) {
@@ -199,6 +210,32 @@ impl<T: Texel> Source<'_, T> {
                 }
             }
         }
+    }
+
+    /// Adds a texel, or the nearest that holds a value.
+    fn held(&self, taps: &mut Taps, face: usize, i: isize, j: isize, weight: f64) {
+        let inside = |i: isize, n: usize| i.clamp(0, n as isize - 1) as usize;
+        let (i, j) = (inside(i, self.raster.width), inside(j, self.raster.height));
+        let (i, j) = holder(&self.raster, i, j);
+        taps.push(self.raster.view(face).index(i, j), weight);
+    }
+
+    /// Adds a texel beyond a rim or a cut: the image where the projection says that it goes on, bilinear between
+    /// texels that hold a value.
+    fn elsewhere(&self, taps: &mut Taps, face: usize, i: isize, j: isize, weight: f64) {
+        let there = self.map.visit_canonical(Continue(Uv {
+            u: self.raster.along_u.centre(i as f64),
+            v: self.raster.along_v.centre(j as f64),
+            face: face as f64,
+        }));
+        if there.u.is_nan() {
+            return self.held(taps, face, i, j, weight);
+        }
+        let face = there.face as usize;
+        let place = self.place([there.u, there.v]);
+        self.four(taps, face, place, weight, |taps, i, j, weight| {
+            self.held(taps, face, i, j, weight);
+        });
     }
 
     /// Adds a texel beyond the rim of a disk: interpolated along its meridian, between the nearest
@@ -260,12 +297,12 @@ impl Visitor for Direction {
     }
 }
 
-/// The place of the direction that the formula gives for coordinates beyond the face.
+/// The place that the image continues with beyond a face.
 pub(crate) struct Continue(pub(crate) Uv<f64>);
 
 impl Visitor for Continue {
     type Output = Uv<f64>;
     fn visit<P: Projection>(self, p: P) -> Uv<f64> {
-        p.encode(p.decode(self.0))
+        p.beyond(self.0)
     }
 }

@@ -1,4 +1,4 @@
-//! Bilinear lookups across the edges and corners of a cube.
+//! Bilinear lookups across the edges and corners of faces.
 //!
 //! The texels of two faces that meet at an edge are not opposite each other: seen from one face, the
 //! neighbour's spacing widens toward the corner, by up to half a texel. So between the last row of
@@ -7,8 +7,10 @@
 //!
 //! - on the edge, the mean of the two rows next to it, each read at the place from which the edge point lies
 //!   halfway to its mirror image in the other row;
-//! - at the corner, the mean of the three texels that meet there; between the corner and the last centre along
-//!   an edge, linear.
+//! - at the corner, the mean of the three or four texels that meet there; between the corner and the last centre
+//!   along an edge, linear.
+//!
+//! Where a mirror image lies is the projection's to say ([`Projection::beside`], [`Projection::across`]).
 //!
 //! That is continuous over every edge, of second order in the texel size, and all its weights are positive, so
 //! it never overshoots. What did not help: reading the neighbour's texel of the same number (continuous, as
@@ -19,7 +21,8 @@ use super::border::Continue;
 use super::border::Taps;
 use crate::image::Raster;
 use crate::map::Map;
-use crate::projection::Uv;
+use crate::projection::{Edge, Projection, Uv};
+use crate::projections::Visitor;
 
 /// The geometry that edges need.
 pub(crate) struct FaceEdge<'a> {
@@ -86,45 +89,85 @@ impl FaceEdge<'_> {
     /// Adds the value of a side at `along`, in texels.
     fn on_edge(&self, taps: &mut Taps, face: usize, side: Side, along: f64, weight: f64) {
         let n = self.raster.width as f64;
-        let h = self.half_texel();
-        let q = (2.0 * along + 1.0) / n - 1.0;
-        // The mirror images (1 - h, q') and (1, q', 1 - h) have their middle at q'/(1 - h/2).
-        let q = q * (1.0 - 0.5 * h);
-        let row = ((q + 1.0) * n - 1.0) * 0.5;
+        let along = (2.0 * along + 1.0) / n - 1.0;
+        let along =
+            self.map
+                .visit_canonical(Beside(self.edge(face, side), along, self.half_texel()));
+        let row = ((along + 1.0) * n - 1.0) * 0.5;
         let mut own = [row; 2];
         own[side.axis] = if side.high { n - 1.0 } else { 0.0 };
         self.inside(taps, face, own.map(|x| x.clamp(0.0, n - 1.0)), 0.5 * weight);
-        let (face, place) = self.across(face, side, q);
+        let (face, place) = self.across(face, side, along);
         self.inside(taps, face, place, 0.5 * weight);
     }
 
-    /// The place on the neighbour's first row that mirrors (1 - h, q) over a side.
-    fn across(&self, face: usize, side: Side, q: f64) -> (usize, [f64; 2]) {
-        let n = self.raster.width as f64;
-        // The plane of this face, continued to the direction (1, q, 1 - h); a face of one texel has its
-        // row in the middle, where the plane would be infinitely far.
-        let inset = (1.0 - self.half_texel()).max(1e-6);
-        let mut at = [q / inset; 2];
-        at[side.axis] = if side.high { 1.0 / inset } else { -1.0 / inset };
-        let [u, v] = at.map(|x| 0.5 * x + 0.5);
-        let there = self.map.visit_canonical(Continue(Uv {
-            u,
-            v,
+    fn edge(&self, face: usize, side: Side) -> Edge {
+        Edge {
             face: face as f64,
-        }));
+            axis: side.axis,
+            high: side.high,
+        }
+    }
+
+    /// The place on the neighbour's first row that mirrors the one at `along` on the last row over a side.
+    fn across(&self, face: usize, side: Side, along: f64) -> (usize, [f64; 2]) {
+        let n = self.raster.width as f64;
+        let across = Across(self.edge(face, side), along, self.half_texel());
+        let there = self.map.visit_canonical(across);
         let place = [there.u, there.v].map(|x| (x * n - 0.5).clamp(0.0, n - 1.0));
         (there.face as usize, place)
     }
 
-    /// Adds the mean of the three texels at a corner.
+    /// Adds the mean of the texels at a corner.
     fn corner(&self, taps: &mut Taps, face: usize, own: [f64; 2], sides: [Side; 2], weight: f64) {
-        let third = weight / 3.0;
-        self.inside(taps, face, own, third);
-        for (side, other) in [(sides[0], sides[1]), (sides[1], sides[0])] {
-            let q = 1.0 - self.half_texel();
-            let (face, place) = self.across(face, side, if other.high { q } else { -q });
-            self.inside(taps, face, place.map(f64::round), third);
+        let along = 1.0 - self.half_texel();
+        let mut around = [(face, own); 4];
+        for (k, (side, other)) in [(sides[0], sides[1]), (sides[1], sides[0])]
+            .into_iter()
+            .enumerate()
+        {
+            let (face, place) = self.across(face, side, if other.high { along } else { -along });
+            around[k + 1] = (face, place.map(f64::round));
         }
+        // Where four faces meet, the last one lies across the corner itself.
+        let n = self.raster.width as f64;
+        let beyond = |side: Side| if side.high { 1.0 + 0.5 / n } else { -0.5 / n };
+        let mut uv = [0.0; 2];
+        sides.iter().for_each(|side| uv[side.axis] = beyond(*side));
+        let opposite = self.map.visit_canonical(Continue(Uv {
+            u: uv[0],
+            v: uv[1],
+            face: face as f64,
+        }));
+        let place = [opposite.u, opposite.v].map(|x| (x * n - 0.5).clamp(0.0, n - 1.0).round());
+        around[3] = (opposite.face as usize, place);
+        let known = |(face, _): (usize, [f64; 2])| around[..3].iter().any(|(f, _)| *f == face);
+        let count = if opposite.u.is_nan() || known(around[3]) {
+            3
+        } else {
+            4
+        };
+        for (face, place) in &around[..count] {
+            self.inside(taps, *face, *place, weight / count as f64);
+        }
+    }
+}
+
+struct Beside(Edge, f64, f64);
+
+impl Visitor for Beside {
+    type Output = f64;
+    fn visit<P: Projection>(self, p: P) -> f64 {
+        p.beside(self.0, self.1, self.2)
+    }
+}
+
+struct Across(Edge, f64, f64);
+
+impl Visitor for Across {
+    type Output = Uv<f64>;
+    fn visit<P: Projection>(self, p: P) -> Uv<f64> {
+        p.across(self.0, self.1, self.2)
     }
 }
 

@@ -22,11 +22,12 @@ mod weights;
 use crate::error::Error;
 use crate::image::{Raster, Texel};
 use crate::kernel::Scalar;
-use crate::map::{EncodeCanonical, Map};
-use crate::projection::{Projection, Seam};
+use crate::map::Map;
+use crate::projection::{Outline, Projection, Seam};
 use crate::projections::Visitor;
 use crate::real::Real;
 use crate::threads;
+use crate::verbs::EncodeCanonical;
 use border::Taps;
 use gather::{Bilinear, Gather, Nearest, Separable, Stored, gather};
 use glam::DMat3;
@@ -186,7 +187,7 @@ impl<'a, T: Texel> Source<'a, T> {
 
     /// Within this distance from a disk's centre all texels that a filter reaches are valid.
     fn safe(&self, reach: Reach) -> f64 {
-        if !self.raster.disk {
+        if self.raster.outline != Outline::Disk {
             return f64::INFINITY;
         }
         let spacing = 2.0
@@ -296,6 +297,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Lookups<'s, 'a, T, R> {
         next.all_inside = next
             .places
             .set(&source.raster, reach, source.safe(reach), uv);
+        if source.raster.outline == Outline::Shape {
+            next.all_inside = next.places.leave_out_rim(&source.raster, reach, uv);
+        }
         next.uv[..uv.len()].copy_from_slice(uv);
         (next.area, next.length) = (area, uv.len());
         self.gather(band, uv.len());

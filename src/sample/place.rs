@@ -116,4 +116,29 @@ impl<F: Scalar> Places<F> {
             },
         )
     }
+
+    /// Takes out lookups that need a texel whose centre lies outside an outline of any shape. Returns whether all are
+    /// inside. It looks at every texel of a window: valid corners of one say nothing of a notch.
+    pub(crate) fn leave_out_rim<R: Scalar>(
+        &mut self,
+        raster: &Raster,
+        reach: Reach,
+        uv: &[[R; 3]],
+    ) -> bool {
+        let ((su, ou), (sv, ov)) = (raster.along_u.index(), raster.along_v.index());
+        let (before, after) = (reach.before as isize, reach.after as isize);
+        let mut all = true;
+        for (inside, uv) in self.inside.iter_mut().zip(uv) {
+            if *inside {
+                let at = |x: R, scale: f64, offset: f64| {
+                    (x.to_f64() * scale + offset + reach.shift).floor() as isize
+                };
+                let (i, j) = (at(uv[0], su, ou), at(uv[1], sv, ov));
+                let row = |j: isize| (i - before..=i + after).all(|i| raster.holds(i, j));
+                *inside = (j - before..=j + after).all(row);
+            }
+            all &= *inside;
+        }
+        all
+    }
 }

@@ -12,9 +12,10 @@ use crate::image::{Raster, Texel};
 use crate::kernel::{self, Packed};
 use crate::light::integrate::add_lanes;
 use crate::light::texels::LANES;
-use crate::map::{DecodeCanonical, Map};
+use crate::map::Map;
 use crate::real::Real;
 use crate::threads;
+use crate::verbs::DecodeCanonical;
 use fearless_simd::{Simd, SimdBase, f64x8};
 use std::f64::consts::PI;
 
@@ -65,7 +66,7 @@ impl Rings {
     /// The rings of an image, if it is made of them.
     pub fn of(map: &Map, shape: &[usize]) -> Result<Option<Rings>, Error> {
         let raster = Raster::new(map, shape)?;
-        if map.arrangement().faces != 1 || raster.disk {
+        if map.arrangement().faces != 1 || raster.has_rim() {
             return Ok(None);
         }
         let (w, h) = (raster.width, raster.height);

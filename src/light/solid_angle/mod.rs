@@ -10,7 +10,7 @@
 //! | cylindrical | longitude times a difference of sines | Archimedes' zone |
 //! | stereographic and orthographic fisheyes | Gauss–Legendre along the azimuth over bands of closed form | ω = ∫ (cos θ_in - cos θ_out) dφ |
 //! | other azimuthal | Gauss–Legendre; Green's theorem for big texels | ω = ∮ (1 - cos θ) dφ |
-//! | anything else | adaptive Gauss–Legendre | [`quadrature`] |
+//! | anything else | adaptive Gauss–Legendre, lines cut at the rim | [`quadrature`], [`outlined`] |
 //!
 //! Domain: finite rectangles with 0 ≤ u0 ≤ u1 ≤ 1 and the same in v. The bounds are taken as exact.
 //! Results are never negative, and zero for an empty rectangle or one outside the valid image.
@@ -48,7 +48,7 @@ mod tests;
 use std::f64::consts::PI;
 
 pub use disk::{azimuthal, bands, disk_area, matcap};
-pub use gauss::quadrature;
+pub use gauss::{outlined, quadrature};
 pub use gnomonic::{cube, gnomonic_polygon, hemioctahedral, octahedral, perspective};
 
 /// A rectangle of the unit square: u0 <= u <= u1, v0 <= v <= v1.

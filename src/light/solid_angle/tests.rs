@@ -200,7 +200,7 @@ fn brute_force() {
             let r = random.texel(n);
             for (name, f, _) in MAPS {
                 let density = |u, v| density(name, u, v);
-                let (value, brute) = (f(r), quadrature(r, density));
+                let (value, brute) = (f(r), quadrature(r, &density));
                 let corners = [(r.u0, r.v0), (r.u1, r.v0), (r.u1, r.v1), (r.u0, r.v1)];
                 let cut = corners.iter().any(|&(u, v)| !density(u, v).is_finite());
                 // Creases and, at the rim, jumps; for MatCap, a pole.
@@ -225,7 +225,7 @@ fn smooth_quadrature() {
     for n in [1, 2, 3, 5, 8, 64, 1000, 8192] {
         for _ in 0..100 {
             let r = random.texel(n);
-            let value = quadrature(r, |u, v| density("cube", u, v));
+            let value = quadrature(r, &|u, v| density("cube", u, v));
             assert!(
                 close(value, cube(r), 1e-10 * value),
                 "{r:?} {:e}",
@@ -233,8 +233,8 @@ fn smooth_quadrature() {
             );
         }
     }
-    assert_eq!(quadrature(rect(0.2, 0.6, 0.1, 0.9), |_, _| f64::NAN), 0.0);
-    assert_eq!(quadrature(rect(0.2, 0.2, 0.1, 0.9), |_, _| 1.0), 0.0);
+    assert_eq!(quadrature(rect(0.2, 0.6, 0.1, 0.9), &|_, _| f64::NAN), 0.0);
+    assert_eq!(quadrature(rect(0.2, 0.2, 0.1, 0.9), &|_, _| 1.0), 0.0);
 }
 
 #[test]
@@ -245,7 +245,7 @@ fn quadrature_of_a_disk() {
             let r = texel(n, i / n, i % n);
             assert!(
                 close(
-                    quadrature(r, disk),
+                    quadrature(r, &disk),
                     16.0 * disk_area(r),
                     16e-3 * r.du() * r.dv()
                 ),

@@ -1,0 +1,347 @@
+//! Coordinates of faces to those of a stored image, and back.
+//!
+//! A projection computes canonical (u, v, face). Where its faces are stored in another order, turned, or side by side
+//! in one image, a second formula takes that to the image's own coordinates ([`store`]) or back ([`locate`]). It knows
+//! the [`Arrangement`] and no projection: so there is one of it, and not one for each projection of several faces and
+//! each of its verbs, which was a third of the library's code. The numbers between the two formulas stay in the
+//! first-level cache.
+
+use crate::faces::{Arrangement, MAX_FACES, Side, Sides};
+use crate::kernel::{self, BLOCK, Frame, Point, Scalar};
+use crate::projection::Uv;
+use crate::real::Real;
+
+/// Faces in an arrangement: JOINED in one image, or apart in another order. FACES is the most it has room for.
+#[derive(Clone, Copy)]
+struct Arranged<const FACES: usize, const JOINED: bool> {
+    columns: f64,
+    rows: f64,
+    stored: [f64; FACES],
+    sides: [Sides; FACES],
+    swap: [f64; FACES],
+}
+
+/// A place on a canonical face.
+struct Located<R> {
+    place: Uv<R>,
+    found: bool,
+    /// How fast the face's coordinates along the image's u and v change.
+    slope: [R; 2],
+    swapped: bool,
+}
+
+impl<const FACES: usize, const JOINED: bool> Arranged<FACES, JOINED> {
+    fn new(arrangement: &Arrangement) -> Self {
+        let mut arranged = Arranged {
+            columns: arrangement.columns as f64,
+            rows: arrangement.rows as f64,
+            stored: [-1.0; FACES],
+            sides: [Sides::NOWHERE; FACES],
+            swap: [0.0; FACES],
+        };
+        for (face, place) in arrangement.places[..arrangement.faces].iter().enumerate() {
+            arranged.stored[face] = place.stored as f64;
+            arranged.sides[face] = place.sides;
+            arranged.swap[face] = f64::from(u8::from(place.orientation.swap));
+        }
+        arranged
+    }
+
+    /// The place on a face at `uv`, if one is there.
+    #[inline(always)]
+    fn locate<R: Real>(self, uv: Uv<R>) -> Located<R> {
+        let one = R::new(1.0);
+        let (columns, rows) = (R::new(self.columns), R::new(self.rows));
+        let cell = |x: R, cells: R| {
+            let cell = (x * cells).floor();
+            if cell > cells - one {
+                cells - one
+            } else {
+                cell
+            }
+        };
+        let (column, row) = (cell(uv.u, columns), cell(uv.v, rows));
+        let nan = R::new(f64::NAN);
+        let mut place = Uv {
+            u: nan,
+            v: nan,
+            face: nan,
+        };
+        let (mut along_sign, mut down_sign, mut swap) = (nan, nan, nan);
+        let mut found = false;
+        // Each face's place is computed and one is chosen: choosing the constants first saves the
+        // arithmetic, but the compiler makes branches of it.
+        macro_rules! try_face {
+            ($($face:literal),+) => {$(
+                if $face < FACES {
+                    let (along, down) =
+                        (self.sides[$face % FACES].of::<R>(0), self.sides[$face % FACES].of::<R>(1));
+                    let here = if JOINED {
+                        (column == along.cell) & (row == down.cell)
+                    } else {
+                        uv.face == R::new(self.stored[$face % FACES])
+                    };
+                    let a = ((uv.u - along.high) - along.low) * columns * along.sign;
+                    let b = ((uv.v - down.high) - down.low) * rows * down.sign;
+                    let (a, b) = (a.clamped(0.0, 1.0), b.clamped(0.0, 1.0));
+                    let turned = R::new(self.swap[$face % FACES]);
+                    let swapped = turned > R::new(0.0);
+                    place.u = if here { if swapped { b } else { a } } else { place.u };
+                    place.v = if here { if swapped { a } else { b } } else { place.v };
+                    place.face = if here { R::new($face as f64) } else { place.face };
+                    along_sign = if here { along.sign } else { along_sign };
+                    down_sign = if here { down.sign } else { down_sign };
+                    swap = if here { turned } else { swap };
+                    found |= here;
+                }
+            )+};
+        }
+        try_face!(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let in_square = (uv.u >= zero) & (uv.u <= one) & (uv.v >= zero) & (uv.v <= one);
+        Located {
+            place,
+            found: found & in_square,
+            slope: [columns * along_sign, rows * down_sign],
+            swapped: swap > R::new(0.0),
+        }
+    }
+}
+
+#[inline(always)]
+fn choose_side<R: Real>(first: bool, a: Side<R>, b: Side<R>) -> Side<R> {
+    Side {
+        sign: if first { a.sign } else { b.sign },
+        high: if first { a.high } else { b.high },
+        low: if first { a.low } else { b.low },
+        first: if first { a.first } else { b.first },
+        last: if first { a.last } else { b.last },
+        cell: b.cell,
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Store<const FACES: usize, const JOINED: bool>(Arranged<FACES, JOINED>);
+
+impl<R: Scalar, const FACES: usize, const JOINED: bool, const O: usize> Point<R, 3, O>
+    for Store<FACES, JOINED>
+{
+    #[inline(always)]
+    fn apply(self, [u, v, face]: [R; 3]) -> [R; O] {
+        let arranged = self.0;
+        let (mut along, mut down) = (arranged.sides[0].of::<R>(0), arranged.sides[0].of::<R>(1));
+        let mut swap = R::new(arranged.swap[0]);
+        let mut stored = R::new(arranged.stored[0]);
+        macro_rules! choose {
+            ($($face:literal),+) => {$(
+                if $face < FACES {
+                    let here = face == R::new($face as f64);
+                    along = choose_side(here, arranged.sides[$face % FACES].of(0), along);
+                    down = choose_side(here, arranged.sides[$face % FACES].of(1), down);
+                    swap = if here { R::new(arranged.swap[$face % FACES]) } else { swap };
+                    stored = if here { R::new(arranged.stored[$face % FACES]) } else { stored };
+                }
+            )+};
+        }
+        choose!(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
+        let swapped = swap > R::new(0.0);
+        let (u, v) = (if swapped { v } else { u }, if swapped { u } else { v });
+        // NaN passes both comparisons.
+        let at = |x: R, side: Side<R>, cells: f64| {
+            let x = side.high + (side.low + side.sign * x / R::new(cells));
+            let x = if x > side.last { side.last } else { x };
+            if x < side.first { side.first } else { x }
+        };
+        let (u, v) = (at(u, along, arranged.columns), at(v, down, arranged.rows));
+        let all = [u, v, if u.is_nan() { u } else { stored }];
+        std::array::from_fn(|k| all[k])
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Locate<const FACES: usize, const JOINED: bool>(Arranged<FACES, JOINED>);
+
+impl<R: Scalar, const FACES: usize, const JOINED: bool, const I: usize> Point<R, I, 3>
+    for Locate<FACES, JOINED>
+{
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 3] {
+        let at = self.0.locate(Uv {
+            u: x[0],
+            v: x[1],
+            face: if I > 2 { x[2] } else { R::new(0.0) },
+        });
+        let nan = R::new(f64::NAN);
+        [
+            if at.found { at.place.u } else { nan },
+            if at.found { at.place.v } else { nan },
+            if at.found { at.place.face } else { nan },
+        ]
+    }
+}
+
+/// Chooses the smallest room for the faces.
+macro_rules! with_room {
+    ($arrangement:expr, |$arranged:ident| $joined:expr, $apart:expr) => {
+        match ($arrangement.faces, $arrangement.joined) {
+            (..=2, true) => {
+                let $arranged = Arranged::<2, true>::new($arrangement);
+                $joined
+            }
+            (..=2, false) => {
+                let $arranged = Arranged::<2, false>::new($arrangement);
+                $apart
+            }
+            (..=6, true) => {
+                let $arranged = Arranged::<6, true>::new($arrangement);
+                $joined
+            }
+            (..=6, false) => {
+                let $arranged = Arranged::<6, false>::new($arrangement);
+                $apart
+            }
+            (_, true) => {
+                let $arranged = Arranged::<MAX_FACES, true>::new($arrangement);
+                $joined
+            }
+            (_, false) => {
+                let $arranged = Arranged::<MAX_FACES, false>::new($arrangement);
+                $apart
+            }
+        }
+    };
+}
+
+/// Directions to the stored image's coordinates: `encode` computes canonical (u, v, face) of a block.
+pub fn store<R: Scalar>(
+    arrangement: &Arrangement,
+    directions: &[R],
+    uv: &mut [R],
+    encode: &dyn Fn(&[R], &mut [R]),
+) {
+    fn blocks<R: Scalar>(
+        width: usize,
+        directions: &[R],
+        uv: &mut [R],
+        encode: &dyn Fn(&[R], &mut [R]),
+        store: impl Fn(&[R], &mut [R]),
+    ) {
+        let mut canonical = [R::default(); 3 * BLOCK];
+        let blocks = directions.chunks(3 * BLOCK);
+        for (directions, uv) in blocks.zip(uv.chunks_mut(width * BLOCK)) {
+            let canonical = &mut canonical[..directions.len()];
+            encode(directions, canonical);
+            store(canonical, uv);
+        }
+    }
+    with_room!(
+        arrangement,
+        |arranged| blocks(2, directions, uv, encode, |from, to| {
+            kernel::run(Store(arranged), &Frame::<R, 3, 2>::plain(), from, to);
+        }),
+        blocks(3, directions, uv, encode, |from, to| {
+            kernel::run(Store(arranged), &Frame::<R, 3, 3>::plain(), from, to);
+        })
+    );
+}
+
+/// The stored image's coordinates to canonical (u, v, face), NaN where there is no face; block by block,
+/// `work(first, canonical)` with the number of the block's first place.
+pub fn locate<R: Scalar>(arrangement: &Arrangement, uv: &[R], work: &mut dyn FnMut(usize, &[R])) {
+    fn blocks<R: Scalar>(
+        width: usize,
+        uv: &[R],
+        work: &mut dyn FnMut(usize, &[R]),
+        locate: impl Fn(&[R], &mut [R]),
+    ) {
+        let mut canonical = [R::default(); 3 * BLOCK];
+        for (number, uv) in uv.chunks(width * BLOCK).enumerate() {
+            let canonical = &mut canonical[..3 * (uv.len() / width)];
+            locate(uv, canonical);
+            work(number * BLOCK, canonical);
+        }
+    }
+    with_room!(
+        arrangement,
+        |arranged| blocks(2, uv, work, |from, to| {
+            kernel::run(Locate(arranged), &Frame::<R, 2, 3>::plain(), from, to);
+        }),
+        blocks(3, uv, work, |from, to| {
+            kernel::run(Locate(arranged), &Frame::<R, 3, 3>::plain(), from, to);
+        })
+    );
+}
+
+/// Makes derivatives by canonical (u, v), as rows of two, derivatives by the stored image's coordinates.
+pub fn scale_derivatives<R: Scalar>(arrangement: &Arrangement, uv: &[R], jacobians: &mut [R]) {
+    fn scale<R: Scalar>(
+        width: usize,
+        uv: &[R],
+        jacobians: &mut [R],
+        locate: impl Fn(Uv<R>) -> Located<R>,
+    ) {
+        for (uv, jacobian) in uv.chunks_exact(width).zip(jacobians.chunks_exact_mut(6)) {
+            let at = locate(Uv {
+                u: uv[0],
+                v: uv[1],
+                face: if width > 2 { uv[2] } else { R::new(0.0) },
+            });
+            for row in jacobian.as_chunks_mut::<2>().0 {
+                let (along, down) = if at.swapped {
+                    (row[1], row[0])
+                } else {
+                    (row[0], row[1])
+                };
+                *row = [along * at.slope[0], down * at.slope[1]];
+            }
+        }
+    }
+    with_room!(
+        arrangement,
+        |arranged| scale(2, uv, jacobians, |uv| arranged.locate(uv)),
+        scale(3, uv, jacobians, |uv| arranged.locate(uv))
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::faces::{CROSS, Cells, FaceTable, VERTICAL_CROSS};
+    use crate::projection::Projection;
+    use crate::projections::Cube;
+
+    #[test]
+    fn the_cross_is_continuous_where_cells_touch() {
+        for cells in [Cells::Grid(4, 3, CROSS), Cells::Grid(3, 4, VERTICAL_CROSS)] {
+            let arrangement = Arrangement::new(6, FaceTable::CANONICAL, cells);
+            let arranged = Arranged::<6, true>::new(&arrangement);
+            let (columns, rows) = (arrangement.columns as f64, arrangement.rows as f64);
+            let mut shared = 0;
+            for column in 0..arrangement.columns {
+                for row in 0..arrangement.rows {
+                    for (du, dv) in [(1.0, 0.5), (0.5, 1.0)] {
+                        let at = |offset: f64| {
+                            let (eu, ev) = if du == 1.0 {
+                                (offset, 0.0)
+                            } else {
+                                (0.0, offset)
+                            };
+                            arranged.locate(Uv::flat(
+                                (column as f64 + du + eu) / columns,
+                                (row as f64 + dv + ev) / rows,
+                            ))
+                        };
+                        let (a, b) = (at(-1e-9), at(1e-9));
+                        if a.found && b.found {
+                            let (a, b) = (Cube.decode(a.place), Cube.decode(b.place));
+                            let dot: f64 = (0..3).map(|k| a[k] * b[k]).sum();
+                            assert!(dot > 1.0 - 1e-12);
+                            shared += 1;
+                        }
+                    }
+                }
+            }
+            assert_eq!(shared, 5, "six faces that hang together share five edges");
+        }
+    }
+}

@@ -1,0 +1,464 @@
+//! The verbs as kernels: what is compiled for each projection.
+//!
+//! A formula is compiled once for each float type and level of instructions, and that is nearly all of the library's
+//! code and of the time to build it. So there is one kernel a verb, and it computes as many numbers as the projection's own
+//! coordinates have: what wants (u, v, face) of a map of one face gets the face from a loop that knows no projection
+//! ([`widen`], [`narrow`]), and arrangements of faces are a formula of their own (`arranged`). Projections that
+//! are not [`COMMON`](Projection::COMMON) have kernels for f64 only, up to AVX2.
+//!
+//! Everything here runs on the caller's thread.
+
+use crate::frame::Turn;
+use crate::kernel::{self, BLOCK, Frame, Lanes, Point, Scalar, vectorize};
+use crate::projection::{Projection, Uv};
+use crate::projections::Visitor;
+use crate::real::{Real, Tame, max};
+
+/// The direction with its largest component brought near 1, and whether it is a direction at all:
+/// finite and not zero.
+#[inline(always)]
+fn prepared<R: Real>([x, y, z]: [R; 3]) -> ([R; 3], bool) {
+    let scale = max(x.abs(), max(y.abs(), z.abs())).binade_scale();
+    let d = [x * scale, y * scale, z * scale];
+    let sum = d[0].abs() + d[1].abs() + d[2].abs();
+    (d, (sum > R::new(0.0)) & (sum < R::new(f64::INFINITY)))
+}
+
+#[inline(always)]
+fn only_if<R: Real, const N: usize>(ok: bool, x: [R; N]) -> [R; N] {
+    x.map(|x| if ok { x } else { R::new(f64::NAN) })
+}
+
+#[inline(always)]
+fn uv<R: Real, const I: usize>(x: [R; I]) -> Uv<R> {
+    Uv {
+        u: x[0],
+        v: x[1],
+        face: if I > 2 { x[2] } else { R::new(0.0) },
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Encode<P>(P);
+
+impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
+    const DIRECTION_IN: bool = true;
+    const TAMES: bool = true;
+    const EVERY_LEVEL: bool = P::COMMON;
+
+    #[inline(always)]
+    fn apply(self, d: [R; 3]) -> [R; O] {
+        let (d, ok) = prepared(d);
+        let uv = self.0.encode(d);
+        // A face number is never NaN by itself: outside the coverage u is.
+        let ok = ok & !uv.u.is_nan();
+        let all = only_if(ok, [uv.u, uv.v, uv.face]);
+        std::array::from_fn(|k| all[k])
+    }
+
+    #[inline(always)]
+    fn apply_tame(self, d: [R; 3]) -> [R; O] {
+        let uv = self.0.encode(d.map(Tame));
+        let (Tame(u), Tame(v), Tame(face)) = (uv.u, uv.v, uv.face);
+        let face = if O > 2 {
+            only_if(!u.is_nan(), [face])[0]
+        } else {
+            face
+        };
+        let all = [u, v, face];
+        std::array::from_fn(|k| all[k])
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Decode<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
+    const DIRECTION_OUT: bool = true;
+    const EVERY_LEVEL: bool = P::COMMON;
+
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 3] {
+        only_if(self.0.contains(uv(x)), self.0.decode(uv(x)))
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Jacobian<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
+    const DIRECTION_OUT: bool = true;
+    const EVERY_LEVEL: bool = P::COMMON;
+
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 6] {
+        let [a, b] = self.0.jacobian(uv(x));
+        only_if(self.0.contains(uv(x)), [a[0], b[0], a[1], b[1], a[2], b[2]])
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Density<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 1> for Density<P> {
+    const EVERY_LEVEL: bool = P::COMMON;
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 1] {
+        only_if(self.0.contains(uv(x)), [self.0.density(uv(x))])
+    }
+}
+
+/// World directions into the view frame, on the way in.
+fn frame_in<const O: usize>(turn: Turn) -> Frame<f64, 3, O> {
+    let mut frame = Frame::plain();
+    match turn {
+        Turn::Axes(axes) => {
+            frame.input = Lanes {
+                order: axes.world.map(usize::from),
+                negative: axes.negative,
+            };
+        }
+        Turn::Matrix(m) => frame.rotate_input = Some(m),
+    }
+    frame
+}
+
+/// View directions, or their derivatives by `columns` variables, into the world on the way out.
+fn frame_out<const I: usize, const O: usize>(turn: Turn) -> Frame<f64, I, O> {
+    let columns = O / 3;
+    let mut frame = Frame::plain();
+    match turn {
+        Turn::Axes(axes) => {
+            let source = |k: usize| axes.world[k / columns] as usize * columns + k % columns;
+            frame.output.order = std::array::from_fn(source);
+            frame.output.negative = std::array::from_fn(|k| axes.negative[k / columns]);
+        }
+        Turn::Matrix(m) => frame.rotate_output = Some(m),
+    }
+    frame
+}
+
+/// Runs a verb of a projection: in kernels for its arrays' type, or in those for f64.
+fn run<P: Projection, R: Scalar, F, const I: usize, const O: usize>(
+    point: F,
+    frame: &Frame<f64, I, O>,
+    input: &[R],
+    output: &mut [R],
+) where
+    F: Point<f64, I, O> + Point<R, I, O>,
+{
+    if const { P::COMMON || size_of::<R>() == size_of::<f64>() } {
+        kernel::run(point, &frame.cast::<R>(), input, output);
+    } else {
+        kernel::run_in_double(point, frame, input, output);
+    }
+}
+
+/// Puts face 0 behind (u, v); NaN behind NaN.
+fn widen<R: Scalar>(flat: &[R], canonical: &mut [R]) {
+    let (flat, canonical) = (flat.as_chunks::<2>().0, canonical.as_chunks_mut::<3>().0);
+    vectorize(
+        #[inline(always)]
+        || {
+            for (canonical, &[u, v]) in canonical.iter_mut().zip(flat) {
+                *canonical = [u, v, if u.is_nan() { u } else { R::default() }];
+            }
+        },
+    );
+}
+
+/// Leaves the face out of (u, v, face).
+fn narrow<R: Scalar>(canonical: &[R], flat: &mut [R]) {
+    let (canonical, flat) = (canonical.as_chunks::<3>().0, flat.as_chunks_mut::<2>().0);
+    vectorize(
+        #[inline(always)]
+        || {
+            for (flat, &[u, v, _]) in flat.iter_mut().zip(canonical) {
+                *flat = [u, v];
+            }
+        },
+    );
+}
+
+/// Calls `work(uv, out)` with blocks of (u, v) of canonical (u, v, face) and of O numbers each.
+fn narrowed<R: Scalar, const O: usize>(
+    canonical: &[R],
+    out: &mut [R],
+    work: impl Fn(&[R], &mut [R]),
+) {
+    let mut flat = [R::default(); 2 * BLOCK];
+    for (canonical, out) in canonical.chunks(3 * BLOCK).zip(out.chunks_mut(O * BLOCK)) {
+        let flat = &mut flat[..canonical.len() / 3 * 2];
+        narrow(canonical, flat);
+        work(flat, out);
+    }
+}
+
+/// World directions to the projection's own coordinates: (u, v), or (u, v, face) where it has several faces.
+pub struct EncodeOwn<'a, R> {
+    /// World to view.
+    pub turn: Turn,
+    /// Directions.
+    pub input: &'a [R],
+    /// Coordinates.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for EncodeOwn<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (turn, input, output) = (self.turn, self.input, self.output);
+        if const { P::INFO.faces == 1 } {
+            run::<P, R, _, 3, 2>(Encode(p), &frame_in(turn), input, output);
+        } else {
+            run::<P, R, _, 3, 3>(Encode(p), &frame_in(turn), input, output);
+        }
+    }
+}
+
+/// The projection's own coordinates to world directions.
+pub struct DecodeOwn<'a, R> {
+    /// View to world.
+    pub turn: Turn,
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Directions.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DecodeOwn<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (turn, input, output) = (self.turn, self.input, self.output);
+        if const { P::INFO.faces == 1 } {
+            run::<P, R, _, 2, 3>(Decode(p), &frame_out(turn), input, output);
+        } else {
+            run::<P, R, _, 3, 3>(Decode(p), &frame_out(turn), input, output);
+        }
+    }
+}
+
+/// ∂d/∂(u, v) in the world at the projection's own coordinates, six numbers each.
+pub struct JacobianOwn<'a, R> {
+    /// View to world.
+    pub turn: Turn,
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Derivatives.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for JacobianOwn<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (turn, input, output) = (self.turn, self.input, self.output);
+        if const { P::INFO.faces == 1 } {
+            run::<P, R, _, 2, 6>(Jacobian(p), &frame_out(turn), input, output);
+        } else {
+            run::<P, R, _, 3, 6>(Jacobian(p), &frame_out(turn), input, output);
+        }
+    }
+}
+
+/// dω/(du dv) at the projection's own coordinates; NaN outside the valid image.
+pub struct DensityOwn<'a, R> {
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Densities.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DensityOwn<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (input, output) = (self.input, self.output);
+        if const { P::INFO.faces == 1 } {
+            run::<P, R, _, 2, 1>(Density(p), &Frame::plain(), input, output);
+        } else {
+            run::<P, R, _, 3, 1>(Density(p), &Frame::plain(), input, output);
+        }
+    }
+}
+
+/// Whether canonical (u, v, face) lie in the valid image.
+pub struct ValidCanonical<'a, R> {
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Whether they do.
+    pub output: &'a mut [bool],
+}
+
+impl<R: Scalar> Visitor for ValidCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        for (&[u, v, face], valid) in self.input.as_chunks::<3>().0.iter().zip(self.output) {
+            *valid = p.contains(Uv { u, v, face });
+        }
+    }
+}
+
+/// Canonical (u, v, face), also beyond a face's edges, to the directions that the image shows there.
+pub struct Beyond<'a, R> {
+    /// View to world.
+    pub turn: Turn,
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Directions.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for Beyond<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let output = self.output.as_chunks_mut::<3>().0;
+        for (uv, d) in self.input.as_chunks::<3>().0.iter().zip(output) {
+            let [u, v, face] = uv.map(Real::to_f64);
+            let there = p.decode(p.beyond(Uv { u, v, face }));
+            *d = self.turn.apply(there).map(R::new);
+        }
+    }
+}
+
+/// World directions to canonical (u, v, face).
+pub struct EncodeCanonical<'a, R> {
+    /// World to view.
+    pub turn: Turn,
+    /// Directions.
+    pub input: &'a [R],
+    /// Coordinates.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for EncodeCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let turn = self.turn;
+        let own = |input: &[R], output: &mut [R]| {
+            EncodeOwn {
+                turn,
+                input,
+                output,
+            }
+            .visit(p)
+        };
+        if const { P::INFO.faces > 1 } {
+            return own(self.input, self.output);
+        }
+        let mut flat = [R::default(); 2 * BLOCK];
+        let blocks = self.input.chunks(3 * BLOCK);
+        for (directions, canonical) in blocks.zip(self.output.chunks_mut(3 * BLOCK)) {
+            let flat = &mut flat[..directions.len() / 3 * 2];
+            own(directions, flat);
+            widen(flat, canonical);
+        }
+    }
+}
+
+/// Canonical (u, v, face) to world directions.
+pub struct DecodeCanonical<'a, R> {
+    /// View to world.
+    pub turn: Turn,
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Directions.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DecodeCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let turn = self.turn;
+        let own = |input: &[R], output: &mut [R]| {
+            DecodeOwn {
+                turn,
+                input,
+                output,
+            }
+            .visit(p)
+        };
+        if const { P::INFO.faces > 1 } {
+            own(self.input, self.output);
+        } else {
+            narrowed::<R, 3>(self.input, self.output, own);
+        }
+    }
+}
+
+/// dω/(du dv) at canonical (u, v, face); NaN outside the valid image.
+pub struct DensityCanonical<'a, R> {
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Densities.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DensityCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let own = |input: &[R], output: &mut [R]| DensityOwn { input, output }.visit(p);
+        if const { P::INFO.faces > 1 } {
+            own(self.input, self.output);
+        } else {
+            narrowed::<R, 1>(self.input, self.output, own);
+        }
+    }
+}
+
+/// Where the share x of the mass lies on [0, 1] when the density runs straight from a to b.
+#[inline(always)]
+fn share_of_line<R: Real>(a: R, b: R, x: R) -> R {
+    let t = (a + b) * x / (a + (a * a + x * (b * b - a * a)).sqrt());
+    // Both ends zero or one of them infinite: no line, and no place for NaN.
+    if (t >= R::new(0.0)) & (t <= R::new(1.0)) {
+        t
+    } else {
+        x
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Draw<P>(P);
+
+impl<P: Projection> Point<f64, 7, 3> for Draw<P> {
+    const DIRECTION_OUT: bool = true;
+    const EVERY_LEVEL: bool = P::COMMON;
+
+    #[inline(always)]
+    fn apply(self, [u0, u1, v0, v1, face, s, t]: [f64; 7]) -> [f64; 3] {
+        let density = |u, v| self.0.density(Uv { u, v, face });
+        let (mut s, mut t) = (s, t);
+        if !P::INFO.equal_area {
+            let middle = 0.5 * (u0 + u1);
+            t = share_of_line(density(middle, v0), density(middle, v1), t);
+        }
+        let v = v0 + t * (v1 - v0);
+        if !P::INFO.equal_area {
+            s = share_of_line(density(u0, v), density(u1, v), s);
+        }
+        let u = u0 + s * (u1 - u0);
+        self.0.decode(Uv { u, v, face })
+    }
+}
+
+/// World directions spread evenly, by solid angle, over small rectangles of faces: (u0, u1, v0, v1, face)
+/// and two numbers in [0, 1], seven a direction. The density is taken to be linear in each.
+pub struct DrawCanonical<'a> {
+    /// View to world.
+    pub turn: Turn,
+    /// Rectangles, faces and numbers.
+    pub input: &'a [f64],
+    /// Directions.
+    pub output: &'a mut [f64],
+}
+
+impl Visitor for DrawCanonical<'_> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        kernel::run(
+            Draw(p),
+            &frame_out::<7, 3>(self.turn),
+            self.input,
+            self.output,
+        );
+    }
+}

@@ -289,6 +289,12 @@ impl<R: Real> Real for Dual<R> {
         let slope = R::new(1.0) / (R::new(1.0) + self.re * self.re).sqrt();
         self.chain(self.re.asinh(), slope)
     }
+
+    #[inline(always)]
+    fn cbrt(self) -> Self {
+        let root = self.re.cbrt();
+        self.chain(root, R::new(1.0 / 3.0) / (root * root))
+    }
 }
 
 #[cfg(test)]
@@ -319,6 +325,7 @@ mod tests {
             check(|x| x.sinh_cosh().0, x);
             check(|x| x.sinh_cosh().1, x);
             check(Dual::asinh, x);
+            check(Dual::cbrt, x);
         }
     }
 

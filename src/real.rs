@@ -92,6 +92,9 @@ pub trait Real:
 
     /// asinh self; what is larger than 2⁶⁰ counts as 2⁶⁰.
     fn asinh(self) -> Self;
+
+    /// The cube root of a positive number.
+    fn cbrt(self) -> Self;
 }
 
 /// The smaller of two numbers; `b` where either is NaN.
@@ -241,6 +244,11 @@ macro_rules! real {
             #[inline(always)]
             fn asinh(self) -> Self {
                 math::asinh(f64::from(self)) as $t
+            }
+
+            #[inline(always)]
+            fn cbrt(self) -> Self {
+                math::cbrt(f64::from(self)) as $t
             }
         }
     };
@@ -429,6 +437,11 @@ impl<R: Real + Polynomials> Real for Tame<R> {
     #[inline(always)]
     fn asinh(self) -> Self {
         Tame(self.0.asinh())
+    }
+
+    #[inline(always)]
+    fn cbrt(self) -> Self {
+        Tame(self.0.cbrt())
     }
 }
 

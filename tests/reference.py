@@ -49,7 +49,9 @@ FISHEYES = {
     "orthographic": 180.0,
     **{name: lens.fov for name, lens in LENSES.items()},
 }
-DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", "dual_fisheye", *FISHEYES})
+DISKS = frozenset(
+    {"sphere", "matcap", "dual_paraboloid", "dual_fisheye", "mollweide", "hammer", *FISHEYES}
+)
 # Maps whose rim an error ε of a coordinate moves by √ε.
 ROOT_RIMS = frozenset({"sphere", "matcap", "orthographic"})
 FACES = {"cube": 6, "dual_paraboloid": 2, "dual_fisheye": 2}
@@ -846,7 +848,7 @@ class Reference:
     def _cap(self, r: Array) -> Array:
         """1 - cos θ(r): the solid angle inside radius r of the disk, over 2π."""
         r = np.minimum(r, 1)
-        if self.name == "sphere":
+        if self.name in ("sphere", "mollweide", "hammer"):
             return 2 * r * r
         if self.name == "matcap":
             return r * r / (1 + np.sqrt(1 - r * r))

@@ -79,6 +79,9 @@ pub fn solid_angle(
     let far = |a: f64, b: f64| (2.0 * a - 1.0).abs().max((2.0 * b - 1.0).abs());
     let (p, q) = (far(rect.u0, rect.u1), far(rect.v0, rect.v1));
     if p * p + q * q < 1.0 {
+        if (rect.u1 - rect.u0).max(rect.v1 - rect.v0) <= 1.0 / 64.0 {
+            return solid_angle::smooth(rect, density);
+        }
         return solid_angle::quadrature(rect, &density);
     }
     solid_angle::bands(rect, |inner, outer| {

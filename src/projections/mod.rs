@@ -83,4 +83,10 @@ projections! {
     unified::Unified,
     double_sphere::DoubleSphere,
     dual_fisheye::DualFisheye,
+    mollweide::Mollweide,
+    hammer::Hammer,
+    sinusoidal::Sinusoidal,
+    pannini::Pannini,
+    miller::Miller,
+    hemi_latlong::HemiLatlong,
 }

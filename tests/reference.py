@@ -719,7 +719,7 @@ class Reference:
             return 4 * math.tan(float(_half(self.parameters, self.name, float)) / 2)
         if self.name in LENSES:
             return LENSES[self.name].stretch(self.parameters)
-        return 0.0
+        return 8.0 if self.name == "hammer" else 0.0
 
     def clear_of_the_border(self, directions: Any, margin: float = 1e-6) -> Array:
         """Tell directions that rounding cannot move over the edge of the coverage."""
@@ -821,6 +821,8 @@ class Reference:
             return np.array(
                 [[self._disk_cell(a, b, c, d) for a, b in pairwise(pe)] for c, d in pairwise(qe)]
             )
+        if self.name == "sinusoidal":
+            return self._sine_cells(pe, qe)
         return self._smooth_cells(pe, qe, order)
 
     def _smooth_cells(self, pe: Array, qe: Array, order: int) -> Array:
@@ -844,6 +846,22 @@ class Reference:
             d = FORMULAS[self.name].density(p, q, self.parameters)
             total += np.sum(d * weight, axis=(-2, -1)) * dp[None, :] * dq[:, None]
         return np.add.reduceat(np.add.reduceat(total, qi, axis=0), pi, axis=1)
+
+    def _sine_cells(self, pe: Array, qe: Array) -> Array:
+        """Cells under |p| = cos(πq/2): rows of Gauss, cut where the curve leaves a side."""
+        out = np.zeros((len(qe) - 1, len(pe) - 1))
+        x, w = (_GAUSS_X + 1) / 2, _GAUSS_W / 2
+        for j, (c, d) in enumerate(pairwise(qe)):
+            for i, (a, b) in enumerate(pairwise(pe)):
+                cuts = {c, d, *([0.0] if c < 0 < d else [])}
+                for side in (a, b):
+                    at = 2 / math.pi * math.acos(min(abs(side), 1.0))
+                    cuts |= {s * at for s in (1, -1) if c < s * at < d}
+                for low, high in pairwise(sorted(cuts)):
+                    half = np.cos(np.pi / 2 * (low + (high - low) * x))
+                    wide = np.maximum(np.minimum(b, half) - np.maximum(a, -half), 0)
+                    out[j, i] += (high - low) * float(np.sum(w * wide))
+        return out * (math.pi**2 / 2)
 
     def _cap(self, r: Array) -> Array:
         """1 - cos θ(r): the solid angle inside radius r of the disk, over 2π."""

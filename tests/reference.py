@@ -72,6 +72,10 @@ STORED: dict[tuple[str, str], tuple[int, ...]] = {
 # Layouts that take the faces in the order that they are stored in.
 IN_ORDER = frozenset({"strip", "column", "3x2"})
 
+_PAIR: dict[str, tuple[int, int, list[tuple[int, int, bool]]]] = {
+    "strip": (1, 2, [(0, 0, False), (0, 1, False)]),
+    "column": (2, 1, [(0, 0, False), (1, 0, False)]),
+}
 # layout -> (rows, columns, [(row, column, turned by 180°) for each face in face order])
 # Cube faces in the view frame: right, left, up, down, front, back.
 LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
@@ -140,13 +144,8 @@ LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
             ],
         ),
     },
-    **dict.fromkeys(
-        ("dual_paraboloid", "dual_fisheye"),
-        {
-            "strip": (1, 2, [(0, 0, False), (0, 1, False)]),
-            "column": (2, 1, [(0, 0, False), (1, 0, False)]),
-        },
-    ),
+    "dual_paraboloid": _PAIR,
+    "dual_fisheye": _PAIR,
 }
 
 

@@ -231,7 +231,7 @@ def _density_hemi_latlong(p: Array, q: Array, _: Parameters) -> Array:
     return pi(p.dtype) ** 2 / 4 * np.sin((q + 1) / 4 * pi(p.dtype)) + 0 * p
 
 
-# --- Pannini: equations of the paper; the inverse by bisection -------------------------------------
+# --- Pannini: equations of the paper; the inverse by bisection ---------------------------------
 
 
 def _pannini(k: Parameters, dtype: Any) -> tuple[Any, Any, Any, Any, Any]:

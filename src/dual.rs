@@ -163,6 +163,18 @@ impl<R: Real> Neg for Dual<R> {
 impl<R: Real> Real for Dual<R> {
     const EPSILON: f64 = R::EPSILON;
 
+    type Value = R;
+
+    #[inline(always)]
+    fn value(self) -> R {
+        self.re
+    }
+
+    #[inline(always)]
+    fn constant(value: R) -> Self {
+        Dual::constant(value)
+    }
+
     #[inline(always)]
     fn new(x: f64) -> Self {
         Self::constant(R::new(x))
@@ -265,6 +277,24 @@ impl<R: Real> Real for Dual<R> {
         let slope = R::new(-0.5 * std::f64::consts::PI) * R::sinc_half_turns(s.re, r.re);
         s.chain(R::cos_half_turns(s.re, r.re), slope)
     }
+
+    #[inline(always)]
+    fn sinh_cosh(self) -> (Self, Self) {
+        let (sinh, cosh) = self.re.sinh_cosh();
+        (self.chain(sinh, cosh), self.chain(cosh, sinh))
+    }
+
+    #[inline(always)]
+    fn asinh(self) -> Self {
+        let slope = R::new(1.0) / (R::new(1.0) + self.re * self.re).sqrt();
+        self.chain(self.re.asinh(), slope)
+    }
+
+    #[inline(always)]
+    fn cbrt(self) -> Self {
+        let root = self.re.cbrt();
+        self.chain(root, R::new(1.0 / 3.0) / (root * root))
+    }
 }
 
 #[cfg(test)]
@@ -292,6 +322,10 @@ mod tests {
             check(|x| Dual::sin_cos_half_turns(x).1, x);
             check(|s| Dual::sinc_half_turns(s, s.sqrt()), x);
             check(|s| Dual::cos_half_turns(s, s.sqrt()), x);
+            check(|x| x.sinh_cosh().0, x);
+            check(|x| x.sinh_cosh().1, x);
+            check(Dual::asinh, x);
+            check(Dual::cbrt, x);
         }
     }
 

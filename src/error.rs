@@ -25,6 +25,14 @@ pub enum Error {
         /// What came.
         value: f64,
     },
+    /// Parameters that do not go together, each within its range.
+    #[error("projection '{projection}': {why}")]
+    Together {
+        /// The projection.
+        projection: &'static str,
+        /// What was expected and what came.
+        why: String,
+    },
     /// Axes that are no signed permutation.
     #[error("`axes` '{text}' name no frame: {why}")]
     Axes {

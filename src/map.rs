@@ -179,6 +179,10 @@ impl Map {
             None => convention.map_or(Grid::Centers, |c| c.grid),
         };
         let parameters = parameters(info, convention, options.parameters)?;
+        Kind::check(info.name, &parameters).map_err(|why| Error::Together {
+            projection: info.name,
+            why,
+        })?;
         let kind = Kind::new(info.name, &parameters)
             .ok_or_else(|| Error::unknown("projection", name, &names))?;
         let table = convention

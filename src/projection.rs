@@ -120,6 +120,7 @@ impl Seam {
             Seam::Faces => "faces",
             Seam::RimOpposite => "rim-opposite",
             Seam::RimOtherFace => "rim-other-face",
+            Seam::RimOtherFaceFlipped => "rim-other-face-flipped",
             Seam::RimMirrored => "rim-mirrored",
             Seam::Cuts => "cuts",
         }
@@ -178,6 +179,8 @@ pub enum Seam {
     RimOpposite,
     /// Across the rim of the disk lies the same azimuth of the other face.
     RimOtherFace,
+    /// Across the rim of the disk lies the other face, with left and right exchanged.
+    RimOtherFaceFlipped,
     /// Beyond the rim at (p, q) lies what the rim at (-p, q) shows: [`Projection::beyond`] tells where.
     RimMirrored,
     /// Across the edge of a net lies the edge that it was cut from: [`Projection::beyond`] tells where.
@@ -262,7 +265,12 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// rare one has a third of the code: f32 is computed in f64 and rounded once, and AVX-512 runs what AVX2 does.
     const COMMON: bool = true;
 
-    /// One with these parameters, in the order of [`Info::parameters`] and within their ranges.
+    /// Whether these parameters, each within its range, go together; if not, what was expected and what came.
+    fn check(_parameters: &[f64]) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// One with these parameters, in the order of [`Info::parameters`], that passed [`Projection::check`].
     fn with_parameters(parameters: &[f64]) -> Self;
 
     /// Width and height of a face of size `n`: n is its height where it is wider than high.

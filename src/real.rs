@@ -28,6 +28,15 @@ pub trait Real:
     /// Distance from 1 to the next larger number.
     const EPSILON: f64;
 
+    /// The number without derivatives: what an iteration runs on until its last step.
+    type Value: Real;
+
+    /// `self` without derivatives.
+    fn value(self) -> Self::Value;
+
+    /// A constant.
+    fn constant(value: Self::Value) -> Self;
+
     /// The constant nearest to `x`.
     fn new(x: f64) -> Self;
 
@@ -77,6 +86,15 @@ pub trait Real:
 
     /// cos πr as a smooth even function of r, given s = r² and r = √s ≤ 1.
     fn cos_half_turns(s: Self, r: Self) -> Self;
+
+    /// (sinh self, cosh self) for |self| ≤ 300 (88 for f32).
+    fn sinh_cosh(self) -> (Self, Self);
+
+    /// asinh self; what is larger than 2⁶⁰ counts as 2⁶⁰.
+    fn asinh(self) -> Self;
+
+    /// The cube root of a positive number.
+    fn cbrt(self) -> Self;
 }
 
 /// The smaller of two numbers; `b` where either is NaN.
@@ -113,6 +131,18 @@ macro_rules! real {
     ($t:ty, $bits:ty, $exponent_mask:expr, $top:expr, $squarable:expr) => {
         impl Real for $t {
             const EPSILON: f64 = <$t>::EPSILON as f64;
+
+            type Value = Self;
+
+            #[inline(always)]
+            fn value(self) -> Self {
+                self
+            }
+
+            #[inline(always)]
+            fn constant(value: Self) -> Self {
+                value
+            }
 
             #[inline(always)]
             fn new(x: f64) -> Self {
@@ -204,6 +234,22 @@ macro_rules! real {
             fn cos_half_turns(_s: Self, r: Self) -> Self {
                 <$t as Polynomials>::sin_cos_half_turns(r).1
             }
+
+            #[inline(always)]
+            fn sinh_cosh(self) -> (Self, Self) {
+                let (sinh, cosh) = math::sinh_cosh(f64::from(self));
+                (sinh as $t, cosh as $t)
+            }
+
+            #[inline(always)]
+            fn asinh(self) -> Self {
+                math::asinh(f64::from(self)) as $t
+            }
+
+            #[inline(always)]
+            fn cbrt(self) -> Self {
+                math::cbrt(f64::from(self)) as $t
+            }
         }
     };
 }
@@ -294,6 +340,18 @@ impl<R: Neg<Output = R>> Neg for Tame<R> {
 impl<R: Real + Polynomials> Real for Tame<R> {
     const EPSILON: f64 = R::EPSILON;
 
+    type Value = Self;
+
+    #[inline(always)]
+    fn value(self) -> Self {
+        self
+    }
+
+    #[inline(always)]
+    fn constant(value: Self) -> Self {
+        value
+    }
+
     #[inline(always)]
     fn new(x: f64) -> Self {
         Tame(R::new(x))
@@ -368,6 +426,22 @@ impl<R: Real + Polynomials> Real for Tame<R> {
     #[inline(always)]
     fn cos_half_turns(s: Self, r: Self) -> Self {
         Tame(R::cos_half_turns(s.0, r.0))
+    }
+
+    #[inline(always)]
+    fn sinh_cosh(self) -> (Self, Self) {
+        let (sinh, cosh) = self.0.sinh_cosh();
+        (Tame(sinh), Tame(cosh))
+    }
+
+    #[inline(always)]
+    fn asinh(self) -> Self {
+        Tame(self.0.asinh())
+    }
+
+    #[inline(always)]
+    fn cbrt(self) -> Self {
+        Tame(self.0.cbrt())
     }
 }
 

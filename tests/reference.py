@@ -18,6 +18,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import reference_atlas
+from reference_atlas import LENSES, WORLDS
 
 Array = np.ndarray
 
@@ -42,14 +44,25 @@ DEFAULT_AXES = {
     "cube_quadratic": "+x -y +z",
     "cube_equal_area": "+x -y +z",
     "healpix": "+x +y +z",
+    "dual_fisheye": "+x -y -z",
+    **dict.fromkeys(LENSES, "+x -y -z"),
+    **{name: world.axes for name, world in WORLDS.items()},
 }
 # The angle that the diameter of a fisheye spans where nothing is said, in degrees.
-FISHEYES = {"angular": 360.0, "equisolid": 180.0, "stereographic": 180.0, "orthographic": 180.0}
-DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", *FISHEYES})
+FISHEYES = {
+    "angular": 360.0,
+    "equisolid": 180.0,
+    "stereographic": 180.0,
+    "orthographic": 180.0,
+    **{name: lens.fov for name, lens in LENSES.items()},
+}
+DISKS = frozenset(
+    {"sphere", "matcap", "dual_paraboloid", "dual_fisheye", "mollweide", "hammer", *FISHEYES}
+)
 # Maps whose rim an error ε of a coordinate moves by √ε.
 ROOT_RIMS = frozenset({"sphere", "matcap", "orthographic", "lambert_cylindrical"})
 CUBES = ("cube", "cube_equiangular", "cube_quadratic", "cube_equal_area")
-FACES = {**dict.fromkeys(CUBES, 6), "dual_paraboloid": 2, "healpix": 12}
+FACES = {**dict.fromkeys(CUBES, 6), "dual_paraboloid": 2, "dual_fisheye": 2, "healpix": 12}
 HEMISPHERES = frozenset({"matcap", "hemioctahedral", "concentric"})
 # Maps with a row for each pole, where longitude means nothing.
 POLES = frozenset({"latlong", "lambert_cylindrical"})
@@ -88,6 +101,10 @@ TURNED = frozenset(
 # Layouts that take the faces in the order that they are stored in.
 IN_ORDER = frozenset({"strip", "column", "3x2", "4x3"})
 
+_PAIR: dict[str, tuple[int, int, list[tuple[int, int, bool]]]] = {
+    "strip": (1, 2, [(0, 0, False), (0, 1, False)]),
+    "column": (2, 1, [(0, 0, False), (1, 0, False)]),
+}
 # layout -> (rows, columns, [(row, column, turned by 180°) for each face in face order])
 # Cube faces in the view frame: right, left, up, down, front, back.
 LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
@@ -159,10 +176,8 @@ LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
             ],
         ),
     },
-    "dual_paraboloid": {
-        "strip": (1, 2, [(0, 0, False), (0, 1, False)]),
-        "column": (2, 1, [(0, 0, False), (1, 0, False)]),
-    },
+    "dual_paraboloid": _PAIR,
+    "dual_fisheye": _PAIR,
 }
 for _name in CUBES[1:]:
     LAYOUTS[_name] = LAYOUTS["cube"]
@@ -778,6 +793,13 @@ FORMULAS: dict[str, Formulas] = {
     "cube_equal_area": Formulas(
         _encode_quadrilateralized, _decode_quadrilateralized, _constant(4 * math.pi / 6)
     ),
+    "dual_fisheye": Formulas(
+        reference_atlas.encode_dual_fisheye,
+        reference_atlas.decode_dual_fisheye,
+        reference_atlas.density_dual_fisheye,
+    ),
+    **{name: Formulas(a.encode, a.decode, a.density) for name, a in LENSES.items()},
+    **{name: Formulas(a.encode, a.decode, a.density) for name, a in WORLDS.items()},
 }
 
 
@@ -824,6 +846,10 @@ class Reference:
             return 2 * math.pi
         if self.name in FISHEYES:
             return 4 * math.pi * math.sin(float(_half(self.parameters, self.name, float)) / 2) ** 2
+        if self.name in WORLDS:
+            return WORLDS[self.name].covered(self.parameters)
+        if self.name == "dual_fisheye":
+            return 4 * math.pi * float(reference_atlas.cap_dual_fisheye(1.0, self.parameters))
         if self.name == "cylindrical":
             half, height = _cylinder(self.parameters, float)
             return float(4 * half * height / math.hypot(1, height))
@@ -840,6 +866,9 @@ class Reference:
             return (size, 2 * size)
         if self.name == "lambert_cylindrical":
             return (size, max(1, math.floor(size * math.pi + 0.5)))
+        if self.name in WORLDS:
+            aspect = WORLDS[self.name].aspect(self.parameters)
+            return (size, max(1, math.floor(size * aspect + 0.5)))
         if self.name in ("perspective", "cylindrical"):
             aspect = self.parameters.get("aspect", 4.0 if self.name == "cylindrical" else 1.0)
             return (size, max(1, math.floor(size * aspect + 0.5)))
@@ -930,7 +959,9 @@ class Reference:
             return 4 * math.tan(half)
         if self.name == "stereographic":
             return 4 * math.tan(float(_half(self.parameters, self.name, float)) / 2)
-        return 0.0
+        if self.name in LENSES:
+            return LENSES[self.name].stretch(self.parameters)
+        return 8.0 if self.name == "hammer" else 0.0
 
     def clear_of_the_border(self, directions: Any, margin: float = 1e-6) -> Array:
         """Tell directions that rounding cannot move over the edge of the coverage."""
@@ -944,10 +975,14 @@ class Reference:
         if self.name in FISHEYES and fov < 360:
             theta = np.arctan2(np.hypot(x, y), z)
             return theta < np.radians(fov) / 2 * (1 - margin)
-        if self.name in ("perspective", "cylindrical"):
+        if self.name == "dual_fisheye" and self.parameters.get("fov", 180.0) < 180:
+            theta = np.arctan2(np.hypot(x, y), np.abs(z))
+            return theta < np.radians(self.parameters["fov"]) / 2 * (1 - margin)
+        if self.name in ("perspective", "cylindrical", *WORLDS):
             with np.errstate(all="ignore"):
                 p, q, _ = FORMULAS[self.name].encode(x, y, z, self.parameters)
-                wraps = self.name == "cylindrical" and self.parameters.get("fov", 360.0) == 360
+                wraps = self.name in WORLDS
+                wraps |= self.name == "cylindrical" and self.parameters.get("fov", 360.0) == 360
                 return (np.abs(q) < 1 - margin) & ((np.abs(p) < 1 - margin) | (wraps & (p == p)))
         return np.ones(z.shape, bool)
 
@@ -1045,6 +1080,8 @@ class Reference:
             return np.array(
                 [[self._disk_cell(a, b, c, d) for a, b in pairwise(pe)] for c, d in pairwise(qe)]
             )
+        if self.name == "sinusoidal":
+            return self._sine_cells(pe, qe)
         return self._smooth_cells(pe, qe, order)
 
     def _smooth_cells(self, pe: Array, qe: Array, order: int) -> Array:
@@ -1069,15 +1106,35 @@ class Reference:
             total += np.sum(d * weight, axis=(-2, -1)) * dp[None, :] * dq[:, None]
         return np.add.reduceat(np.add.reduceat(total, qi, axis=0), pi, axis=1)
 
+    def _sine_cells(self, pe: Array, qe: Array) -> Array:
+        """Cells under |p| = cos(πq/2): rows of Gauss, cut where the curve leaves a side."""
+        out = np.zeros((len(qe) - 1, len(pe) - 1))
+        x, w = (_GAUSS_X + 1) / 2, _GAUSS_W / 2
+        for j, (c, d) in enumerate(pairwise(qe)):
+            for i, (a, b) in enumerate(pairwise(pe)):
+                cuts = {c, d, *([0.0] if c < 0 < d else [])}
+                for side in (a, b):
+                    at = 2 / math.pi * math.acos(min(abs(side), 1.0))
+                    cuts |= {s * at for s in (1, -1) if c < s * at < d}
+                for low, high in pairwise(sorted(cuts)):
+                    half = np.cos(np.pi / 2 * (low + (high - low) * x))
+                    wide = np.maximum(np.minimum(b, half) - np.maximum(a, -half), 0)
+                    out[j, i] += (high - low) * float(np.sum(w * wide))
+        return out * (math.pi**2 / 2)
+
     def _cap(self, r: Array) -> Array:
         """1 - cos θ(r): the solid angle inside radius r of the disk, over 2π."""
         r = np.minimum(r, 1)
-        if self.name == "sphere":
+        if self.name in ("sphere", "mollweide", "hammer"):
             return 2 * r * r
         if self.name == "matcap":
             return r * r / (1 + np.sqrt(1 - r * r))
         if self.name == "dual_paraboloid":
             return 2 * r * r / (1 + r * r)
+        if self.name == "dual_fisheye":
+            return reference_atlas.cap_dual_fisheye(r, self.parameters)
+        if self.name in LENSES:
+            return LENSES[self.name].cap(r, self.parameters)
         half = float(_half(self.parameters, self.name, float))
         if self.name == "equisolid":
             return 2 * (r * np.sin(half / 2)) ** 2

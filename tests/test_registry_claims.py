@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import CASES, GRIDS, LAYOUTS, NAMES, REGISTRY, each, random_directions
+from conftest import CASES, GRIDS, LAYOUTS, NAMES, REGISTRY, each, random_directions, together
 from conftest import valid_uv as pick_uv
 from spheremap import _core
 
@@ -77,10 +77,10 @@ def test_parameter_ranges_are_enforced(entry):
         assert x["minimum"] < x["maximum"] and x["minimum"] <= x["default"] <= x["maximum"]
         assert x["doc"] and x["unit"]
         inside = x["minimum"] + (x["maximum"] - x["minimum"]) / 3
-        assert sm.projection(name, **{x["name"]: inside}).parameters[x["name"]] == inside
-        assert (
-            sm.projection(name, **{x["name"]: x["maximum"]}).parameters[x["name"]] == x["maximum"]
-        )
+        for value in (inside, x["maximum"]):
+            options = {x["name"]: value}
+            if together(name, options):
+                assert sm.projection(name, **options).parameters[x["name"]] == value
         span = x["maximum"] - x["minimum"]
         for outside in (x["minimum"] - span / 10, x["maximum"] + span / 10, math.nan, math.inf):
             with pytest.raises(ValueError, match=x["name"]):
@@ -173,11 +173,14 @@ def test_equal_area_and_conformal_claims(case):
     density = p.density(uv)
     assert (np.ptp(density) <= 1e-12 * density.max()) == p.equal_area
     j = p.jacobian(uv)
-    if p.layout in (None, "faces") and p.name != "latlong":
-        # uv is a square with square texels here, so conformal means: equal lengths, right angle.
+    if p.layout in (None, "faces"):
+        # Conformal means: lengths in one ratio, that of the image's sides, and right angles.
         a, b = j[..., 0], j[..., 1]
         la, lb = (np.linalg.norm(x, axis=-1) for x in (a, b))
-        off = np.maximum(np.abs(la / lb - 1), np.abs(np.sum(a * b, -1) / (la * lb)))
+        ratio = la / lb
+        off = np.maximum(
+            np.abs(ratio / np.median(ratio) - 1), np.abs(np.sum(a * b, -1) / (la * lb))
+        )
         assert (off.max() < 1e-9) == p.conformal
 
 
@@ -236,7 +239,8 @@ def test_aspect_is_the_shape(entry):
     p = sm.projection(entry["name"])
     w, h = entry["aspect"]
     shape = p.shape(60)
-    assert shape[-1] * h == shape[-2] * w
+    # Sides are whole numbers, and a ratio without fractions is stated by one nearby.
+    assert abs(shape[-1] * h - shape[-2] * w) <= max(w, h)
 
 
 @each(LAYOUTS)

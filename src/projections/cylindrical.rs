@@ -24,6 +24,17 @@ pub struct Cylindrical {
     aspect: f64,
 }
 
+/// The longitude in half turns, -1 at the seam, and the distance from the axis, of a direction of length near 1.
+#[inline(always)]
+pub(super) fn longitude<R: Real>(x: R, z: R) -> (R, R) {
+    let (ax, az) = (x.abs(), z.abs());
+    // What is dropped is an angle from the pole below any rounding unit.
+    let (xf, zf) = (ax.squarable(), az.squarable());
+    let h = (xf * xf + zf * zf).sqrt();
+    let west = x <= R::new(0.0);
+    (R::half_turns(ax, z).negated_if(west), h)
+}
+
 impl Projection for Cylindrical {
     const INFO: Info = Info {
         name: "cylindrical",
@@ -83,12 +94,8 @@ impl Projection for Cylindrical {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (ax, az) = (x.abs(), z.abs());
-        // What is dropped is an angle from the pole below any rounding unit.
-        let (xf, zf) = (ax.squarable(), az.squarable());
-        let h = (xf * xf + zf * zf).sqrt();
-        let west = x <= R::new(0.0);
-        let p = (R::half_turns(ax, z) * R::new(1.0 / self.edge)).negated_if(west);
+        let (longitude, h) = longitude(x, z);
+        let p = longitude * R::new(1.0 / self.edge);
         let q = y / h * R::new(1.0 / self.half_height);
         Uv::in_square(p, q, true)
     }

@@ -6,6 +6,8 @@
 
 use crate::projection::{Info, Projection};
 
+mod lens;
+
 /// Something to be done with a projection whose type is known at compile time.
 pub trait Visitor {
     /// What comes out of it.
@@ -44,6 +46,16 @@ macro_rules! projections {
                 None
             }
 
+            /// Whether parameters, each within its range, go together for the projection of this name.
+            pub fn check(name: &str, parameters: &[f64]) -> Result<(), String> {
+                $(
+                    if name == $name::INFO.name {
+                        return $name::check(parameters);
+                    }
+                )+
+                Ok(())
+            }
+
             /// Calls the visitor with the projection inside.
             pub fn visit<V: Visitor>(self, visitor: V) -> V::Output {
                 match self {
@@ -75,4 +87,15 @@ projections! {
     cube_quadratic::CubeQuadratic,
     cube_equal_area::CubeEqualArea,
     healpix::Healpix,
+    mercator::Mercator,
+    kannala_brandt::KannalaBrandt,
+    unified::Unified,
+    double_sphere::DoubleSphere,
+    dual_fisheye::DualFisheye,
+    mollweide::Mollweide,
+    hammer::Hammer,
+    sinusoidal::Sinusoidal,
+    pannini::Pannini,
+    miller::Miller,
+    hemi_latlong::HemiLatlong,
 }

@@ -246,6 +246,7 @@ impl<T: Texel> Source<'_, T> {
         let r = (p * p + q * q).sqrt();
         let (cos, sin) = (p / r, q / r);
         let at = |r: f64| self.place([0.5 + 0.5 * r * cos, 0.5 + 0.5 * r * sin]);
+        let flipped = |r: f64| self.place([0.5 - 0.5 * r * cos, 0.5 + 0.5 * r * sin]);
         // All four are valid there, but for a share of rounding.
         let add = |taps: &mut Taps, face, place, weight| {
             self.four(taps, face, place, weight, |_, _, _, _| ());
@@ -254,6 +255,7 @@ impl<T: Texel> Source<'_, T> {
         let (face_across, across) = match self.seam {
             Seam::RimOpposite => (face, at(-near)),
             Seam::RimOtherFace => (1 - face, at(near)),
+            Seam::RimOtherFaceFlipped => (1 - face, flipped(near)),
             _ => return add(taps, face, at(near), weight),
         };
         let angle = |r: f64| {

@@ -1,0 +1,92 @@
+//! Latitude-longitude of the upper hemisphere: skies over a ground.
+//!
+//! Source: the `skylatlong` of sky databases (skylibs, Laval HDR sky database): u is the longitude, v twice the angle from
+//! the zenith over π. As `hemioctahedral` is the upper half of `octahedral`, this is that of `latlong`; the front half,
+//! which VR180 cameras store, is a crop of a latlong.
+//!
+//! Domain: directions up to the horizon, else NaN. Singular: the zenith, a whole row, where u = ½; u jumps from 1 to 0
+//! behind the viewer, and the seam itself (x = ±0) has u = 0.
+
+use super::cylindrical::longitude;
+use crate::light::solid_angle::{self, Rect};
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::real::Real;
+use std::f64::consts::PI;
+
+/// The panorama of a sky.
+#[derive(Clone, Copy, Debug)]
+pub struct HemiLatlong;
+
+impl Projection for HemiLatlong {
+    const INFO: Info = Info {
+        name: "hemi_latlong",
+        title: "Latitude-longitude of the upper hemisphere",
+        source: "skylatlong of skylibs and of the Laval HDR sky database; u = atan2(x, z)/2pi + 1/2, v = 2 theta/pi",
+        summary: "Longitude along a row, zenith to horizon down the rows: skies over a ground.",
+        singular: "The zenith, where u = 1/2; at the seam u = 0.",
+        axes: "+x -y -z",
+        faces: 1,
+        layouts: &[],
+        aspect: (4, 1),
+        outline: Outline::Square,
+        equal_area: false,
+        conformal: false,
+        parameters: &[],
+    };
+
+    const COMMON: bool = false;
+
+    fn with_parameters(_: &[f64]) -> Self {
+        HemiLatlong
+    }
+
+    fn coverage(self) -> Coverage {
+        Coverage::Part(2.0 * PI)
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        (0.0, PI * PI)
+    }
+
+    fn seam(self) -> Seam {
+        Seam::Cuts
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
+        let half = R::new(0.5);
+        let (longitude, h) = longitude(x, z);
+        let v = R::half_turns(h, -y) * R::new(2.0);
+        let (below, nan) = (y > R::new(0.0), R::new(f64::NAN));
+        Uv::flat(
+            if below { nan } else { half + longitude * half },
+            if below { nan } else { v.clamped(0.0, 1.0) },
+        )
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let (p, _) = uv.pq();
+        let (sin_longitude, cos_longitude) = R::sin_cos_half_turns(p);
+        let (sin, cos) = R::sin_cos_half_turns(uv.v * R::new(0.5));
+        [sin * sin_longitude, -cos, sin * cos_longitude]
+    }
+
+    /// Over the zenith half a turn around; below the horizon nothing.
+    fn beyond(self, uv: Uv<f64>) -> Uv<f64> {
+        let over = uv.v < 0.0;
+        let u = uv.u + if over { 0.5 } else { 0.0 };
+        let v = if uv.v > 1.0 { f64::NAN } else { uv.v.abs() };
+        Uv::flat(if v.is_nan() { v } else { u.rem_euclid(1.0) }, v)
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        solid_angle::latlong(Rect { v0: 0.5 * rect.v0, v1: 0.5 * rect.v1, ..rect })
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, uv: Uv<R>) -> R {
+        let (sin, _) = R::sin_cos_half_turns(uv.v * R::new(0.5));
+        R::new(PI * PI) * sin
+    }
+}

@@ -2,7 +2,7 @@
 //!
 //! A table that people choose from must say the same on every machine. One step is an addition, a multiplication, a
 //! comparison or a change of sign; a division or a root counts as [`SLOW`], about what it takes where sixteen numbers are
-//! computed at once. The two functions of `math` count as what they are made of.
+//! computed at once. The functions of `math` count as what they are made of.
 
 use crate::projection::{Projection, Uv};
 use crate::real::Real;
@@ -16,6 +16,12 @@ const SLOW: u32 = 8;
 const HALF_TURNS: u32 = SLOW + 28;
 /// Steps of a sine and a cosine.
 const SIN_COS: u32 = 30;
+/// Steps of a hyperbolic sine and cosine: a power of two and two series.
+const SINH_COSH: u32 = 40;
+/// Steps of an inverse hyperbolic sine: a root, a division, a logarithm's series.
+const ASINH: u32 = 2 * SLOW + 40;
+/// Steps of a cube root: three steps of Halley's.
+const CBRT: u32 = 3 * (SLOW + 8) + 6;
 
 thread_local! {
     static STEPS: Cell<u32> = const { Cell::new(0) };
@@ -61,6 +67,16 @@ impl Neg for Counted {
 
 impl Real for Counted {
     const EPSILON: f64 = f64::EPSILON;
+
+    type Value = Self;
+
+    fn value(self) -> Self {
+        self
+    }
+
+    fn constant(value: Self) -> Self {
+        value
+    }
 
     fn new(x: f64) -> Self {
         Counted(x)
@@ -122,6 +138,19 @@ impl Real for Counted {
 
     fn cos_half_turns(s: Self, r: Self) -> Self {
         step(SIN_COS, f64::cos_half_turns(s.0, r.0))
+    }
+
+    fn sinh_cosh(self) -> (Self, Self) {
+        let (sinh, cosh) = self.0.sinh_cosh();
+        (step(SINH_COSH, sinh), Counted(cosh))
+    }
+
+    fn asinh(self) -> Self {
+        step(ASINH, Real::asinh(self.0))
+    }
+
+    fn cbrt(self) -> Self {
+        step(CBRT, Real::cbrt(self.0))
     }
 }
 

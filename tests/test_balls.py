@@ -129,7 +129,7 @@ def test_metal_and_reflectance_are_undone():
     )
     want = sm.convert(SCENE, "latlong", "latlong", size=32, filter="area")
     fine = found.spacing < np.pi / 32
-    assert np.abs(found.image - want)[fine].max() < 0.05
+    assert np.sqrt(np.mean((found.image - want)[fine] ** 2)) < 0.03
 
 
 def test_backgrounds():
@@ -184,7 +184,7 @@ def test_no_ball(kind):
 def test_merged_with_masks_and_given_rotations():
     camera = dict(size=96, fov=25, distance=6)
     ball = sm.Ball((48, 48), (36.6, 36.6), 0, 1)
-    pose = sm.rotation(180, 0, 0)
+    pose = sm.rotation(120, 0, 0)
     a = sm.render_ball(SCENE, **camera)
     b = sm.render_ball(SCENE, rotation=pose, **camera)
     a[40:56, 40:56] = 50  # somebody looks into the picture
@@ -249,7 +249,7 @@ def test_matcaps():
     # The mean of a texel that sees up to 15° is not its middle.
     assert np.sqrt(np.mean((mirror[inside] - sm.sample(env, d, "latlong")) ** 2)) < 0.1
     diffuse = sm.bake_matcap(env, "diffuse", size=32, rotation=pose)
-    want = sm.irradiance_at(env, "latlong", n[inside] @ pose.T) / np.pi
+    want = sm.irradiance_at(env, n[inside] @ pose.T, "latlong") / np.pi
     np.testing.assert_allclose(diffuse[inside], want, atol=0.02)
     assert np.isnan(mirror[0, 0]).all()
     rough = sm.bake_matcap(env, "rough", size=16, roughness=0.8)

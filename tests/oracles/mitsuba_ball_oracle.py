@@ -14,7 +14,7 @@ def photo(
     view: Any,
     pose: np.ndarray,
     *,
-    samples: int = 16,
+    samples: int = 9,
     scale: int = 1,
     crop: tuple[int, int, int, int] | None = None,
     background: bool = True,

@@ -15,7 +15,7 @@ from oracles import mitsuba_ball_oracle as oracle
 from oracles import openimageio_oracle
 
 ROWS = 40
-PIXELS = 224
+PIXELS = 256
 SKY = "latlong:mitsuba"
 
 

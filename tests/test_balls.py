@@ -224,7 +224,7 @@ def test_photos_that_do_not_overlap():
         (lambda p: sm.unwrap_ball(p, center=(8, 8), radius=4, fov=200), "`fov` must be"),
         (lambda p: sm.unwrap_ball(p, center=(8, 8), radius=4, distance=0.5), "`distance` must be"),
         (lambda p: sm.unwrap_ball(p, center=(8, 8)), "Without `radius`"),
-        (lambda p: sm.unwrap_ball(p, center=(8, 8), radius=4, mask=p[:3]), "photo's shape"),
+        (lambda p: sm.unwrap_ball(p, center=(8, 8), radius=4, mask=p[:3]), "`mask` to have shape"),
         (lambda p: sm.unwrap_ball(p, center=(8, 8), radius=4, metal="Fe"), "unknown metal 'Fe'"),
         (lambda p: sm.render_ball(p, size=0), "`size` must be"),
         (lambda p: sm.render_ball(p, background="white"), "`background`"),

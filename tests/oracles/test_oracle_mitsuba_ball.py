@@ -146,7 +146,8 @@ def test_the_ball_is_found(skies):
     off = np.hypot(*np.subtract(found.center, v.outline.center))
     print(f"centre {off:.2f} and radius {found.radius - v.outline.mean:+.2f} pixels off")
     # Before an environment that is infinitely far away the rim is no step in brightness.
-    assert off < 1 and abs(found.radius - v.outline.mean) < 1
+    # 2 % of the radius is what is stated of surroundings with detail.
+    assert max(off, abs(found.radius - v.outline.mean)) < 0.02 * v.outline.mean
     assert found.confidence > 0.8
 
 

@@ -15,6 +15,7 @@ from ._ball_find import Ball, find_ball
 from ._ball_geometry import Outline, View, view
 from ._metals import fresnel, reflectance_of
 from ._supersample import BLOCK, Texels, counts, means
+from ._views import _weights
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -239,7 +240,7 @@ class Shot:
             np.float64 if pixels.dtype == np.float64 else np.float32
         ).reshape(*pixels.shape[:2], -1)
         self.channels = self.pixels.shape[-1]
-        self.mask = None if mask is None else mask_weights(mask, pixels.shape[:2])
+        self.mask = None if mask is None else _weights(mask, pixels.shape[:2])
         if self.mask is not None:
             self.pixels[self.mask == 0] = np.nan
         height, width = pixels.shape[:2]
@@ -450,20 +451,6 @@ def render_ball(
         photo[part] = means(counts(wanted), channels + extra, inside)
     photo = photo.astype(light.dtype).reshape(*shape, channels + extra)
     return photo[..., 0] if scalar and not extra else photo
-
-
-def mask_weights(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Return a mask as numbers from 0 to 1, checked."""
-    array = np.asarray(mask)
-    if array.shape != shape:
-        raise ValueError(f"Expected `mask` to have the photo's shape {shape}, got {array.shape}.")
-    if array.dtype == np.uint8:
-        return array.astype(np.float32) / np.float32(255)
-    if array.dtype.kind not in "bfiu":
-        raise TypeError(f"Expected `mask` to be bool or real numbers, got dtype {array.dtype}.")
-    if not np.all((array >= 0) & (array <= 1)):
-        raise ValueError("Expected `mask` to have numbers from 0 to 1.")
-    return array.astype(np.float32)
 
 
 def _by_hand(

@@ -33,8 +33,9 @@ def fresnel(cosine: NDArray[np.float64], metal: str) -> NDArray[np.float64]:
     index = n + 1j * k
     # The cosine inside, times the index.
     inside = np.sqrt(index**2 - (1 - c * c))
-    s = np.abs((c - inside) / (c + inside)) ** 2
-    p = np.abs((index**2 * c - inside) / (index**2 * c + inside)) ** 2
+    with np.errstate(invalid="ignore"):  # of what is beside the ball
+        s = np.abs((c - inside) / (c + inside)) ** 2
+        p = np.abs((index**2 * c - inside) / (index**2 * c + inside)) ** 2
     return np.asarray((s + p) / 2, np.float64)
 
 

@@ -40,7 +40,8 @@ def sky(d: np.ndarray) -> np.ndarray:
 def picture(name: str, height: int, detail: int = 4) -> np.ndarray:
     """Return the sky in a projection as an RGBA image; what is not valid is transparent."""
     p = _fit.flat(name)
-    d = p.directions(_fit.size_of_height(p, height) * detail)
+    rows, columns = p.shape(_fit.size_of_height(p, height))
+    d = p.directions((rows * detail, columns * detail))
     valid = ~np.isnan(d[..., 0])
     color = sky(np.where(valid[..., None], d, 1.0))
     return shrink(np.concatenate([color, valid[..., None]], axis=-1), detail)

@@ -1,8 +1,8 @@
 //! Large pages for large tables that are read at random.
 //!
 //! Each read of a table beyond a few megabytes misses the CPU's memory of page addresses as well as its cache. With
-//! pages of 2 MB it finds the address; drawing samples from tables of 12 MB and 200 MB became 1.3 and 1.4 times
-//! faster. Systems give such pages where they are asked for (Linux's default, "madvise").
+//! pages of 2 MB it finds the address; drawing samples from tables of 12 MB became 1.3 times faster. Systems give such
+//! pages where they are asked for (Linux's default, "madvise").
 
 /// Asks for large pages for the room of a vector that has not been written to yet. A hint: nothing happens where there
 /// are none.

@@ -68,6 +68,7 @@ pub fn convert<T: Texel>(
     }
     let mut levels: Vec<&dyn Level> = vec![source];
     levels.extend(smaller.iter().map(|level| level as &dyn Level));
+    let most = source.raster().width.max(source.raster().height) as f64;
     let centres = Centres::new(&target);
     let width = target.columns * channels;
     threads::bands(out, width, target.texels() * 32, 1, |first, band| {
@@ -92,7 +93,7 @@ pub fn convert<T: Texel>(
                     out.copy_from_slice(fill);
                     continue;
                 }
-                look(&levels, filter, footprint, &mut values);
+                look(&levels, filter, most, footprint, &mut values);
                 for (out, value) in out.iter_mut().zip(&values) {
                     *out = T::store(<T::Float as Real>::new(*value));
                 }
@@ -113,12 +114,18 @@ fn level(mut length: f64, levels: usize) -> (usize, f64) {
 }
 
 /// Writes what a footprint shows into the first half of `values`.
-fn look(levels: &[&dyn Level], filter: Chained, footprint: &Footprint, values: &mut [f64]) {
+fn look(
+    levels: &[&dyn Level],
+    filter: Chained,
+    most: f64,
+    footprint: &Footprint,
+    values: &mut [f64],
+) {
     let face = footprint.source[2] as usize;
     let uv = [footprint.source[0], footprint.source[1]];
     let sides = match filter {
         Chained::Trilinear => [[0.0; 2]; 2],
-        Chained::Ewa => rounded(footprint),
+        Chained::Ewa => rounded(footprint, most),
     };
     let length = match filter {
         Chained::Trilinear => footprint.lengths()[0].max(footprint.lengths()[1]),
@@ -160,13 +167,16 @@ fn axes([[ax, ay], [bx, by]]: [[f64; 2]; 2]) -> (f64, f64) {
     )
 }
 
-/// The footprint's sides, made wide enough that the ellipse is not too long.
-fn rounded(footprint: &Footprint) -> [[f64; 2]; 2] {
-    const MOST: f64 = 1e6;
-    let sides = footprint
-        .sides
-        .map(|side| side.map(|x| if x.abs() <= MOST { x } else { MOST }));
+/// The footprint's sides, none longer than the source, made wide enough that the ellipse is not too long.
+fn rounded(footprint: &Footprint, most: f64) -> [[f64; 2]; 2] {
+    // At a singular place they are infinite or no numbers.
+    let finite = |x: f64| if x.abs() <= 1e9 { x } else { 1e9 };
+    let mut sides = footprint.sides.map(|side| side.map(finite));
     let (longer, shorter) = axes(sides);
+    if longer > most {
+        sides = sides.map(|side| side.map(|x| x * (most / longer)));
+    }
+    let (longer, shorter) = (longer.min(most), shorter * (most / longer).min(1.0));
     let wanted = longer / LONGEST;
     if shorter >= wanted || longer <= 1.0 {
         return sides;

@@ -69,9 +69,10 @@ def _cases() -> list[Case]:
                 out.append(Case(name, {"convention": x}))
         # Axes know no projection either.
         out.append(Case(name, {"axes": ODD_AXES[number % len(ODD_AXES)]}))
-        for p in entry["parameters"]:
+        for k, p in enumerate(entry["parameters"]):
             lo, hi = p["minimum"], p["maximum"]
-            tried = [{p["name"]: lo + (hi - lo) * f} for f in (0.125, 0.5, 0.75)]
+            # The first one, nearly always the angle of view, decides on coverage and rims.
+            tried = [{p["name"]: lo + (hi - lo) * f} for f in ((0.125, 0.5, 0.75), (0.75,))[k > 0]]
             out += [Case(name, options) for options in tried if together(name, options)]
     return out
 

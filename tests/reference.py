@@ -74,6 +74,7 @@ CREASES: dict[str, frozenset[str]] = {
     "concentric": frozenset({"diagonals", "axes"}),
     "cube_quadratic": frozenset({"axes"}),
     "cube_equal_area": frozenset({"diagonals", "axes"}),
+    "healpix": frozenset({"diagonals"}),
 }
 
 # The number under which a program stores right, left, up, down, front, back (in the view frame),

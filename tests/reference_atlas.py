@@ -30,8 +30,8 @@ def eps(x: Array) -> float:
 
 def within(p: Array, q: Array, ok: Any = True) -> tuple[Array, Array]:
     """Points of the square, let out by eight rounding units; NaN elsewhere."""
-    edge = 1 + 8 * eps(p)
-    ok = ok & (np.abs(p) <= edge) & (np.abs(q) <= edge)
+    # 1 + 8 ε would be 1 in the float64 that ε is.
+    ok = ok & (np.abs(p) - 1 <= 8 * eps(p)) & (np.abs(q) - 1 <= 8 * eps(p))
     return np.where(ok, np.clip(p, -1, 1), np.nan), np.where(ok, np.clip(q, -1, 1), np.nan)
 
 
@@ -48,7 +48,7 @@ def azimuth(x: Array, y: Array) -> tuple[Array, Array, Array]:
 
 def in_disk(p: Array, q: Array) -> Array:
     with np.errstate(invalid="ignore"):
-        return p * p + q * q <= 1 + 8 * eps(p)
+        return p * p + q * q - 1 <= 8 * eps(p)
 
 
 def longitude(x: Array, z: Array) -> Array:
@@ -379,7 +379,7 @@ class Lens:
         c, s, h = azimuth(x, y)
         theta = np.arctan2(h, z)
         rim = self.rim(parameters, x.dtype)
-        bad = theta > rim * (1 + 8 * eps(x))
+        bad = theta - rim > rim * (8 * eps(x))
         r = np.where(bad, np.nan, np.minimum(self.scaled(theta, parameters), 1))
         return r * c, r * s, np.zeros_like(x)
 

@@ -195,15 +195,8 @@ def pbrt_square(x, y, z):
     return (np.copysign(a, x) + 1) / 2, (np.copysign(b, y) + 1) / 2
 
 
-def laea(x, y, z):
-    """Lambert's azimuthal map about +x, +y to the right and +z up; its rim has radius 2."""
-    k = np.sqrt(2 / (1 + x))
-    return 0.5 + k * y / 4, 0.5 - k * z / 4
-
-
 LITERAL = {
     "equal_area": {"pbrt": pbrt_square(X, Y, Z)},
-    "equisolid": {"proj-laea": laea(X, Y, Z)},
     "latlong": LATLONG,
     "sphere": SPHERE,
     "angular": ANGULAR,

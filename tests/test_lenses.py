@@ -91,24 +91,8 @@ def test_special_lenses_are_other_maps():
         ("unified", {"xi": 0.5, "fov": 260}, "`xi`"),
         ("unified", {"xi": 3, "fov": 300}, "`xi`"),
         ("double_sphere", {"fov": 300}, "`alpha`"),
-        ("pannini", {"fov": 200, "s": 0.5}, "`s`"),
-        ("pannini", {"fov": 300, "d": 0.5}, "`d`"),
     ],
 )
 def test_lenses_that_turn_back_are_refused(name, parameters, text):
     with pytest.raises(ValueError, match=text):
         sm.projection(name, **parameters)
-
-
-def test_two_fisheyes_overlap_and_count_once():
-    p = sm.projection("dual_fisheye", fov=200)
-    assert p.solid_angle(64).sum() == pytest.approx(4 * np.pi, rel=1e-12)
-    # 95° from the front axis: in the front picture's overlap, and the back lens's own.
-    uv = np.array([0.5 + 0.5 * 95 / 100, 0.5, 0.0])
-    d = p.decode(uv)
-    assert d[2] == pytest.approx(math.sin(math.radians(5)))
-    assert p.encode(d)[2] == 1.0
-    image = np.zeros((2, 64, 64), np.float32)
-    image[0], image[1] = 1, 2
-    seen = sm.convert(image, p, "latlong", size=32, filter="nearest")
-    assert set(np.unique(seen)) == {1.0, 2.0}

@@ -75,7 +75,7 @@ def test_parameter_ranges_are_enforced(entry):
     name = entry["name"]
     for x in entry["parameters"]:
         assert x["minimum"] < x["maximum"] and x["minimum"] <= x["default"] <= x["maximum"]
-        assert x["doc"] and x["unit"]
+        assert x["doc"] and isinstance(x["unit"], str)  # a pure number has no unit
         inside = x["minimum"] + (x["maximum"] - x["minimum"]) / 3
         for value in (inside, x["maximum"]):
             options = {x["name"]: value}
@@ -152,11 +152,11 @@ def test_face_must_be_an_exact_integer_in_range(name):
 def test_density_range_holds_and_is_reached(case):
     p, r = case.make(), case.reference()
     lo, hi = p.density_range
-    uv = pick_uv(r, 40_000, 22)
+    uv = pick_uv(r, 16_000, 22)
     density = p.density(uv)
     assert density.min() >= lo * (1 - 1e-12) - 1e-12
     assert density.max() <= hi * (1 + 1e-12)
-    # 40,000 points come within a per cent or so of a finite extreme; near a pole or a rim where
+    # 16,000 points come within a per cent or so of a finite extreme; near a pole or a rim where
     # the density is unbounded they pass any modest multiple of the median.
     middle = np.median(density)
     assert density.min() <= lo + 0.05 * (middle - lo) + 1e-12
@@ -196,7 +196,8 @@ def test_mean_density_is_the_covered_solid_angle(case):
     density = np.nan_to_num(p.density(uv), nan=0.0) * p.faces
     error = density.std() / math.sqrt(n)
     tail = 0.02 if not math.isfinite(p.density_range[1]) else 0.0
-    assert abs(density.mean() - p.covered_solid_angle) < 10 * error + tail
+    # A constant has no error but rounding.
+    assert abs(density.mean() - p.covered_solid_angle) < 10 * error + tail + 1e-12
 
 
 @each(CASES)

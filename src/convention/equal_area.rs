@@ -80,16 +80,4 @@ pub const TABLE: &[Convention] = &[
         ..S2_CELLS
     },
     S2_CELLS,
-    Convention {
-        kind: "equisolid",
-        name: "proj-laea",
-        axes: "+y -z +x",
-        parameters: &[("fov", 360.0)],
-        world: Z_UP,
-        note: "PROJ's laea about latitude 0 and longitude 0, x/2R to the right and y/2R up from the centre.",
-        source: "PROJ, laea",
-        version: "pyproj 3.7.2",
-        known: Known::Run,
-        ..ROW
-    },
 ];

@@ -27,7 +27,7 @@ impl Projection for LambertCylindrical {
         axes: "+x -y -z",
         faces: 1,
         layouts: &[],
-        aspect: (3, 1),
+        aspect: (22, 7),
         outline: Outline::Square,
         equal_area: true,
         conformal: false,

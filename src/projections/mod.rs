@@ -91,11 +91,6 @@ projections! {
     kannala_brandt::KannalaBrandt,
     unified::Unified,
     double_sphere::DoubleSphere,
-    dual_fisheye::DualFisheye,
-    mollweide::Mollweide,
-    hammer::Hammer,
-    sinusoidal::Sinusoidal,
-    pannini::Pannini,
     miller::Miller,
     hemi_latlong::HemiLatlong,
 }

@@ -187,7 +187,7 @@ pub fn cbrt(x: f64) -> f64 {
     let mut t = f64::from_bits((third + WHOLE).to_bits() << 32);
     for _ in 0..3 {
         let cube = t * t * t;
-        t = t * ((cube + (x + x)) / ((cube + cube) + x));
+        t *= (cube + (x + x)) / ((cube + cube) + x);
     }
     t
 }

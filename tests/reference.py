@@ -786,20 +786,11 @@ FORMULAS: dict[str, Formulas] = {
     "orthographic": Formulas(_encode_orthographic, _decode_orthographic, _density_orthographic),
     "equal_area": Formulas(_encode_equal_area, _decode_equal_area, _constant(4 * math.pi)),
     "concentric": Formulas(_encode_concentric, _decode_concentric, _constant(2 * math.pi)),
-    "lambert_cylindrical": Formulas(
-        _encode_lambert_cylindrical, _decode_lambert_cylindrical, _constant(4 * math.pi)
-    ),
     "cube_equiangular": Formulas(_encode_equiangular, _decode_equiangular, _density_equiangular),
     "cube_quadratic": Formulas(_encode_quadratic, _decode_quadratic, _density_quadratic),
     "cube_equal_area": Formulas(
         _encode_quadrilateralized, _decode_quadrilateralized, _constant(4 * math.pi / 6)
     ),
-    "dual_fisheye": Formulas(
-        reference_atlas.encode_dual_fisheye,
-        reference_atlas.decode_dual_fisheye,
-        reference_atlas.density_dual_fisheye,
-    ),
-    **{name: Formulas(a.encode, a.decode, a.density) for name, a in LENSES.items()},
     **{name: Formulas(a.encode, a.decode, a.density) for name, a in WORLDS.items()},
 }
 

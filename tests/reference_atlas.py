@@ -108,34 +108,6 @@ def _lag(psi: Array) -> Array:
     return np.where(psi < 2, psi * s / 6 * (1 - series), psi - np.sin(psi))
 
 
-def _encode_mollweide(x: Array, y: Array, z: Array, _: Parameters) -> Any:
-    _c, _s, h = azimuth(x, z)
-    side = pi(x.dtype) * h * h / (1 + np.abs(y))
-    low, high = np.zeros_like(x), np.full_like(x, pi(x.dtype))
-    # Bisection brings ψ near, Newton takes it the rest of the way.
-    psi = np.cbrt(6 * side)
-    for _ in range(40):
-        middle = (low + high) / 2
-        less = _lag(middle) < side
-        low, high = np.where(less, middle, low), np.where(less, high, middle)
-    psi = np.where(psi > 0.01, (low + high) / 2, psi)
-    for _ in range(6):
-        slope = 2 * np.sin(psi / 2) ** 2
-        psi = psi - np.where(slope > 0, (_lag(psi) - side) / np.where(slope > 0, slope, 1), 0)
-    p = longitude(x, z) * np.sin(psi / 2)
-    return p, np.cos(psi / 2) * np.where(y < 0, -1, 1), np.zeros_like(x)
-
-
-def _decode_mollweide(p: Array, q: Array, _f: Array, _: Parameters) -> Array:
-    a = np.minimum(np.abs(q), 1)
-    s = np.sqrt((1 - a) * (1 + a))
-    missing = _lag(2 * np.arctan2(s, a)) / pi(p.dtype)
-    cos = np.sqrt(missing * (2 - missing))
-    angle = pi(p.dtype) * np.where(s > 0, p / np.where(s > 0, s, 1), 0)
-    d = np.stack([cos * np.sin(angle), (1 - missing) * np.sign(q), cos * np.cos(angle)], -1)
-    return np.where(in_disk(p, q)[..., None], d, np.nan)
-
-
 def _four(p: Array, _q: Array, _: Parameters) -> Array:
     return np.full_like(p, 4.0)
 
@@ -143,44 +115,7 @@ def _four(p: Array, _q: Array, _: Parameters) -> Array:
 # --- Hammer: Snyder's printed form, with half the longitude from the arctangent ------------------
 
 
-def _encode_hammer(x: Array, y: Array, z: Array, _: Parameters) -> Any:
-    _c, _s, h = azimuth(x, z)
-    half = longitude(x, z) * pi(x.dtype) / 2
-    root = np.sqrt(1 + h * np.cos(half))
-    return h * np.sin(half) / root, y / root, np.zeros_like(x)
-
-
-def _decode_hammer(p: Array, q: Array, _f: Array, _: Parameters) -> Array:
-    s = p * p + q * q
-    n = np.sqrt(np.maximum(2 - s, 0))
-    angle = 2 * np.arctan2(p * n, 1 - s)
-    y = q * n
-    _c, _s, h = azimuth(p * n, 1 - s)
-    d = np.stack([h * np.sin(angle), y, h * np.cos(angle)], -1)
-    return np.where(in_disk(p, q)[..., None], d, np.nan)
-
-
 # --- Sinusoidal ---------------------------------------------------------------------------------
-
-
-def _encode_sinusoidal(x: Array, y: Array, z: Array, _: Parameters) -> Any:
-    _c, _s, h = azimuth(x, z)
-    return longitude(x, z) * h, 2 * np.arctan2(h, -y) / pi(x.dtype) - 1, np.zeros_like(x)
-
-
-def _decode_sinusoidal(p: Array, q: Array, _f: Array, _: Parameters) -> Array:
-    theta = (q + 1) / 2 * pi(p.dtype)
-    # From the nearer pole, so that both keep their digits.
-    near = np.sin((1 - np.abs(q)) / 2 * pi(p.dtype))
-    angle = pi(p.dtype) * np.where(near > 0, p / np.where(near > 0, near, 1), 0)
-    d = np.stack([near * np.sin(angle), -np.cos(theta), near * np.cos(angle)], -1)
-    with np.errstate(invalid="ignore"):
-        ok = np.abs(p) <= near + 8 * eps(p)
-    return np.where(ok[..., None], d, np.nan)
-
-
-def _density_sinusoidal(p: Array, _q: Array, _: Parameters) -> Array:
-    return np.full_like(p, math.pi**2 / 2)
 
 
 # --- Miller -------------------------------------------------------------------------------------
@@ -234,62 +169,6 @@ def _density_hemi_latlong(p: Array, q: Array, _: Parameters) -> Array:
 # --- Pannini: equations of the paper; the inverse by bisection ---------------------------------
 
 
-def _pannini(k: Parameters, dtype: Any) -> tuple[Any, Any, Any, Any, Any]:
-    d, s = (np.asarray(k.get(name, v), dtype) for name, v in (("d", 1.0), ("s", 0.0)))
-    half = radians(k.get("fov", 150.0), dtype) / 2
-    width = (d + 1) / (d + np.cos(half)) * np.sin(half)
-    return d, s, half, width, width / k.get("aspect", 2.0)
-
-
-def _pannini_tall(d: Any, s: Any, longitude: Array) -> Array:
-    scale = (d + 1) / (d + np.cos(longitude))
-    return scale if s == 0 else (1 - s) * scale + s / np.cos(longitude)
-
-
-def _encode_pannini(x: Array, y: Array, z: Array, k: Parameters) -> Any:
-    d, s, half, width, height = _pannini(k, x.dtype)
-    _c, _s, h = azimuth(x, z)
-    angle = np.arctan2(x, z)
-    p = (d + 1) / (d + np.cos(angle)) * np.sin(angle) / width
-    q = _pannini_tall(d, s, angle) * y / h / height
-    return *within(p, q, np.abs(angle) < half + 0.02), np.zeros_like(x)
-
-
-def _pannini_longitude(p: Array, k: Parameters) -> Array:
-    d, _, half, width, _ = _pannini(k, p.dtype)
-    low, high = np.zeros_like(p), np.full_like(p, half)
-    for _ in range(70):
-        middle = (low + high) / 2
-        less = (d + 1) / (d + np.cos(middle)) * np.sin(middle) < np.abs(p) * width
-        low, high = np.where(less, middle, low), np.where(less, high, middle)
-    return (low + high) / 2 * np.sign(p)
-
-
-def _decode_pannini(p: Array, q: Array, _f: Array, k: Parameters) -> Array:
-    d, s, _, _, height = _pannini(k, p.dtype)
-    angle = _pannini_longitude(p, k)
-    tan = q * height / _pannini_tall(d, s, angle)
-    d_ = np.stack([np.sin(angle), tan, np.cos(angle)], -1)
-    return np.where(np.isnan(p)[..., None], np.nan, d_)
-
-
-def _density_pannini(p: Array, q: Array, k: Parameters) -> Array:
-    d, s, _, width, height = _pannini(k, p.dtype)
-    angle = _pannini_longitude(p, k)
-    tall = _pannini_tall(d, s, angle)
-    slope = (d + 1) * (1 + d * np.cos(angle)) / (d + np.cos(angle)) ** 2
-    return width * height / (slope * tall * (1 + (q * height / tall) ** 2) ** 1.5)
-
-
-def _pannini_covered(k: Parameters) -> float:
-    """∫ 2 sin φ(λ) dλ over the columns."""
-    d, s, half, _, height = _pannini(k, np.float64)
-    x, w = np.polynomial.legendre.leggauss(200)
-    angle = half * x
-    tan = height / _pannini_tall(d, s, angle)
-    return float(np.sum(w * half * 2 * tan / np.sqrt(1 + tan * tan)))
-
-
 def _whole(_: Parameters) -> float:
     return 4 * math.pi
 
@@ -302,18 +181,6 @@ WORLDS: dict[str, World] = {
         "+x -y -z",
         lambda k: 4 * math.pi * math.sin(math.radians(k.get("latitude", SQUARE))),
         lambda k: math.pi / float(_mercator_edge(k, np.float64)),
-    ),
-    "mollweide": World(
-        _encode_mollweide, _decode_mollweide, _four, "+x -y -z", _whole, lambda _: 2.0
-    ),
-    "hammer": World(_encode_hammer, _decode_hammer, _four, "+x -y -z", _whole, lambda _: 2.0),
-    "sinusoidal": World(
-        _encode_sinusoidal,
-        _decode_sinusoidal,
-        _density_sinusoidal,
-        "+x -y -z",
-        _whole,
-        lambda _: 2.0,
     ),
     "miller": World(
         _encode_miller,
@@ -330,14 +197,6 @@ WORLDS: dict[str, World] = {
         "+x -y -z",
         lambda _: 2 * math.pi,
         lambda _: 4.0,
-    ),
-    "pannini": World(
-        _encode_pannini,
-        _decode_pannini,
-        _density_pannini,
-        "+x -y -z",
-        _pannini_covered,
-        lambda k: k.get("aspect", 2.0),
     ),
 }
 
@@ -454,30 +313,3 @@ LENSES: dict[str, Lens] = {
 
 
 # --- Two equidistant fisheyes -------------------------------------------------------------------
-
-
-def encode_dual_fisheye(x: Array, y: Array, z: Array, k: Parameters) -> Any:
-    c, s, h = azimuth(x, y)
-    rim = radians(k.get("fov", 180.0), x.dtype) / 2
-    r = np.arctan2(h, np.abs(z)) / rim
-    r = np.where(r > 1 + 8 * eps(x), np.nan, np.minimum(r, 1))
-    return r * c * np.where(z < 0, -1, 1), r * s, np.where(z < 0, 1.0, 0.0)
-
-
-def decode_dual_fisheye(p: Array, q: Array, f: Array, k: Parameters) -> Array:
-    c, s, r = azimuth(p, q)
-    theta = np.minimum(r, 1) * radians(k.get("fov", 180.0), p.dtype) / 2
-    way = np.where(f == 0, 1, -1)
-    d = np.stack([way * c * np.sin(theta), s * np.sin(theta), way * np.cos(theta)], -1)
-    return np.where(in_disk(p, q)[..., None], d, np.nan)
-
-
-def density_dual_fisheye(p: Array, q: Array, k: Parameters) -> Array:
-    rim = radians(k.get("fov", 180.0), p.dtype) / 2
-    return rim * rim * np.sinc(rim * np.sqrt(p * p + q * q) / pi(p.dtype))
-
-
-def cap_dual_fisheye(r: Array, k: Parameters) -> Array:
-    """Only the own hemisphere counts."""
-    theta = np.minimum(r * math.radians(k.get("fov", 180.0)) / 2, math.pi / 2)
-    return 2 * np.sin(theta / 2) ** 2

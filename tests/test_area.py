@@ -222,8 +222,6 @@ def test_the_same_bits_for_any_number_of_threads_and_level():
 
 def test_errors():
     image = np.ones((8, 16))
-    with pytest.raises(ValueError, match="`skipna` needs filter 'area' or 'mode', got 'bilinear'"):
-        sm.convert(image, "latlong", "cube", skipna=True)
     with pytest.raises(ValueError, match="shape"):
         area(np.ones((8, 16)), "cube", "latlong", 4)
     with pytest.raises(ValueError, match="overlaps"):

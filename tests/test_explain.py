@@ -43,7 +43,15 @@ def test_letters_of_one_face(name):
         assert (found[label] > 0) == bool(p.covers(axis)), label
 
 
-@pytest.mark.parametrize(("name", "layout"), [*LAYOUTS, *((name, None) for name in CELLS)])
+# The faces of healpix look between the axes: no letter is right for their middles.
+ALONG_AXES = [
+    (name, layout)
+    for name, layout in [*LAYOUTS, *((name, None) for name in CELLS)]
+    if name != "healpix"
+]
+
+
+@pytest.mark.parametrize(("name", "layout"), ALONG_AXES)
 def test_letters_of_several_faces(name, layout):
     p = sm.projection(name, layout=layout)
     lines = drawing(p)

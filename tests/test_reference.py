@@ -36,7 +36,12 @@ def test_decode_inverts_encode_everywhere(r):
     # Miller's series of hyperbolic functions are good to float64 beyond their last term.
     bound = exact.get(r.name, 1e-17 * max(20.0 if r.name == "miller" else 1.0, r.stretch / 6))
     if np.finfo(np.longdouble).eps > 1e-18:
-        exact = {"sphere": 6e-8, "matcap": 2.5e-8, "orthographic": 2.5e-8, "lambert_cylindrical": 2.5e-8}
+        exact = {
+            "sphere": 6e-8,
+            "matcap": 2.5e-8,
+            "orthographic": 2.5e-8,
+            "lambert_cylindrical": 2.5e-8,
+        }
         bound = exact.get(r.name, 2e-15 * max(1.0, r.stretch / 6))
     assert reference.angle(back, d).max() < bound
 

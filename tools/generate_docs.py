@@ -80,8 +80,8 @@ KIN = """## Lambert's azimuthal map has three names
 `sphere`, `equisolid` and what cartographers call Lambert's azimuthal equal-area map are one
 formula, r ∝ sin(θ/2). `sphere` is the whole of it as OpenGL and a photo of a mirror ball have it,
 with z toward the viewer; `equisolid` is the part within `fov` of the axis, as fisheye lenses have
-it, and at 360° the whole; PROJ's `laea` is either, with axes to match. Its hemisphere (`equisolid` at
-180°) made a square is `concentric`, and both hemispheres folded into one are `equal_area`."""
+it, and at 360° the whole; PROJ's `laea` is either, with axes to match. Its hemisphere (`equisolid`
+at 180°) made a square is `concentric`, and both hemispheres folded into one are `equal_area`."""
 
 
 def chooser(registry: list[dict]) -> str:

@@ -230,6 +230,8 @@ def _canonical(p: Projection) -> Projection:
 
 def _turned(p: Projection, face: int, uv: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a program's coordinates of a face as those of the formula, beyond its edges, too."""
+    if p.faces == 1:
+        return np.concatenate([uv, np.zeros((len(uv), 1))], -1)
     # A program may number faces otherwise and turn or flip each: three points tell how.
     points = np.array([[0.5, 0.5, face], [0.75, 0.5, face], [0.5, 0.75, face]])
     middle, right, down = _canonical(p).encode(p.decode(points))

@@ -143,7 +143,7 @@ def projections(
     >>> "octahedral" in sm.projections()
     True
     >>> list(sm.projections(equal_area=True, coverage="sphere", faces=1))
-    ['sphere', 'equal_area', 'lambert_cylindrical']
+    ['sphere', 'equal_area']
     """
     entries = _core.registry()
     for what, value in (("coverage", coverage), ("seam", seam)):

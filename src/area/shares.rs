@@ -64,11 +64,8 @@ impl Shares {
                 let x = (piece.at[0] - low[0]) as usize;
                 let y = (piece.at[1] - low[1]) as usize;
                 let sums = &mut self.sums[y * columns + x];
-                for k in 0..6 {
-                    sums[k] += sense * piece.own[k];
-                }
-                for k in 0..3 {
-                    sums[6 + k] += sense * piece.right[k];
+                for (sum, share) in sums.iter_mut().zip(piece.own.iter().chain(&piece.right)) {
+                    *sum += sense * share;
                 }
             }
         }

@@ -6,8 +6,6 @@
 
 use crate::projection::{Info, Projection};
 
-mod lens;
-
 /// Something to be done with a projection whose type is known at compile time.
 pub trait Visitor {
     /// What comes out of it.
@@ -82,15 +80,11 @@ projections! {
     orthographic::Orthographic,
     equal_area::EqualArea,
     concentric::Concentric,
-    lambert_cylindrical::LambertCylindrical,
     cube_equiangular::CubeEquiangular,
     cube_quadratic::CubeQuadratic,
     cube_equal_area::CubeEqualArea,
     healpix::Healpix,
     mercator::Mercator,
-    kannala_brandt::KannalaBrandt,
-    unified::Unified,
-    double_sphere::DoubleSphere,
     miller::Miller,
     hemi_latlong::HemiLatlong,
 }

@@ -107,7 +107,7 @@ def test_light_probe_conversion_on_smooth_content(tmp_path):
     image = np.nan_to_num(image).astype(np.float32)
     path = oracle.write(image, tmp_path / "probe.tif")
     want = oracle.light_probe_to_latlong(path, tmp_path / "pano.tif")
-    got = sm.convert(image, "angular:openimageio", CONVENTION, size=want.shape[:2])
+    got = sm.convert(image, "angular:openimageio", CONVENTION, size=want.shape[:2], antialias=False)
     ok = taps_inside(image.shape[:2], sm.directions(CONVENTION, want.shape[:2]))
     assert ok.sum() >= 10_000
     assert np.abs(got - want)[ok].max() < 1e-5 * np.ptp(image)
@@ -117,7 +117,7 @@ def test_light_probe_conversion_on_a_real_probe(data_folder, tmp_path):
     path = data_folder / "grace_probe.hdr"
     image = oracle.read(path)[..., :3]
     want = oracle.light_probe_to_latlong(path, tmp_path / "pano.tif")
-    got = sm.convert(image, "angular:openimageio", CONVENTION, size=want.shape[:2])
+    got = sm.convert(image, "angular:openimageio", CONVENTION, size=want.shape[:2], antialias=False)
     d = sm.directions(CONVENTION, want.shape[:2])
     ok = taps_inside(image.shape[:2], d)
     assert ok.sum() >= 10_000
@@ -139,7 +139,7 @@ def test_light_probe_of_openimageio_is_mirrored(data_folder, tmp_path):
     path = data_folder / "grace_probe.hdr"
     image = oracle.read(path)[..., :3]
     theirs = oracle.light_probe_to_latlong(path, tmp_path / "pano.tif")
-    ours = sm.convert(image, "angular:debevec", CONVENTION, size=theirs.shape[:2])
+    ours = sm.convert(image, "angular:debevec", CONVENTION, size=theirs.shape[:2], antialias=False)
     a, b, c = (
         np.log1p(x[60:440, 60:-60].mean(-1)).ravel() for x in (ours, theirs, theirs[:, ::-1])
     )

@@ -29,7 +29,7 @@ def test_faces(layout):
     panorama = reference.smooth_function(sm.directions("latlong:py360convert", 128))[..., 0]
     n, name = 65, f"cube:py360convert-{layout}"
     got = oracle.equirect_to_cube(panorama, n, layout)
-    want = sm.convert(panorama, "latlong:py360convert", name, size=n, fill=0.0)
+    want = sm.convert(panorama, "latlong:py360convert", name, size=n, fill=0.0, antialias=False)
     assert got.shape == want.shape
     # Its coordinates are float32: 256 columns · 2^-24, times a slope of 3 · 2π/256 a texel.
     assert np.abs(got - want).max() < 5e-6
@@ -40,5 +40,5 @@ def test_it_would_notice_another_grid():
     got = oracle.equirect_to_cube(panorama, 65, "dice")
     for change in ({"grid": "centers"}, {"axes": "-x -y +z"}):
         other = sm.projection("cube", convention="py360convert-dice", **change)
-        made = sm.convert(panorama, "latlong:py360convert", other, size=65)
+        made = sm.convert(panorama, "latlong:py360convert", other, size=65, antialias=False)
         assert np.abs(made - got).max() > 1e-3  # 200 times the tolerance above

@@ -18,7 +18,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import reference_atlas
 from reference_atlas import LENSES, WORLDS
 
 Array = np.ndarray
@@ -44,7 +43,6 @@ DEFAULT_AXES = {
     "cube_quadratic": "+x -y +z",
     "cube_equal_area": "+x -y +z",
     "healpix": "+x +y +z",
-    "dual_fisheye": "+x -y -z",
     **dict.fromkeys(LENSES, "+x -y -z"),
     **{name: world.axes for name, world in WORLDS.items()},
 }
@@ -56,13 +54,11 @@ FISHEYES = {
     "orthographic": 180.0,
     **{name: lens.fov for name, lens in LENSES.items()},
 }
-DISKS = frozenset(
-    {"sphere", "matcap", "dual_paraboloid", "dual_fisheye", "mollweide", "hammer", *FISHEYES}
-)
+DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", *FISHEYES})
 # Maps whose rim an error ε of a coordinate moves by √ε.
 ROOT_RIMS = frozenset({"sphere", "matcap", "orthographic", "lambert_cylindrical"})
 CUBES = ("cube", "cube_equiangular", "cube_quadratic", "cube_equal_area")
-FACES = {**dict.fromkeys(CUBES, 6), "dual_paraboloid": 2, "dual_fisheye": 2, "healpix": 12}
+FACES = {**dict.fromkeys(CUBES, 6), "dual_paraboloid": 2, "healpix": 12}
 HEMISPHERES = frozenset({"matcap", "hemioctahedral", "concentric"})
 # Maps with a row for each pole, where longitude means nothing.
 POLES = frozenset({"latlong", "lambert_cylindrical"})
@@ -178,7 +174,6 @@ LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
         ),
     },
     "dual_paraboloid": _PAIR,
-    "dual_fisheye": _PAIR,
 }
 for _name in CUBES[1:]:
     LAYOUTS[_name] = LAYOUTS["cube"]
@@ -840,8 +835,6 @@ class Reference:
             return 4 * math.pi * math.sin(float(_half(self.parameters, self.name, float)) / 2) ** 2
         if self.name in WORLDS:
             return WORLDS[self.name].covered(self.parameters)
-        if self.name == "dual_fisheye":
-            return 4 * math.pi * float(reference_atlas.cap_dual_fisheye(1.0, self.parameters))
         if self.name == "cylindrical":
             half, height = _cylinder(self.parameters, float)
             return float(4 * half * height / math.hypot(1, height))
@@ -953,7 +946,7 @@ class Reference:
             return 4 * math.tan(float(_half(self.parameters, self.name, float)) / 2)
         if self.name in LENSES:
             return LENSES[self.name].stretch(self.parameters)
-        return 8.0 if self.name == "hammer" else 0.0
+        return 0.0
 
     def clear_of_the_border(self, directions: Any, margin: float = 1e-6) -> Array:
         """Tell directions that rounding cannot move over the edge of the coverage."""
@@ -967,9 +960,6 @@ class Reference:
         if self.name in FISHEYES and fov < 360:
             theta = np.arctan2(np.hypot(x, y), z)
             return theta < np.radians(fov) / 2 * (1 - margin)
-        if self.name == "dual_fisheye" and self.parameters.get("fov", 180.0) < 180:
-            theta = np.arctan2(np.hypot(x, y), np.abs(z))
-            return theta < np.radians(self.parameters["fov"]) / 2 * (1 - margin)
         if self.name in ("perspective", "cylindrical", *WORLDS):
             with np.errstate(all="ignore"):
                 p, q, _ = FORMULAS[self.name].encode(x, y, z, self.parameters)
@@ -990,7 +980,7 @@ class Reference:
             if "diagonals" in lines:
                 ok &= np.abs(np.abs(p) - np.abs(q)) > margin
             for a, b in TIPS.get(self.name, ()):
-                ok &= np.hypot(p - a, q - b) > 16 * margin
+                ok &= np.hypot(p - a, q - b) > min(16 * margin, 0.3)
             if self.name in POLES & ROOT_RIMS:
                 ok &= np.abs(q) < 1 - 4 * margin
         return ok
@@ -1072,8 +1062,6 @@ class Reference:
             return np.array(
                 [[self._disk_cell(a, b, c, d) for a, b in pairwise(pe)] for c, d in pairwise(qe)]
             )
-        if self.name == "sinusoidal":
-            return self._sine_cells(pe, qe)
         return self._smooth_cells(pe, qe, order)
 
     def _smooth_cells(self, pe: Array, qe: Array, order: int) -> Array:
@@ -1098,33 +1086,15 @@ class Reference:
             total += np.sum(d * weight, axis=(-2, -1)) * dp[None, :] * dq[:, None]
         return np.add.reduceat(np.add.reduceat(total, qi, axis=0), pi, axis=1)
 
-    def _sine_cells(self, pe: Array, qe: Array) -> Array:
-        """Cells under |p| = cos(πq/2): rows of Gauss, cut where the curve leaves a side."""
-        out = np.zeros((len(qe) - 1, len(pe) - 1))
-        x, w = (_GAUSS_X + 1) / 2, _GAUSS_W / 2
-        for j, (c, d) in enumerate(pairwise(qe)):
-            for i, (a, b) in enumerate(pairwise(pe)):
-                cuts = {c, d, *([0.0] if c < 0 < d else [])}
-                for side in (a, b):
-                    at = 2 / math.pi * math.acos(min(abs(side), 1.0))
-                    cuts |= {s * at for s in (1, -1) if c < s * at < d}
-                for low, high in pairwise(sorted(cuts)):
-                    half = np.cos(np.pi / 2 * (low + (high - low) * x))
-                    wide = np.maximum(np.minimum(b, half) - np.maximum(a, -half), 0)
-                    out[j, i] += (high - low) * float(np.sum(w * wide))
-        return out * (math.pi**2 / 2)
-
     def _cap(self, r: Array) -> Array:
         """1 - cos θ(r): the solid angle inside radius r of the disk, over 2π."""
         r = np.minimum(r, 1)
-        if self.name in ("sphere", "mollweide", "hammer"):
+        if self.name == "sphere":
             return 2 * r * r
         if self.name == "matcap":
             return r * r / (1 + np.sqrt(1 - r * r))
         if self.name == "dual_paraboloid":
             return 2 * r * r / (1 + r * r)
-        if self.name == "dual_fisheye":
-            return reference_atlas.cap_dual_fisheye(r, self.parameters)
         if self.name in LENSES:
             return LENSES[self.name].cap(r, self.parameters)
         half = float(_half(self.parameters, self.name, float))

@@ -144,7 +144,8 @@ def curvature(r: reference.Reference, shape: tuple[int, ...], inner: float) -> f
     keep = ~np.isnan(p)
     if r.is_disk:
         keep &= p * p + q * q < inner * inner
-    keep &= r.off_creases(p, q, 4 * float(h.max()) * (1 if r.layout in (None, "faces") else 6))
+    margin = 4 * float(h.max()) * (1 if r.layout in (None, "faces") else 6)
+    keep &= r.off_creases(p, q, min(margin, 0.2))
     uv, face = uv[keep], face[keep]
     f = reference.smooth_function
     total = np.zeros((len(uv), 3))
@@ -181,7 +182,10 @@ def resolution(r: reference.Reference, uv: np.ndarray, shape: tuple[int, ...]) -
 # Octahedron: |a - b|/|a| is √2 at most (in the equator's corners); cube: 1 (at a corner, where
 # lines turn by 60°); a rim met by another face or by itself: √2 as well. So 0.36 of the change
 # over one texel, where a lookup that is off by half a texel would be wrong by 0.5.
-KINK = {"octahedral": 0.36, "hemioctahedral": 0.36, "cube": 0.36}
+# At the tip of a cone, as in the middle of equal-area squares, slopes may be opposite: 2, and so 0.5.
+# What is beside a tip is farther than a step says, for the nearest texel, too.
+TIPS = dict.fromkeys(("equal_area", "concentric", "cube_equal_area", "healpix"), 0.5)
+KINK = {"octahedral": 0.36, "hemioctahedral": 0.36, "cube": 0.36, **TIPS}
 RIM_KINK = {"angular": 0.36, "dual_paraboloid": 0.36}
 
 
@@ -196,7 +200,7 @@ def smooth_bound(
     bound = np.full(len(d), second) + kink * SLOPE * step
     if filter == "nearest":
         # Half a texel either way, a bit more where the scale changes across a seam.
-        bound = SLOPE * (0.5 * 1.2 * step) + 8 * second
+        bound = SLOPE * ((0.6 + TIPS.get(r.name, 0)) * step) + 8 * second
     if r.covered_solid_angle < 12.5:
         # An end of the world: the border clamps. A lookup beyond the last texel centres gets
         # their value: half a texel off along each side, and at a rim, where the last whole square

@@ -118,6 +118,8 @@ def test_symmetry(case):
         pytest.skip("an atlas has no symmetry of its own")
     w = case.make().solid_angle(9)
     assert np.allclose(w, w[..., ::-1], rtol=1e-9, atol=1e-15)
+    if case.name == "hemi_latlong":
+        return  # from the zenith down to the horizon
     assert np.allclose(w, w[..., ::-1, :], rtol=1e-9, atol=1e-15)
 
 
@@ -147,6 +149,8 @@ def test_integral_of_cosine_and_of_one(case):
         assert np.abs(total).max() < 0.05
         return
     centre = r.decode(np.array([0.5, 0.5]))
+    if case.name == "hemi_latlong":
+        centre = np.array([0.0, 1.0, 0.0])  # the zenith is at the upper edge
     if p.coverage == "part":
         assert np.abs(np.cross(total, centre)).max() < 0.05
     else:

@@ -180,7 +180,7 @@ def ang2pix(
     --------
     >>> from spheremap import healpix
     >>> int(healpix.ang2pix(16, 30.0, 60.0, lonlat=True)), int(healpix.ang2pix(16, 1.0, 1.0))
-    (203, 702)
+    (183, 682)
     """
     a, b = (_real(x, name) for x, name in ((theta, "theta"), (phi, "phi")))
     angles = np.empty((*np.broadcast_shapes(a.shape, b.shape), 2))

@@ -182,7 +182,7 @@ def resolution(r: reference.Reference, uv: np.ndarray, shape: tuple[int, ...]) -
 # Octahedron: |a - b|/|a| is √2 at most (in the equator's corners); cube: 1 (at a corner, where
 # lines turn by 60°); a rim met by another face or by itself: √2 as well. So 0.36 of the change
 # over one texel, where a lookup that is off by half a texel would be wrong by 0.5.
-# At the tip of a cone, as in the middle of equal-area squares, slopes may be opposite: 2, and so 0.5.
+# At the tip of a cone, as in the middle of equal-area squares, slopes may be opposite: 2, so 0.5.
 # What is beside a tip is farther than a step says, for the nearest texel, too.
 TIPS = dict.fromkeys(("equal_area", "concentric", "cube_equal_area", "healpix"), 0.5)
 KINK = {"octahedral": 0.36, "hemioctahedral": 0.36, "cube": 0.36, **TIPS}

@@ -253,23 +253,38 @@ impl<'l, 'a> Sweep<'l, 'a> {
         }
         let width = self.points_of(face, low, high);
         self.below.clear();
-        kernel::dispatch(Below(self, 0, width));
+        kernel::vectorize(
+            #[inline(always)]
+            || Below(self, 0, width).work(),
+        );
         for j in 0..high[1] - low[1] {
             std::mem::swap(&mut self.above, &mut self.below);
             self.below.clear();
             self.between.clear();
             self.ends.clear();
             self.shares.weights.clear();
-            kernel::dispatch(Below(self, j + 1, width));
-            kernel::dispatch(Between(self, j, width));
-            kernel::dispatch(Row {
-                sweep: self,
-                face,
-                first: [low[0], low[1] + j],
-                columns: high[0] - low[0],
-                middle: (2 * j + 2) * width + 2,
-                width,
-            });
+            kernel::vectorize(
+                #[inline(always)]
+                || Below(self, j + 1, width).work(),
+            );
+            kernel::vectorize(
+                #[inline(always)]
+                || Between(self, j, width).work(),
+            );
+            kernel::vectorize(
+                #[inline(always)]
+                || {
+                    Row {
+                        sweep: self,
+                        face,
+                        first: [low[0], low[1] + j],
+                        columns: high[0] - low[0],
+                        middle: (2 * j + 2) * width + 2,
+                        width,
+                    }
+                    .work()
+                },
+            );
             let mut start = 0;
             for (i, &end) in self.ends.iter().enumerate() {
                 add([low[0] + i, low[1] + j], &self.shares.weights[start..end]);

@@ -245,7 +245,6 @@ impl<'l, 'a> Sweep<'l, 'a> {
                 for x in low[0]..high[0] {
                     self.shares.weights.clear();
                     self.general(face, [x, y]);
-                    self.counts[2] += 1;
                     add([x, y], &self.shares.weights);
                 }
             }
@@ -397,7 +396,6 @@ impl<'l, 'a> Sweep<'l, 'a> {
             self.counts[1] += 1;
             return;
         }
-        self.counts[2] += 1;
         self.shares.weights.truncate(start);
         if !self.misses(middle, width) {
             self.general(face, at);
@@ -444,11 +442,13 @@ impl<'l, 'a> Sweep<'l, 'a> {
         })
     }
 
-    /// Any cell.
+    /// Any cell. It counts where there is something to share: not outside a rim.
     fn general(&mut self, face: usize, at: [usize; 2]) {
         let (from, weights) = (self.from, &mut self.shares.weights);
+        let before = weights.len();
         self.overlay.overlaps(face, at, |face, cell, area| {
             weights.push((from.stored(face, cell), area));
         });
+        self.counts[2] += usize::from(weights.len() > before);
     }
 }

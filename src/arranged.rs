@@ -54,11 +54,7 @@ impl<const FACES: usize, const JOINED: bool> Arranged<FACES, JOINED> {
         let (columns, rows) = (R::new(self.columns), R::new(self.rows));
         let cell = |x: R, cells: R| {
             let cell = (x * cells).floor();
-            if cell > cells - one {
-                cells - one
-            } else {
-                cell
-            }
+            R::choose(cell > cells - one, cells - one, cell)
         };
         let (column, row) = (cell(uv.u, columns), cell(uv.v, rows));
         let nan = R::new(f64::NAN);
@@ -86,12 +82,12 @@ impl<const FACES: usize, const JOINED: bool> Arranged<FACES, JOINED> {
                     let (a, b) = (a.clamped(0.0, 1.0), b.clamped(0.0, 1.0));
                     let turned = R::new(self.swap[$face % FACES]);
                     let swapped = turned > R::new(0.0);
-                    place.u = if here { if swapped { b } else { a } } else { place.u };
-                    place.v = if here { if swapped { a } else { b } } else { place.v };
-                    place.face = if here { R::new($face as f64) } else { place.face };
-                    along_sign = if here { along.sign } else { along_sign };
-                    down_sign = if here { down.sign } else { down_sign };
-                    swap = if here { turned } else { swap };
+                    place.u = R::choose(here, R::choose(swapped, b, a), place.u);
+                    place.v = R::choose(here, R::choose(swapped, a, b), place.v);
+                    place.face = R::choose(here, R::new($face as f64), place.face);
+                    along_sign = R::choose(here, along.sign, along_sign);
+                    down_sign = R::choose(here, down.sign, down_sign);
+                    swap = R::choose(here, turned, swap);
                     found |= here;
                 }
             )+};
@@ -111,11 +107,11 @@ impl<const FACES: usize, const JOINED: bool> Arranged<FACES, JOINED> {
 #[inline(always)]
 fn choose_side<R: Real>(first: bool, a: Side<R>, b: Side<R>) -> Side<R> {
     Side {
-        sign: if first { a.sign } else { b.sign },
-        high: if first { a.high } else { b.high },
-        low: if first { a.low } else { b.low },
-        first: if first { a.first } else { b.first },
-        last: if first { a.last } else { b.last },
+        sign: R::choose(first, a.sign, b.sign),
+        high: R::choose(first, a.high, b.high),
+        low: R::choose(first, a.low, b.low),
+        first: R::choose(first, a.first, b.first),
+        last: R::choose(first, a.last, b.last),
         cell: b.cell,
     }
 }
@@ -138,22 +134,22 @@ impl<R: Scalar, const FACES: usize, const JOINED: bool, const O: usize> Point<R,
                     let here = face == R::new($face as f64);
                     along = choose_side(here, arranged.sides[$face % FACES].of(0), along);
                     down = choose_side(here, arranged.sides[$face % FACES].of(1), down);
-                    swap = if here { R::new(arranged.swap[$face % FACES]) } else { swap };
-                    stored = if here { R::new(arranged.stored[$face % FACES]) } else { stored };
+                    swap = R::choose(here, R::new(arranged.swap[$face % FACES]), swap);
+                    stored = R::choose(here, R::new(arranged.stored[$face % FACES]), stored);
                 }
             )+};
         }
         choose!(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
         let swapped = swap > R::new(0.0);
-        let (u, v) = (if swapped { v } else { u }, if swapped { u } else { v });
+        let (u, v) = (R::choose(swapped, v, u), R::choose(swapped, u, v));
         // NaN passes both comparisons.
         let at = |x: R, side: Side<R>, cells: f64| {
             let x = side.high + (side.low + side.sign * x / R::new(cells));
-            let x = if x > side.last { side.last } else { x };
-            if x < side.first { side.first } else { x }
+            let x = R::choose(x > side.last, side.last, x);
+            R::choose(x < side.first, side.first, x)
         };
         let (u, v) = (at(u, along, arranged.columns), at(v, down, arranged.rows));
-        let all = [u, v, if u.is_nan() { u } else { stored }];
+        let all = [u, v, R::choose(u.is_nan(), u, stored)];
         std::array::from_fn(|k| all[k])
     }
 }
@@ -173,9 +169,9 @@ impl<R: Scalar, const FACES: usize, const JOINED: bool, const I: usize> Point<R,
         });
         let nan = R::new(f64::NAN);
         [
-            if at.found { at.place.u } else { nan },
-            if at.found { at.place.v } else { nan },
-            if at.found { at.place.face } else { nan },
+            R::choose(at.found, at.place.u, nan),
+            R::choose(at.found, at.place.v, nan),
+            R::choose(at.found, at.place.face, nan),
         ]
     }
 }

@@ -111,6 +111,11 @@ impl Real for Counted {
         step(1, self.0.negated_if(condition))
     }
 
+    fn choose(condition: bool, a: Self, b: Self) -> Self {
+        // The comparison was counted.
+        if condition { a } else { b }
+    }
+
     fn vanishes(self) -> bool {
         false
     }

@@ -216,7 +216,20 @@ impl<R: Real> Real for Dual<R> {
 
     #[inline(always)]
     fn negated_if(self, condition: bool) -> Self {
-        if condition { -self } else { self }
+        Self {
+            re: self.re.negated_if(condition),
+            du: self.du.negated_if(condition),
+            dv: self.dv.negated_if(condition),
+        }
+    }
+
+    #[inline(always)]
+    fn choose(condition: bool, a: Self, b: Self) -> Self {
+        Self {
+            re: R::choose(condition, a.re, b.re),
+            du: R::choose(condition, a.du, b.du),
+            dv: R::choose(condition, a.dv, b.dv),
+        }
     }
 
     #[inline(always)]
@@ -267,7 +280,7 @@ impl<R: Real> Real for Dual<R> {
                             - x * (R::new(1.0 / 1330560.0) - x * R::new(1.0 / 172972800.0))))));
         let divisor = R::new(2.0) * s.re * r.re;
         let direct = (R::new(PI) * r.re * cos - sin) / divisor;
-        let derivative = if s.re < R::new(0.02) { series } else { direct };
+        let derivative = R::choose(s.re < R::new(0.02), series, direct);
         s.chain(value, derivative)
     }
 

@@ -64,6 +64,10 @@ pub trait Real:
     /// -self where the condition holds.
     fn negated_if(self, condition: bool) -> Self;
 
+    /// `a` where the condition holds, else `b`: both are computed. An `if` says the same, and the compiler may
+    /// make a branch of it, which keeps a loop from being vectorized.
+    fn choose(condition: bool, a: Self, b: Self) -> Self;
+
     /// Whether a number that is not negative is zero.
     fn vanishes(self) -> bool;
 
@@ -191,6 +195,11 @@ macro_rules! real {
             fn negated_if(self, condition: bool) -> Self {
                 const SIGN: $bits = 1 << (<$bits>::BITS - 1);
                 <$t>::from_bits(self.to_bits() ^ if condition { SIGN } else { 0 })
+            }
+
+            #[inline(always)]
+            fn choose(condition: bool, a: Self, b: Self) -> Self {
+                std::hint::select_unpredictable(condition, a, b)
             }
 
             #[inline(always)]
@@ -390,6 +399,11 @@ impl<R: Real + Polynomials> Real for Tame<R> {
     #[inline(always)]
     fn negated_if(self, condition: bool) -> Self {
         Tame(self.0.negated_if(condition))
+    }
+
+    #[inline(always)]
+    fn choose(condition: bool, a: Self, b: Self) -> Self {
+        Tame(R::choose(condition, a.0, b.0))
     }
 
     #[inline(always)]

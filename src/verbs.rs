@@ -26,7 +26,7 @@ fn prepared<R: Real>([x, y, z]: [R; 3]) -> ([R; 3], bool) {
 
 #[inline(always)]
 fn only_if<R: Real, const N: usize>(ok: bool, x: [R; N]) -> [R; N] {
-    x.map(|x| if ok { x } else { R::new(f64::NAN) })
+    x.map(|x| R::choose(ok, x, R::new(f64::NAN)))
 }
 
 #[inline(always)]

@@ -19,6 +19,7 @@ __all__ = [
     "healpix_reorder",
     "healpix_vec2pix",
     "lobe",
+    "mipmaps",
     "moments",
     "pack_frames",
     "packing_table",

@@ -3,6 +3,7 @@
 //! In a cell the density is the quadratic through its values at the corners, the sides' middles and the centre;
 //! with at least [`FEWEST`] cells along a face it is right to 2e-7 where the formula is smooth, in the row at a pole as well
 //! (where the density's third derivative is largest beside it), and a whole cell to 1e-9.
+//! A cell with a crease through it has none, and is left to the general path: NaN.
 //! Cells are computed in tiles, which are kept while they are near. Where the density does not depend on a
 //! coordinate, one tile serves all along it.
 
@@ -15,6 +16,10 @@ pub(super) const FEWEST: usize = 512;
 /// Cells along a side of a tile.
 const TILE: usize = 16;
 const NODES: usize = 2 * TILE + 1;
+
+/// How much the bend across a cell may change along it where the density is smooth, relative to the density and times the
+/// square of the number of cells: 3 beside a pole; where a crease runs through it grows with that number, from 50 at 64 on.
+const CREASED: f64 = 8.0;
 
 /// Tiles that are kept.
 const KEPT: usize = 128;
@@ -114,6 +119,7 @@ impl<'l, 'a> Density<'l, 'a> {
         };
         let (us, vs) = (lines(0, i), lines(1, j));
         self.nodes.clear();
+        let crease = CREASED / (lattice.columns.min(lattice.rows) as f64).powi(2);
         let face = face as f64;
         self.nodes.extend(
             vs.iter()
@@ -136,9 +142,18 @@ impl<'l, 'a> Density<'l, 'a> {
             for x in 0..TILE {
                 let area = (us[2 * x + 2] - us[2 * x]) * (vs[2 * y + 2] - vs[2 * y]);
                 let at = |i: usize, j: usize| area * rows[j][2 * x + i];
+                let bend = |k: usize, along_u: bool| {
+                    let at = |i: usize| if along_u { at(i, k) } else { at(k, i) };
+                    at(0) - 2.0 * at(1) + at(2)
+                };
                 let centre = at(1, 1);
+                let smooth = [true, false].iter().all(|&along_u| {
+                    let change = bend(0, along_u) - 2.0 * bend(1, along_u) + bend(2, along_u);
+                    let tilt = bend(0, along_u) - bend(2, along_u);
+                    change.abs().max(tilt.abs()) <= crease * centre
+                });
                 tile.cells.push([
-                    centre,
+                    if smooth { centre } else { f64::NAN },
                     at(2, 1) - at(0, 1),
                     at(1, 2) - at(1, 0),
                     2.0 * (at(2, 1) - 2.0 * centre + at(0, 1)),

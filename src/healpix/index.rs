@@ -1,5 +1,8 @@
 //! Pixels as integers: nested numbers, ring numbers, cells of faces and places on rings. All exact.
 
+// An `if` may become a branch, which keeps the loop from being vectorized.
+use std::hint::select_unpredictable as choose;
+
 /// A pixel by its face and its place there: x north-east, y north-west, from the southern corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell {
@@ -108,7 +111,7 @@ impl Grid {
     #[inline(always)]
     pub fn checked(self, pixel: i64) -> (i64, bool) {
         let is_pixel = (pixel >= 0) & (pixel < self.pixels);
-        (if is_pixel { pixel } else { 0 }, is_pixel)
+        (choose(is_pixel, pixel, 0), is_pixel)
     }
 
     /// The nested number of a cell; nside is a power of two.
@@ -149,8 +152,8 @@ impl Grid {
     fn quadrant(self, ring: i64) -> i64 {
         let n = self.nside;
         let south = 4 * n - ring;
-        let shorter = if ring < south { ring } else { south };
-        if shorter < n { shorter } else { n }
+        let shorter = choose(ring < south, ring, south);
+        choose(shorter < n, shorter, n)
     }
 
     /// The ring number of a place.
@@ -165,11 +168,11 @@ impl Grid {
         let northern = 2 * product(quadrant, quadrant - 1);
         let southern = self.pixels - 2 * product(quadrant, quadrant + 1);
         let between = self.cap + 4 * product(ring - n, n);
-        let first = if ring < n { northern } else { between };
-        let first = if ring > 3 * n { southern } else { first };
+        let first = choose(ring < n, northern, between);
+        let first = choose(ring > 3 * n, southern, first);
         // A ring's first centre is half a pixel east of longitude 0, or on it: then `halves` is even.
         let number = halves >> 1;
-        first + number + if number < 0 { 4 * quadrant } else { 0 }
+        first + number + choose(number < 0, 4 * quadrant, 0)
     }
 
     /// The place of a ring number.
@@ -177,14 +180,14 @@ impl Grid {
     pub fn on_ring(self, pixel: i64) -> OnRing {
         let n = self.nside;
         let mirrored = self.pixels - 1 - pixel;
-        let nearer = if pixel < mirrored { pixel } else { mirrored };
+        let nearer = choose(pixel < mirrored, pixel, mirrored);
         let south = pixel > mirrored;
         // Caps: the quadrant q for which 2 q (q - 1) pixels come before it.
         let q = floor(0.5 + (0.25 + 0.5 * long_double(nearer)).sqrt());
         let q = q - i64::from(2 * product(q, q - 1) > nearer);
         let q = q + i64::from(2 * product(q, q + 1) <= nearer);
         let along = nearer - 2 * product(q, q - 1);
-        let along = if south { 4 * q - 1 - along } else { along };
+        let along = choose(south, 4 * q - 1 - along, along);
         // Between them: rings of 4 nside.
         let from_cap = pixel - self.cap;
         let rows = floor(long_double(from_cap) * self.per_equatorial);
@@ -193,18 +196,11 @@ impl Grid {
         let beyond = i64::from(rest >= 4 * n);
         let rows = rows - before + beyond;
         let rest = rest + 4 * n * (before - beyond);
-        if nearer < self.cap {
-            OnRing {
-                ring: if south { 4 * n - q } else { q },
-                quadrant: q,
-                halves: 2 * along + 1,
-            }
-        } else {
-            OnRing {
-                ring: n + rows,
-                quadrant: n,
-                halves: 2 * rest + 1 - (rows & 1),
-            }
+        let in_cap = nearer < self.cap;
+        OnRing {
+            ring: choose(in_cap, choose(south, 4 * n - q, q), n + rows),
+            quadrant: choose(in_cap, q, n),
+            halves: choose(in_cap, 2 * along + 1, 2 * rest + 1 - (rows & 1)),
         }
     }
 
@@ -229,10 +225,11 @@ impl Grid {
             along - product(turn, quadrant),
             quadrant - 1,
         );
-        if (ring < n) | (ring > 3 * n) {
-            polar
-        } else {
-            equatorial
+        let in_cap = (ring < n) | (ring > 3 * n);
+        Cell {
+            face: choose(in_cap, polar.face, equatorial.face),
+            x: choose(in_cap, polar.x, equatorial.x),
+            y: choose(in_cap, polar.y, equatorial.y),
         }
     }
 
@@ -247,8 +244,8 @@ impl Grid {
     #[inline(always)]
     pub fn belt(self, falling: i64, rising: i64, f: i64, r: i64) -> Cell {
         let n = self.nside;
-        let face = if f == r { (f & 3) + 4 } else { r + 8 };
-        let face = if f < r { f } else { face };
+        let face = choose(f == r, (f & 3) + 4, r + 8);
+        let face = choose(f < r, f, face);
         Cell {
             face,
             x: rising - product(r, n),
@@ -262,9 +259,9 @@ impl Grid {
         let n = self.nside;
         let back = most - along;
         Cell {
-            face: turn + if south { 8 } else { 0 },
-            x: if south { along } else { n - 1 - back },
-            y: if south { back } else { n - 1 - along },
+            face: turn + choose(south, 8, 0),
+            x: choose(south, along, n - 1 - back),
+            y: choose(south, back, n - 1 - along),
         }
     }
 }

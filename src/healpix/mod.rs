@@ -36,10 +36,11 @@ pub use index::{Cell, Grid, OnRing};
 pub use place::{BORDER, cell_of_direction, centre};
 
 use crate::error::Error;
-use crate::kernel::Scalar;
 use crate::real::Real;
+pub use run::Wide;
 use run::{Step, run};
 use std::f64::consts::{FRAC_1_PI, PI};
+use std::hint::select_unpredictable as choose;
 
 /// The pixel of what has none.
 pub const NONE: i64 = -1;
@@ -92,7 +93,7 @@ impl Pixels {
     }
 
     /// Pixels of directions, three numbers each.
-    pub fn of_directions<R: Scalar>(&self, directions: &[R], pixels: &mut [i64]) {
+    pub fn of_directions<R: Wide<Number = f64>>(&self, directions: &[R], pixels: &mut [i64]) {
         match self.order {
             Order::Ring => run(OfDirections::<false>(self.grid), directions, pixels),
             Order::Nested => run(OfDirections::<true>(self.grid), directions, pixels),
@@ -137,12 +138,12 @@ impl Pixels {
 #[derive(Clone, Copy)]
 struct OfDirections<const NESTED: bool>(Grid);
 
-impl<R: Scalar, const NESTED: bool> Step<R, i64, 3, 1> for OfDirections<NESTED> {
+impl<const NESTED: bool> Step<f64, i64, 3, 1> for OfDirections<NESTED> {
     #[inline(always)]
-    fn apply(self, d: [R; 3]) -> [i64; 1] {
-        let (cell, is_direction) = cell_of_direction(self.0, d.map(R::to_f64));
+    fn apply(self, d: [f64; 3]) -> [i64; 1] {
+        let (cell, is_direction) = cell_of_direction(self.0, d);
         let pixel = pixel_of::<NESTED>(self.0, cell);
-        [if is_direction { pixel } else { NONE }]
+        [choose(is_direction, pixel, NONE)]
     }
 }
 
@@ -155,7 +156,7 @@ impl<const NESTED: bool> Step<i64, f64, 1, 3> for Directions<NESTED> {
         let (pixel, is_pixel) = self.0.checked(pixel);
         let (z, sine, azimuth) = centre(self.0, on_ring::<NESTED>(self.0, pixel));
         let (sin, cos) = f64::sin_cos_half_turns(azimuth);
-        [sine * cos, sine * sin, z].map(|x| if is_pixel { x } else { f64::NAN })
+        [sine * cos, sine * sin, z].map(|x| choose(is_pixel, x, f64::NAN))
     }
 }
 
@@ -165,21 +166,21 @@ struct OfAngles<const NESTED: bool>(Grid, bool);
 impl<const NESTED: bool> Step<f64, i64, 2, 1> for OfAngles<NESTED> {
     #[inline(always)]
     fn apply(self, [a, b]: [f64; 2]) -> [i64; 1] {
-        let (tilt, turns) = if self.1 { (b, a) } else { (a, b) };
-        let scale = if self.1 { 1.0 / 180.0 } else { FRAC_1_PI };
-        let (least, most) = if self.1 { (-90.0, 90.0) } else { (0.0, PI) };
+        let (tilt, turns) = (choose(self.1, b, a), choose(self.1, a, b));
+        let scale = choose(self.1, 1.0 / 180.0, FRAC_1_PI);
+        let (least, most) = (choose(self.1, -90.0, 0.0), choose(self.1, 90.0, PI));
         let turns = turns * scale;
         let is_place = (tilt >= least) & (tilt <= most) & (turns.abs() < (1_u64 << 50) as f64);
-        let azimuth = if is_place { turns } else { 0.0 };
-        let tilt = if is_place { tilt * scale } else { 0.0 };
+        let azimuth = choose(is_place, turns, 0.0);
+        let tilt = choose(is_place, tilt * scale, 0.0);
         // Whole turns come off before anything else.
         let azimuth = azimuth - 2.0 * Real::floor(0.5 * azimuth);
         let (sin, cos) = f64::sin_cos_half_turns(tilt);
-        let (sine, z) = if self.1 { (cos, sin) } else { (sin, cos) };
+        let (sine, z) = (choose(self.1, cos, sin), choose(self.1, sin, cos));
         let (sin, cos) = f64::sin_cos_half_turns(azimuth);
         let (cell, _) = cell_of_direction(self.0, [sine * cos, sine * sin, z]);
         let pixel = pixel_of::<NESTED>(self.0, cell);
-        [if is_place { pixel } else { NONE }]
+        [choose(is_place, pixel, NONE)]
     }
 }
 
@@ -191,7 +192,7 @@ impl<const NESTED: bool> Step<i64, f64, 1, 2> for ToAngles<NESTED> {
     fn apply(self, [pixel]: [i64; 1]) -> [f64; 2] {
         let (pixel, is_pixel) = self.0.checked(pixel);
         let (z, sine, azimuth) = centre(self.0, on_ring::<NESTED>(self.0, pixel));
-        let azimuth = azimuth + if azimuth < 0.0 { 2.0 } else { 0.0 };
+        let azimuth = azimuth + choose(azimuth < 0.0, 2.0, 0.0);
         let angles = if self.1 {
             let polar = f64::half_turns(sine, z.abs());
             [
@@ -201,7 +202,7 @@ impl<const NESTED: bool> Step<i64, f64, 1, 2> for ToAngles<NESTED> {
         } else {
             [PI * f64::half_turns(sine, z), PI * azimuth]
         };
-        angles.map(|x| if is_pixel { x } else { f64::NAN })
+        angles.map(|x| choose(is_pixel, x, f64::NAN))
     }
 }
 
@@ -213,7 +214,7 @@ impl Step<i64, i64, 1, 1> for ToNested {
     fn apply(self, [pixel]: [i64; 1]) -> [i64; 1] {
         let (pixel, is_pixel) = self.0.checked(pixel);
         let cell = self.0.cell(self.0.on_ring(pixel));
-        [if is_pixel { self.0.nested(cell) } else { NONE }]
+        [choose(is_pixel, self.0.nested(cell), NONE)]
     }
 }
 
@@ -225,7 +226,7 @@ impl Step<i64, i64, 1, 1> for ToRing {
     fn apply(self, [pixel]: [i64; 1]) -> [i64; 1] {
         let (pixel, is_pixel) = self.0.checked(pixel);
         let place = self.0.ring_of_cell(self.0.cell_of_nested(pixel));
-        [if is_pixel { self.0.ring(place) } else { NONE }]
+        [choose(is_pixel, self.0.ring(place), NONE)]
     }
 }
 

@@ -3,6 +3,32 @@
 use crate::kernel::{self, Job, SOURCE_AHEAD, TARGET_AHEAD, W, prefetch};
 use crate::threads;
 
+/// What arrays hold, as steps compute with it.
+pub trait Wide: Copy + Default + Sync {
+    /// Of eight bytes, like every result: where loads and stores of a loop differ in size, the compiler keeps a scalar loop
+    /// in case they overlap.
+    type Number: Copy + Default;
+
+    /// The same number.
+    fn wide(self) -> Self::Number;
+}
+
+macro_rules! wide {
+    ($from:ty, $to:ty) => {
+        impl Wide for $from {
+            type Number = $to;
+
+            #[inline(always)]
+            fn wide(self) -> $to {
+                self.into()
+            }
+        }
+    };
+}
+wide!(f32, f64);
+wide!(f64, f64);
+wide!(i64, i64);
+
 /// What happens to one point; `#[inline(always)]`.
 pub(super) trait Step<A, B, const I: usize, const O: usize>: Copy + Send + Sync {
     fn apply(self, x: [A; I]) -> [B; O];
@@ -14,36 +40,39 @@ struct Scratch<A, B, const I: usize, const O: usize> {
     output: [[B; W]; O],
 }
 
-struct Loop<'a, S, A, B, const I: usize, const O: usize> {
+struct Loop<'a, S, A: Wide, B, const I: usize, const O: usize> {
     step: S,
     input: &'a [[A; I]],
     output: &'a mut [[B; O]],
-    scratch: &'a mut Scratch<A, B, I, O>,
+    scratch: &'a mut Scratch<A::Number, B, I, O>,
 }
 
 impl<S, A, B, const I: usize, const O: usize> Job for Loop<'_, S, A, B, I, O>
 where
-    S: Step<A, B, I, O>,
-    A: Copy + Default,
+    S: Step<A::Number, B, I, O>,
+    A: Wide,
     B: Copy + Default,
 {
     type Output = ();
 
     #[inline(always)]
     fn work(self) {
+        // A copy: behind a reference it might change with each number that is stored, and the compiler keeps a scalar
+        // loop for that.
+        let step = self.step;
         let (inputs, input_rest) = self.input.as_chunks::<W>();
         let (outputs, output_rest) = self.output.as_chunks_mut::<W>();
         for (source, target) in inputs.iter().zip(outputs) {
             prefetch(source, SOURCE_AHEAD);
             prefetch(target, TARGET_AHEAD);
-            chunk(self.step, source, target, self.scratch);
+            chunk(step, source, target, self.scratch);
         }
         let rest = input_rest.len();
         if rest > 0 {
             let mut source = [[A::default(); I]; W];
             let mut target = [[B::default(); O]; W];
             source[..rest].copy_from_slice(input_rest);
-            chunk(self.step, &source, &mut target, self.scratch);
+            chunk(step, &source, &mut target, self.scratch);
             output_rest.copy_from_slice(&target[..rest]);
         }
     }
@@ -54,16 +83,16 @@ fn chunk<S, A, B, const I: usize, const O: usize>(
     step: S,
     source: &[[A; I]; W],
     target: &mut [[B; O]; W],
-    scratch: &mut Scratch<A, B, I, O>,
+    scratch: &mut Scratch<A::Number, B, I, O>,
 ) where
-    S: Step<A, B, I, O>,
-    A: Copy,
+    S: Step<A::Number, B, I, O>,
+    A: Wide,
     B: Copy,
 {
     let Scratch { input, output } = scratch;
     for i in 0..W {
         for k in 0..I {
-            input[k][i] = source[i][k];
+            input[k][i] = source[i][k].wide();
         }
     }
     for i in 0..W {
@@ -82,13 +111,13 @@ fn chunk<S, A, B, const I: usize, const O: usize>(
 /// Takes a step over arrays of points, I numbers a point in and O out.
 pub(super) fn run<S, A, B, const I: usize, const O: usize>(step: S, input: &[A], output: &mut [B])
 where
-    S: Step<A, B, I, O>,
-    A: Copy + Default + Sync,
+    S: Step<A::Number, B, I, O>,
+    A: Wide,
     B: Copy + Default + Send,
 {
     threads::blocks(input, I, output, O, |input, output| {
         let mut scratch = Scratch {
-            input: [[A::default(); W]; I],
+            input: [[A::Number::default(); W]; I],
             output: [[B::default(); W]; O],
         };
         kernel::dispatch(Loop {

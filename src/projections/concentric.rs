@@ -56,16 +56,16 @@ impl Projection for Concentric {
         let (a, b) = (x.abs(), y.abs());
         let along_x = a >= b;
         let minor = r * (R::half_turns(min(a, b), max(a, b)) * R::new(4.0));
-        let p = if along_x { r } else { minor };
-        let q = if along_x { minor } else { r };
+        let p = R::choose(along_x, r, minor);
+        let q = R::choose(along_x, minor, r);
         let zero = R::new(0.0);
         let seen = z >= zero;
         let edge = R::new(1.0);
-        let (p, q) = (if p > edge { edge } else { p }, if q > edge { edge } else { q });
+        let (p, q) = (R::choose(p > edge, edge, p), R::choose(q > edge, edge, q));
         let nan = R::new(f64::NAN);
         Uv::centred(
-            if seen { p.negated_if(x < zero) } else { nan },
-            if seen { q.negated_if(y < zero) } else { nan },
+            R::choose(seen, p.negated_if(x < zero), nan),
+            R::choose(seen, q.negated_if(y < zero), nan),
             zero,
         )
     }
@@ -77,12 +77,12 @@ impl Projection for Concentric {
         let (a, b) = (p.abs(), q.abs());
         let along_x = a >= b;
         let (r, minor) = (max(a, b), min(a, b));
-        let divisor = if r > zero { r } else { one };
+        let divisor = R::choose(r > zero, r, one);
         let (sin, cos) = R::sin_cos_half_turns(minor / (divisor * R::new(4.0)));
         let flat = r * (R::new(2.0) - r * r).sqrt();
         let (near, far) = (cos * flat, sin * flat);
-        let x = if along_x { near } else { far };
-        let y = if along_x { far } else { near };
+        let x = R::choose(along_x, near, far);
+        let y = R::choose(along_x, far, near);
         [
             x.negated_if(p < zero),
             y.negated_if(q < zero),

@@ -69,13 +69,13 @@ impl Projection for CubeEqualArea {
         let across = (aa + flat).sqrt();
         let length = (flat + m * m).sqrt();
         let major = (across * (across + a) / (length * (length + m))).sqrt();
-        let major = if major > one { one } else { major };
+        let major = R::choose(major > one, one, major);
         let ratio = R::half_turns(b * flat, (a * across + bb) * (across + a)) * R::new(12.0);
         let minor = major * ratio;
         // On the diagonals the ratio may round above 1.
-        let minor = if minor > major { major } else { minor };
-        let p = if along_x { major } else { minor };
-        let q = if along_x { minor } else { major };
+        let minor = R::choose(minor > major, major, minor);
+        let p = R::choose(along_x, major, minor);
+        let q = R::choose(along_x, minor, major);
         Uv::centred(p.negated_if(x < zero), q.negated_if(y < zero), face)
     }
 
@@ -86,7 +86,7 @@ impl Projection for CubeEqualArea {
         let (ap, aq) = (p.abs(), q.abs());
         let along_p = ap >= aq;
         let (major, minor) = (max(ap, aq), min(ap, aq));
-        let divisor = if major > zero { major } else { one };
+        let divisor = R::choose(major > zero, major, one);
         let (s, c) = R::sin_cos_half_turns(minor / (divisor * R::new(24.0)));
         // cos t - 1/√2 from half the angle, which rounds less.
         let a = R::new(1.0 - FRAC_1_SQRT_2) - two * s * s;
@@ -98,8 +98,8 @@ impl Projection for CubeEqualArea {
         let versine = major * major * flat / square;
         let out = major * (max(two - versine, zero) / square).sqrt();
         let (far, near) = (a * out, b * out);
-        let x = if along_p { far } else { near };
-        let y = if along_p { near } else { far };
+        let x = R::choose(along_p, far, near);
+        let y = R::choose(along_p, near, far);
         axis_of_face([x.negated_if(p < zero), y.negated_if(q < zero), one - versine], uv.face)
     }
 

@@ -69,8 +69,8 @@ impl Projection for EqualArea {
         let n = r * (R::half_turns(y.abs(), x.abs()) * R::new(2.0));
         let m = r - n;
         let below = z < R::new(0.0);
-        let a = if below { one - n } else { m };
-        let b = if below { one - m } else { n };
+        let a = R::choose(below, one - n, m);
+        let b = R::choose(below, one - m, n);
         Uv::centred(a * sign(x), b * sign(y), R::new(0.0))
     }
 
@@ -81,10 +81,10 @@ impl Projection for EqualArea {
         let (a, b) = (p.abs(), q.abs());
         let distance = one - a - b;
         let below = distance < zero;
-        let n = if below { one - a } else { b };
-        let m = if below { one - b } else { a };
+        let n = R::choose(below, one - a, b);
+        let m = R::choose(below, one - b, a);
         let r = n + m;
-        let divisor = if r > zero { r } else { one };
+        let divisor = R::choose(r > zero, r, one);
         let (sin, cos) = R::sin_cos_half_turns(n / (divisor * two));
         let flat = r * (two - r * r).sqrt();
         [

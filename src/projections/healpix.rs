@@ -77,40 +77,40 @@ impl Projection for Healpix {
         // The quadrant, and the longitude within it in quarter turns.
         let odd = ((x <= zero) & (y > zero)) | ((x >= zero) & (y < zero));
         let back = (y < zero) | ((y == zero) & (x < zero));
-        let turn = if odd { one } else { zero } + if back { two } else { zero };
+        let turn = R::choose(odd, one, zero) + R::choose(back, two, zero);
         let (ax, ay) = (x.abs(), y.abs());
-        let along = two * R::half_turns(if odd { ax } else { ay }, if odd { ay } else { ax });
+        let along = two * R::half_turns(R::choose(odd, ax, ay), R::choose(odd, ay, ax));
 
         let (xf, yf) = (ax.squarable(), ay.squarable());
         let squared = xf * xf + yf * yf;
         let length = (squared + z * z).sqrt();
         let cap = three * z.abs() > two * length;
-        let numerator = if cap { three * squared } else { R::new(0.75) * z };
-        let denominator = length * if cap { length + z.abs() } else { one };
+        let numerator = R::choose(cap, three * squared, R::new(0.75) * z);
+        let denominator = length * R::choose(cap, length + z.abs(), one);
         let quotient = numerator / denominator;
         let radius = quotient.abs().sqrt();
 
         let (falling, rising) = (along * radius, (one - along) * radius);
         let south = z < zero;
-        let cap_u = if south { falling } else { one - rising };
-        let cap_v = if south { rising } else { one - falling };
-        let cap_face = turn + if south { R::new(8.0) } else { zero };
+        let cap_u = R::choose(south, falling, one - rising);
+        let cap_v = R::choose(south, rising, one - falling);
+        let cap_face = turn + R::choose(south, R::new(8.0), zero);
 
         let (falling, rising) = (half + along - quotient, half + along + quotient);
         let (f, r) = (falling >= one, rising >= one);
-        let belt_u = rising - if r { one } else { zero };
-        let belt_v = one - (falling - if f { one } else { zero });
-        let next = turn + if f { one } else { zero };
-        let equator = four + if next == four { zero } else { next };
-        let beside = turn + if f { R::new(8.0) } else { zero };
-        let belt_face = if f == r { equator } else { beside };
+        let belt_u = rising - R::choose(r, one, zero);
+        let belt_v = one - (falling - R::choose(f, one, zero));
+        let next = turn + R::choose(f, one, zero);
+        let equator = four + R::choose(next == four, zero, next);
+        let beside = turn + R::choose(f, R::new(8.0), zero);
+        let belt_face = R::choose(f == r, equator, beside);
 
-        let u = if cap { cap_u } else { belt_u };
-        let v = if cap { cap_v } else { belt_v };
+        let u = R::choose(cap, cap_u, belt_u);
+        let v = R::choose(cap, cap_v, belt_v);
         Uv {
             u: u.clamped(0.0, 1.0),
             v: v.clamped(0.0, 1.0),
-            face: if cap { cap_face } else { belt_face },
+            face: R::choose(cap, cap_face, belt_face),
         }
     }
 
@@ -119,18 +119,18 @@ impl Projection for Healpix {
         let (zero, one, two) = (R::new(0.0), R::new(1.0), R::new(2.0));
         let north = face < R::new(3.5);
         let south = face > R::new(7.5);
-        let row = if north { zero } else { one } + if south { one } else { zero };
+        let row = R::choose(north, zero, one) + R::choose(south, one, zero);
         let column = face - R::new(4.0) * row;
         // The longitude of a face's centre, from -1 to 1 half turns.
-        let middle = R::new(0.5) * column + if north | south { R::new(0.25) } else { zero };
-        let middle = middle - if middle > one { two } else { zero };
+        let middle = R::new(0.5) * column + R::choose(north | south, R::new(0.25), zero);
+        let middle = middle - R::choose(middle > one, two, zero);
 
         // How far the pole is: 1 where the cap ends.
-        let from_pole = if south { u + v } else { (one - u) + (one - v) };
+        let from_pole = R::choose(south, u + v, (one - u) + (one - v));
         let cap = (north | south) & (from_pole < one);
         let quarter = R::new(0.25) * (u - v);
-        let radius = if from_pole.vanishes() { one } else { from_pole };
-        let longitude = middle + quarter / if cap { radius } else { one };
+        let radius = R::choose(from_pole.vanishes(), one, from_pole);
+        let longitude = middle + quarter / R::choose(cap, radius, one);
         let (sin, cos) = R::sin_cos_half_turns(longitude);
 
         let height = from_pole * from_pole * R::new(1.0 / 3.0);
@@ -138,9 +138,9 @@ impl Projection for Healpix {
         let cap_sine = from_pole * ((two - height) * R::new(1.0 / 3.0)).sqrt();
         let belt_z = (u + v - row) * R::new(2.0 / 3.0);
         let beyond = (one - belt_z) * (one + belt_z);
-        let belt_sine = if cap { one } else { beyond }.sqrt();
-        let sine = if cap { cap_sine } else { belt_sine };
-        [sine * cos, sine * sin, if cap { cap_z } else { belt_z }]
+        let belt_sine = R::choose(cap, one, beyond).sqrt();
+        let sine = R::choose(cap, cap_sine, belt_sine);
+        [sine * cos, sine * sin, R::choose(cap, cap_z, belt_z)]
     }
 
     fn beyond(self, uv: Uv<f64>) -> Uv<f64> {

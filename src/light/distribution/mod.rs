@@ -16,8 +16,8 @@
 //!
 //! Within a cell the density of the *map* must be inverted as well. Where it is nearly a straight line in v, and
 //! then in u, the inverse is a root ([`crate::verbs::DrawCanonical`]). The grid of cells is the image's, cut into
-//! whole parts until a face has [`FINE`] or [`FINER`] of them along each side; then a straight line is off by less than
-//! [`STRAIGHT`].
+//! whole parts until a face has 512 of them or more along each side, as many as it needs for a straight line to be off by less
+//! than [`STRAIGHT`] in most.
 //! The cells in which it is not (across a rim, beside a crease or a singular point) are halved, by exact solid angles of
 //! the halves, until the part that holds the sample is straight.
 //!
@@ -52,12 +52,9 @@ use glam::DMat3;
 use records::{recorded, sources};
 use search::{accumulate, fill_guide, normalize};
 
-/// Cells along a side of a face, at least.
-pub const FINE: usize = 512;
-
-/// The same where more than one cell in [`FEW_CROOKED`] would not be straight: bisection is slow.
-pub const FINER: usize = 2 * FINE;
-const FEW_CROOKED: usize = 10;
+/// Cells along a side of a face, at least, and the share of them that may be crooked; else the next. Bisection is slow,
+/// but a finer grid takes memory, however small the image.
+const GRIDS: [(usize, f64); 3] = [(512, 0.1), (1024, 0.4), (2048, 1.0)];
 
 /// Fewer buckets take more steps of a search, and leave more of the cache to what is searched.
 const COLUMNS_A_BUCKET: usize = 4;
@@ -135,10 +132,6 @@ impl Distribution {
                 luminance.len()
             )));
         }
-        let mut cells = Cells::new(map, &raster, FINE)?;
-        if cells.crooked_share() > 1.0 / FEW_CROOKED as f64 && width.min(height) < FINER {
-            cells = Cells::new(map, &raster, FINER)?;
-        }
         let Cells {
             columns,
             split,
@@ -146,7 +139,7 @@ impl Distribution {
             rows,
             solid_angles: mut conditional,
             crooked,
-        } = cells;
+        } = fine_cells(map, &raster)?;
         let sources = sources(&raster, faces);
         let light: Vec<f64> = sources
             .iter()
@@ -229,6 +222,21 @@ impl Distribution {
     }
 }
 
+/// The cells of an image, of the first grid that has few crooked ones.
+fn fine_cells(map: &Map, raster: &Raster) -> Result<Cells, Error> {
+    let shorter = raster.width.min(raster.height);
+    let (mut fine, mut few) = GRIDS[0];
+    let mut cells = Cells::new(map, raster, fine)?;
+    for next in &GRIDS[1..] {
+        if cells.crooked_share() <= few || shorter >= next.0 {
+            break;
+        }
+        (fine, few) = *next;
+        cells = Cells::new(map, raster, fine)?;
+    }
+    Ok(cells)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -238,7 +246,7 @@ mod tests {
     fn cells_of_a_fine_grid_are_straight_but_for_few() {
         for info in crate::projections::REGISTRY {
             let map = Map::new(info.name, Options::default()).unwrap();
-            let shape = crate::image::shape_of_size(&map, FINE);
+            let shape = crate::image::shape_of_size(&map, GRIDS[0].0);
             let texels: usize = shape.iter().product();
             let light = vec![1.0; texels];
             let radiance = Radiance::Single(vec![1.0; texels]);

@@ -33,11 +33,12 @@ DEV_DEPS := $(VENV)/.dev-$(KEY)
 BUILT := $(VENV)/.built-$(HERE)
 SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell find src -type f 2>/dev/null)
 
-.PHONY: help demo test lint lint-rust lint-python lint-generated bench docs wheel clean distclean develop FORCE
+.PHONY: help demo test test-slow lint lint-rust lint-python lint-generated bench docs wheel clean distclean develop FORCE
 
 help:
 	@echo "make demo    build, install, and run the main job on generated data (and on a light probe if there is one)"
-	@echo "make test    every test: Rust, Python, doctests, documentation, the wheel"
+	@echo "make test    Rust, Python, doctests, documentation"
+	@echo "make test-slow  what takes longer: the largest sizes, ten million directions, the wheel"
 	@echo "make lint    formatting, lints, types, stubs, generated files"
 	@echo "make bench   speed against memcpy, a C loop and other libraries; rewrites BENCHMARKS.md"
 	@echo "make docs    regenerate the tables and pictures of the documentation"
@@ -81,7 +82,10 @@ demo: $(BUILT)
 
 test: $(BUILT) $(DEV_DEPS)
 	cargo test
-	"$(BIN)/python" -m pytest $(PYTEST_ARGS)
+	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow"
+
+test-slow: $(BUILT) $(DEV_DEPS)
+	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m slow
 
 lint: lint-rust lint-python lint-generated
 

@@ -4,8 +4,10 @@
 //! part; light is kept. Since every level is an image of the projection, lookups in it know its seams: that is what chains
 //! made by halving a picture get wrong, at the left and right edge of a latlong as between the faces of a cube.
 //!
-//! A texel across a rim holds no value; its part goes with the nearest that does (`light::rim`).
+//! A texel across a rim holds no value: what of the sphere it covers has that of the nearest texel that does
+//! (`light::rim`). It is 0, as what converting does not reach.
 
+use crate::convert::solid_angles;
 use crate::error::Error;
 use crate::image::{Raster, Texel};
 use crate::light::rim;
@@ -52,7 +54,7 @@ fn half<T: Texel>(
         return Ok(None);
     };
     let mut weights = vec![0.0; fine.texels()];
-    rim::weights(map, shape, &mut weights)?;
+    solid_angles(map, shape, &mut weights)?;
     let across = shares(fine.along_u, fine.width, coarse.along_u, coarse.width);
     let down = shares(fine.along_v, fine.height, coarse.along_v, coarse.height);
     let value = |k: usize, c: usize| texels[k * channels + c].load().to_f64();
@@ -73,6 +75,9 @@ fn half<T: Texel>(
                         let k = view.index(x, y);
                         let weight = weights[k] * part_u * part_v;
                         if weight > 0.0 {
+                            // Of a texel across the rim the part belongs here, and the value to another.
+                            let (x, y) = rim::holder(&fine, x, y);
+                            let k = view.index(x, y);
                             add(out, weight, |c| value(k, c));
                         }
                     }
@@ -82,10 +87,7 @@ fn half<T: Texel>(
     );
     let place =
         |face: usize, i: usize, j: usize| ((face * coarse.height + j) * coarse.width + i) * width;
-    let mut out = vec![
-        <T::Float as Texel>::from_f64(<T::Float as Texel>::NOTHING);
-        coarse.texels() * channels
-    ];
+    let mut out = vec![<T::Float as Real>::new(0.0); coarse.texels() * channels];
     for face in 0..coarse.faces() {
         for j in 0..coarse.height {
             for i in 0..coarse.width {

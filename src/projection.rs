@@ -256,6 +256,25 @@ pub struct Info {
     pub parameters: &'static [Parameter],
 }
 
+impl Info {
+    /// One square face without parameters that is neither equal-area nor conformal: what a projection does not say of itself.
+    pub const PLAIN: Info = Info {
+        name: "",
+        title: "",
+        source: "",
+        summary: "",
+        singular: "",
+        axes: "",
+        faces: 1,
+        layouts: &[],
+        aspect: (1, 1),
+        outline: Outline::Square,
+        equal_area: false,
+        conformal: false,
+        parameters: &[],
+    };
+}
+
 /// A kind of map between the sphere and an image.
 pub trait Projection: Copy + Send + Sync + 'static {
     /// Its claims.

@@ -194,70 +194,44 @@ fn narrowed<R: Scalar, const O: usize>(
     }
 }
 
-/// World directions to the projection's own coordinates: (u, v), or (u, v, face) where it has several faces.
-pub struct EncodeOwn<'a, R> {
-    /// World to view.
-    pub turn: Turn,
-    /// Directions.
-    pub input: &'a [R],
-    /// Coordinates.
-    pub output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for EncodeOwn<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        let (turn, input, output) = (self.turn, self.input, self.output);
-        if const { P::INFO.faces == 1 } {
-            run::<P, R, _, 3, 2>(Encode(p), &frame_in(turn), input, output);
-        } else {
-            run::<P, R, _, 3, 3>(Encode(p), &frame_in(turn), input, output);
+/// A verb on the projection's own coordinates: (u, v), or (u, v, face) where it has several faces.
+macro_rules! own_verb {
+    ($(#[$doc:meta])* $verb:ident: $point:ident, $frame:ident, $flat:literal => $out:literal, $wide:literal => $wide_out:literal) => {
+        $(#[$doc])*
+        pub struct $verb<'a, R> {
+            /// World to view for directions that come in, view to world for those that go out.
+            pub turn: Turn,
+            /// What goes in.
+            pub input: &'a [R],
+            /// What comes out.
+            pub output: &'a mut [R],
         }
-    }
-}
 
-/// The projection's own coordinates to world directions.
-pub struct DecodeOwn<'a, R> {
-    /// View to world.
-    pub turn: Turn,
-    /// Coordinates.
-    pub input: &'a [R],
-    /// Directions.
-    pub output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for DecodeOwn<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        let (turn, input, output) = (self.turn, self.input, self.output);
-        if const { P::INFO.faces == 1 } {
-            run::<P, R, _, 2, 3>(Decode(p), &frame_out(turn), input, output);
-        } else {
-            run::<P, R, _, 3, 3>(Decode(p), &frame_out(turn), input, output);
+        impl<R: Scalar> Visitor for $verb<'_, R> {
+            type Output = ();
+            fn visit<P: Projection>(self, p: P) {
+                let (point, turn) = ($point(p), self.turn);
+                if const { P::INFO.faces == 1 } {
+                    run::<P, R, _, $flat, $out>(point, &$frame(turn), self.input, self.output);
+                } else {
+                    run::<P, R, _, $wide, $wide_out>(point, &$frame(turn), self.input, self.output);
+                }
+            }
         }
-    }
+    };
 }
 
-/// ∂d/∂(u, v) in the world at the projection's own coordinates, six numbers each.
-pub struct JacobianOwn<'a, R> {
-    /// View to world.
-    pub turn: Turn,
-    /// Coordinates.
-    pub input: &'a [R],
-    /// Derivatives.
-    pub output: &'a mut [R],
+own_verb! {
+    /// World directions to the projection's own coordinates.
+    EncodeOwn: Encode, frame_in, 3 => 2, 3 => 3
 }
-
-impl<R: Scalar> Visitor for JacobianOwn<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        let (turn, input, output) = (self.turn, self.input, self.output);
-        if const { P::INFO.faces == 1 } {
-            run::<P, R, _, 2, 6>(Jacobian(p), &frame_out(turn), input, output);
-        } else {
-            run::<P, R, _, 3, 6>(Jacobian(p), &frame_out(turn), input, output);
-        }
-    }
+own_verb! {
+    /// The projection's own coordinates to world directions.
+    DecodeOwn: Decode, frame_out, 2 => 3, 3 => 3
+}
+own_verb! {
+    /// ∂d/∂(u, v) in the world at the projection's own coordinates, six numbers each.
+    JacobianOwn: Jacobian, frame_out, 2 => 6, 3 => 6
 }
 
 /// dω/(du dv) at the projection's own coordinates; NaN outside the valid image.

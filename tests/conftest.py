@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -138,6 +139,21 @@ def assert_same_bits(a: Any, b: Any, what: str = "") -> None:
         assert np.all(same), f"{what}: {np.count_nonzero(~same)} of {same.size} values differ"
     else:
         assert np.array_equal(a, b), what
+
+
+def assert_same_bits_everywhere(
+    work: Callable[[], Sequence[np.ndarray]], threads: Sequence[int] = (1, 2, 3)
+) -> None:
+    """Compare what `work` gives at every level of instructions and with every number of threads."""
+    want = None
+    for level in _core.simd_levels():
+        _core.set_simd_level(level)
+        for n in threads:
+            sm.set_num_threads(n)
+            got = work()
+            want = got if want is None else want
+            for k, (a, b) in enumerate(zip(got, want, strict=True)):
+                assert_same_bits(a, b, f"result {k} at {level} with {n} threads")
 
 
 def find_data() -> Path | None:

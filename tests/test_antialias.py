@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import DEFAULTS, each
+from conftest import DEFAULTS, assert_same_bits_everywhere, each
 
 FLOATS = ("bilinear", "catmull-rom", "mitchell", "lanczos3")
 
@@ -114,18 +114,9 @@ def test_means_round_once(dtype):
 def test_means_are_the_same_bits_on_every_level_and_number_of_threads():
     image = np.random.default_rng(7).random((256, 512, 3), np.float32)
     turn = sm.rotation(20, 30, 40)
-    want = sm.convert(image, "latlong", "cube", size=48, rotation=turn)
-    threads = sm.get_num_threads()
-    try:
-        for level in sm._core.simd_levels():
-            sm._core.set_simd_level(level)
-            for n in (1, 2):
-                sm.set_num_threads(n)
-                got = sm.convert(image, "latlong", "cube", size=48, rotation=turn)
-                assert np.array_equal(got, want), (level, n)
-    finally:
-        sm._core.set_simd_level(None)
-        sm.set_num_threads(threads)
+    assert_same_bits_everywhere(
+        lambda: [sm.convert(image, "latlong", "cube", size=48, rotation=turn)]
+    )
 
 
 def test_poles_are_means_of_all_around_them():

@@ -7,8 +7,7 @@ import pytest
 import reference
 import reference_area
 import spheremap as sm
-from conftest import LAYOUTS, NAMES, assert_same_bits, each
-from spheremap import _core
+from conftest import LAYOUTS, NAMES, assert_same_bits_everywhere, each
 
 SPHERES = [n for n in NAMES if sm.projection(n).coverage == "sphere"]
 PARTNERS = ("latlong", "cube", "angular")
@@ -210,14 +209,9 @@ def test_mode():
 
 def test_the_same_bits_for_any_number_of_threads_and_level():
     image = np.random.default_rng(14).random((30, 60, 3)).astype(np.float32)
-    results = []
-    for threads in (1, 2, 5):
-        sm.set_num_threads(threads)
-        results.append(area(image, "latlong", "cube", 8, rotation=TURN))
-    _core.set_simd_level("baseline")
-    results.append(area(image, "latlong", "cube", 8, rotation=TURN))
-    for result in results[1:]:
-        assert_same_bits(result, results[0])
+    assert_same_bits_everywhere(
+        lambda: [area(image, "latlong", "cube", 8, rotation=TURN)], threads=(1, 2, 5)
+    )
 
 
 def test_errors():

@@ -80,7 +80,7 @@ def test_convert_writes_the_light_of_every_direction(to: str, probe: Path, tmp_p
         "--alias",
     )
     p = sm.projection(to)
-    layout = {"cube": "cross", "dual_paraboloid": "strip", "healpix": "4x3"}.get(p.name)
+    layout = {6: "cross", 2: "strip", 12: "4x3"}.get(p.faces)
     p = sm.projection(to, layout=layout)
     image = io.read(out)
     assert image.dtype == np.float32

@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import CASES, DEFAULTS, LAYOUTS, assert_same_bits, each, random_directions
+from conftest import (
+    CASES,
+    DEFAULTS,
+    LAYOUTS,
+    assert_same_bits,
+    assert_same_bits_everywhere,
+    each,
+    random_directions,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
@@ -383,17 +391,13 @@ def test_same_bits_on_every_level_and_thread_count():
     image = image_of(sm.projection("octahedral"), 30)
     # Above the size from which calls are spread over threads.
     xi = numbers(140_000, 15, np.float32)
-    results = []
-    for level in _core.simd_levels():
-        for threads in (1, 2, 5):
-            _core.set_simd_level(level)
-            sm.set_num_threads(threads)
-            dist = sm.Distribution(image, "octahedral")
-            drawn = dist.sample(xi, weights=True)
-            results.append((*drawn, dist.pdf(drawn[0])))
-    for other in results[1:]:
-        for a, b in zip(results[0], other, strict=True):
-            assert_same_bits(a, b)
+
+    def work():
+        dist = sm.Distribution(image, "octahedral")
+        drawn = dist.sample(xi, weights=True)
+        return *drawn, dist.pdf(drawn[0])
+
+    assert_same_bits_everywhere(work, threads=(1, 2, 5))
 
 
 def test_pickle():

@@ -9,8 +9,15 @@ import numpy as np
 import pytest
 import reference_light as reference
 import spheremap as sm
-from conftest import DEFAULTS, LAYOUTS, Case, assert_same_bits, each, random_directions
-from spheremap import _core
+from conftest import (
+    DEFAULTS,
+    LAYOUTS,
+    Case,
+    assert_same_bits,
+    assert_same_bits_everywhere,
+    each,
+    random_directions,
+)
 
 WHOLE = [c for c in LAYOUTS if c.make().coverage == "sphere"]
 LOBES: list[tuple[str, float]] = [("cone", 40.0), ("phong", 12.5), ("phong", 0.0), ("vmf", 30.0)]
@@ -191,13 +198,7 @@ def test_neither_threads_nor_levels_change_a_bit() -> None:
             sums.append(sm.dfg(8, distribution=kind))  # type: ignore[arg-type]
         return sums
 
-    want = all_of_it()
-    for threads in (1, 2, 3):
-        sm.set_num_threads(threads)
-        for level in _core.simd_levels():
-            _core.set_simd_level(level)
-            for k, (a, b) in enumerate(zip(all_of_it(), want, strict=True)):
-                assert_same_bits(a, b, f"{threads} threads, {level}, result {k}")
+    assert_same_bits_everywhere(all_of_it)
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "uint16", "float16", "float32", "float64"])

@@ -261,8 +261,11 @@ def test_smooth_function_on_corner_grids(case, filter, grid):
 @each(ONE_FACE)
 def test_error_falls_with_the_square_of_the_texel_at_seams_as_elsewhere(case):
     # Means over directions near the image's borders and over the others, at n and 2n.
+    # (Evenly spread ones: hard directions gather at the tips of cones, which err with the first
+    # power on a share h² of the image.)
     p, r = case.make(), case.reference()
-    d = hard_and_random(p, 20_000)
+    d = random_directions(20_000, 70)
+    d = d[p.covers(d)]
     uv = r.encode(d)
     a, b, _ = r.local(uv)
     edge = np.hypot(a, b) > 0.96 if r.is_disk else np.maximum(np.abs(a), np.abs(b)) > 0.96
@@ -344,7 +347,7 @@ def test_bilinear_is_continuous_across_seams(case):
     # Slope of the noise: 1 a texel in u and v, 16 texels over a map that spans π or 2π; towards
     # the blind spot of the sphere map √(1e-9) of it.
     limit = np.full(len(a), {"sphere": 5e-3, "matcap": 5e-3}.get(case.name, 1e-6))
-    if case.name in reference.POLES:
+    if case.name in reference.POLES | {"miller", "hemi_latlong"}:
         # Near a pole the same step is a larger part of a turn.
         limit /= np.hypot(one[both][:, 0], one[both][:, 2])
     i = int(np.argmax(jump / limit))

@@ -707,7 +707,8 @@ def mipmaps(image: ArrayLike, projection: ProjectionLike, /) -> list[NDArray[Any
     -----
     A texel is the mean, by solid angle, of the texels that its rectangle covers, whole or in part:
     light is kept, to the rounding of the dtype. Levels are computed from each other in floating
-    point, and each is an image of the projection, so that lookups know its seams.
+    point, and each is an image of the projection, so that lookups know its seams. Texels that hold
+    no value, outside a rim or a layout's cells, are 0.
 
     Examples
     --------

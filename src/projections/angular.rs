@@ -29,12 +29,7 @@ impl Projection for Angular {
         summary: "Distance from the centre is the angle from the axis; light probes and equidistant fisheyes.",
         singular: "At fov = 360 the direction opposite the axis fills the whole rim; it encodes to (1, 1/2).",
         axes: "+x -y -z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
         outline: Outline::Disk,
-        equal_area: false,
-        conformal: false,
         parameters: &[Parameter {
             name: "fov",
             default: 360.0,
@@ -43,6 +38,7 @@ impl Projection for Angular {
             unit: "degrees",
             doc: "the angle that the image's diameter spans",
         }],
+        ..Info::PLAIN
     };
 
     fn with_parameters(parameters: &[f64]) -> Self {

@@ -9,7 +9,7 @@
 
 use super::equal_area::radius;
 use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::real::{Real, max, min};
 use std::f64::consts::PI;
 
@@ -25,13 +25,8 @@ impl Projection for Concentric {
         summary: "The hemisphere in a square, texels of one solid angle; sky domes, and samples of lobes.",
         singular: "None; its creases are the diagonals.",
         axes: "+x +y +z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
-        outline: Outline::Square,
         equal_area: true,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

@@ -10,7 +10,7 @@
 
 use crate::faces::{CUBE_LAYOUTS, LayoutSpec};
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Edge, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Edge, Info, Projection, Seam, Uv};
 use crate::real::Real;
 
 /// The components of a direction in the plane of its face, the largest one's size, and the face. Ties: x wins over y wins
@@ -80,11 +80,7 @@ impl Projection for Cube {
         axes: "+x -y +z",
         faces: 6,
         layouts: LAYOUTS,
-        aspect: (1, 1),
-        outline: Outline::Square,
-        equal_area: false,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

@@ -13,7 +13,7 @@
 use super::cube::{axis_of_face, to_face};
 use crate::faces::CUBE_LAYOUTS;
 use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::real::{Real, max, min};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -34,11 +34,8 @@ impl Projection for CubeEqualArea {
         axes: "+x -y +z",
         faces: 6,
         layouts: CUBE_LAYOUTS,
-        aspect: (1, 1),
-        outline: Outline::Square,
         equal_area: true,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

@@ -9,7 +9,7 @@
 //! image; at fov = 360 u jumps from 1 to 0 behind the viewer, and the seam itself (x = ±0) has u = 0.
 
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{self, Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
+use crate::projection::{self, Coverage, Info, Parameter, Projection, Seam, Uv};
 use crate::real::Real;
 use std::f64::consts::PI;
 
@@ -43,12 +43,7 @@ impl Projection for Cylindrical {
         summary: "The picture on a cylinder around the viewer: vertical lines stay straight; wide panoramas.",
         singular: "None in the image; at fov = 360 the seam has u = 0.",
         axes: "+x -y -z",
-        faces: 1,
-        layouts: &[],
         aspect: (4, 1),
-        outline: Outline::Square,
-        equal_area: false,
-        conformal: false,
         parameters: &[
             Parameter {
                 name: "fov",
@@ -67,6 +62,7 @@ impl Projection for Cylindrical {
                 doc: "the picture's width over its height, which gives its vertical angle",
             },
         ],
+        ..Info::PLAIN
     };
 
     fn with_parameters(parameters: &[f64]) -> Self {

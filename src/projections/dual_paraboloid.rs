@@ -27,11 +27,9 @@ impl Projection for DualParaboloid {
         axes: "+x -y +z",
         faces: 2,
         layouts: LAYOUTS,
-        aspect: (1, 1),
         outline: Outline::Disk,
-        equal_area: false,
         conformal: true,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

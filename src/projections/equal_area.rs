@@ -12,7 +12,7 @@
 //! a true one: pbrt's polynomial is off by 6e-6 rad.
 
 use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::real::{Real, sign};
 use std::f64::consts::PI;
 
@@ -37,13 +37,8 @@ impl Projection for EqualArea {
         summary: "The octahedral square with texels of one solid angle; environment lights of pbrt-v4.",
         singular: "None; -z is all four corners and encodes to (1, 1). Creases meet at both poles.",
         axes: "+x +y +z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
-        outline: Outline::Square,
         equal_area: true,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

@@ -29,12 +29,8 @@ impl Projection for Equisolid {
         summary: "Fisheye whose texels all see the same solid angle; most photographic fisheye lenses.",
         singular: "At fov = 360 the direction opposite the axis fills the whole rim; it encodes to (1, 1/2).",
         axes: "+x -y -z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
         outline: Outline::Disk,
         equal_area: true,
-        conformal: false,
         parameters: &[Parameter {
             name: "fov",
             default: 180.0,
@@ -43,6 +39,7 @@ impl Projection for Equisolid {
             unit: "degrees",
             doc: "the angle that the image's diameter spans",
         }],
+        ..Info::PLAIN
     };
 
     fn with_parameters(parameters: &[f64]) -> Self {

@@ -16,7 +16,7 @@
 
 use crate::faces::{Cells, LayoutSpec};
 use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Edge, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Edge, Info, Projection, Seam, Uv};
 use crate::real::Real;
 use std::f64::consts::PI;
 
@@ -45,11 +45,8 @@ impl Projection for Healpix {
         axes: "+x +y +z",
         faces: 12,
         layouts: LAYOUTS,
-        aspect: (1, 1),
-        outline: Outline::Square,
         equal_area: true,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     const COMMON: bool = false;

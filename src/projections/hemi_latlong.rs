@@ -9,7 +9,7 @@
 
 use super::cylindrical::longitude;
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::real::Real;
 use std::f64::consts::PI;
 
@@ -25,13 +25,8 @@ impl Projection for HemiLatlong {
         summary: "Longitude along a row, zenith to horizon down the rows: skies over a ground.",
         singular: "The zenith, where u = 1/2; at the seam u = 0.",
         axes: "+x -y -z",
-        faces: 1,
-        layouts: &[],
         aspect: (4, 1),
-        outline: Outline::Square,
-        equal_area: false,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     const COMMON: bool = false;
@@ -72,12 +67,10 @@ impl Projection for HemiLatlong {
         [sin * sin_longitude, -cos, sin * cos_longitude]
     }
 
-    /// Over the zenith half a turn around; below the horizon nothing.
+    /// Over the zenith half a turn around; below the horizon the horizon.
     fn beyond(self, uv: Uv<f64>) -> Uv<f64> {
-        let over = uv.v < 0.0;
-        let u = uv.u + if over { 0.5 } else { 0.0 };
-        let v = if uv.v > 1.0 { f64::NAN } else { uv.v.abs() };
-        Uv::flat(if v.is_nan() { v } else { u.rem_euclid(1.0) }, v)
+        let u = uv.u + if uv.v < 0.0 { 0.5 } else { 0.0 };
+        Uv::flat(u.rem_euclid(1.0), uv.v.abs().min(1.0))
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

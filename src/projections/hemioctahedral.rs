@@ -6,7 +6,7 @@
 //! Domain: z ≥ 0; below it NaN. No singular point; the density varies 5.196:1. The border is the equator.
 
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::real::{Real, max};
 
 /// Half an octahedron.
@@ -21,13 +21,7 @@ impl Projection for Hemioctahedral {
         summary: "The upper half of the octahedron, turned to fill the square; normals that face the viewer.",
         singular: "None; the border is the equator.",
         axes: "+x +y +z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
-        outline: Outline::Square,
-        equal_area: false,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

@@ -9,7 +9,7 @@
 //! θ is atan2(hypot(x, z), -y): acos(-y) loses half the digits near the poles.
 
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::real::Real;
 use std::f64::consts::PI;
 
@@ -25,13 +25,8 @@ impl Projection for Latlong {
         summary: "Longitude along a row, latitude down the rows; the common form of HDR environments.",
         singular: "The poles, where u = 1/2; at the seam u = 0.",
         axes: "+x -y -z",
-        faces: 1,
-        layouts: &[],
         aspect: (2, 1),
-        outline: Outline::Square,
-        equal_area: false,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

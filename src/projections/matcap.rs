@@ -52,13 +52,8 @@ impl Projection for Matcap {
         summary: "The view-space normal as a place on the picture of a ball.",
         singular: "The density grows without bound toward the rim.",
         axes: "+x -y +z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
         outline: Outline::Disk,
-        equal_area: false,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

@@ -12,7 +12,7 @@
 
 use super::cylindrical::longitude;
 use crate::light::solid_angle::Rect;
-use crate::projection::{self, Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
+use crate::projection::{self, Coverage, Info, Parameter, Projection, Seam, Uv};
 use crate::real::Real;
 use std::f64::consts::PI;
 
@@ -34,11 +34,6 @@ impl Projection for Mercator {
         summary: "The conformal cylinder, north up; its square is the one that web maps cut into tiles.",
         singular: "None in the image, the poles lie infinitely far away; at the seam u = 0.",
         axes: "+x -y -z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
-        outline: Outline::Square,
-        equal_area: false,
         conformal: true,
         parameters: &[Parameter {
             name: "latitude",
@@ -48,6 +43,7 @@ impl Projection for Mercator {
             unit: "degrees",
             doc: "the latitude of the bottom and top edges",
         }],
+        ..Info::PLAIN
     };
 
     const COMMON: bool = false;

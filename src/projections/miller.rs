@@ -9,7 +9,7 @@
 
 use super::cylindrical::longitude;
 use crate::light::solid_angle::Rect;
-use crate::projection::{self, Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{self, Coverage, Info, Projection, Seam, Uv};
 use crate::real::Real;
 use std::f64::consts::PI;
 
@@ -37,13 +37,8 @@ impl Projection for Miller {
         summary: "A compromise of Mercator and latlong that shows the poles; world maps.",
         singular: "The poles, where u = 1/2; at the seam u = 0.",
         axes: "+x -y -z",
-        faces: 1,
-        layouts: &[],
         aspect: (15, 11),
-        outline: Outline::Square,
-        equal_area: false,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     const COMMON: bool = false;

@@ -8,7 +8,7 @@
 //! sign(0) = 0 the direction -z would encode to the centre, an error of π. -z encodes to (1, 1).
 
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::real::{Real, max, sign};
 
 /// The full octahedron.
@@ -23,13 +23,7 @@ impl Projection for Octahedral {
         summary: "The sphere on an octahedron, unfolded to a square; normals in two numbers, probes in one image.",
         singular: "None; -z is all four corners and encodes to (1, 1).",
         axes: "+x +y +z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
-        outline: Outline::Square,
-        equal_area: false,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

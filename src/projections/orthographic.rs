@@ -36,12 +36,7 @@ impl Projection for Orthographic {
         summary: "Fisheye with r = sin θ: a globe from far away; area in the image is irradiance.",
         singular: "At fov = 180 the density grows without bound toward the rim.",
         axes: "+x -y -z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
         outline: Outline::Disk,
-        equal_area: false,
-        conformal: false,
         parameters: &[Parameter {
             name: "fov",
             default: 180.0,
@@ -50,6 +45,7 @@ impl Projection for Orthographic {
             unit: "degrees",
             doc: "the angle that the image's diameter spans",
         }],
+        ..Info::PLAIN
     };
 
     fn with_parameters(parameters: &[f64]) -> Self {

@@ -10,7 +10,7 @@
 //! density falls with the cube of the cosine, which is why the range ends at 179°.
 
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{self, Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
+use crate::projection::{self, Coverage, Info, Parameter, Projection, Seam, Uv};
 use crate::real::Real;
 
 /// A pinhole camera.
@@ -40,12 +40,6 @@ impl Projection for Perspective {
         summary: "What a pinhole camera sees: straight lines stay straight; views out of a panorama.",
         singular: "None in the image.",
         axes: "+x -y -z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
-        outline: Outline::Square,
-        equal_area: false,
-        conformal: false,
         parameters: &[
             Parameter {
                 name: "fov",
@@ -80,6 +74,7 @@ impl Projection for Perspective {
                 doc: "how far below the middle the axis is",
             },
         ],
+        ..Info::PLAIN
     };
 
     fn with_parameters(parameters: &[f64]) -> Self {

@@ -61,13 +61,9 @@ impl Projection for Sphere {
         summary: "A photo of an ideal mirror ball from infinity; exactly Lambert's azimuthal equal-area map.",
         singular: "The direction behind the ball fills the whole rim; it encodes to (1, 1/2).",
         axes: "+x -y +z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
         outline: Outline::Disk,
         equal_area: true,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

@@ -29,11 +29,7 @@ impl Projection for Stereographic {
         summary: "Fisheye that keeps angles: small circles stay circles; little planets.",
         singular: "None in the image; the direction opposite the axis lies infinitely far away.",
         axes: "+x -y -z",
-        faces: 1,
-        layouts: &[],
-        aspect: (1, 1),
         outline: Outline::Disk,
-        equal_area: false,
         conformal: true,
         parameters: &[Parameter {
             name: "fov",
@@ -43,6 +39,7 @@ impl Projection for Stereographic {
             unit: "degrees",
             doc: "the angle that the image's diameter spans",
         }],
+        ..Info::PLAIN
     };
 
     fn with_parameters(parameters: &[f64]) -> Self {

@@ -9,7 +9,7 @@
 use super::cube::{from_face, to_face};
 use crate::faces::CUBE_LAYOUTS;
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Edge, Info, Outline, Projection, Seam, Uv};
+use crate::projection::{Coverage, Edge, Info, Projection, Seam, Uv};
 use crate::real::Real;
 use std::fmt::Debug;
 
@@ -63,11 +63,7 @@ impl<W: Warp> Projection for Warped<W> {
         axes: "+x -y +z",
         faces: 6,
         layouts: CUBE_LAYOUTS,
-        aspect: (1, 1),
-        outline: Outline::Square,
-        equal_area: false,
-        conformal: false,
-        parameters: &[],
+        ..Info::PLAIN
     };
 
     fn with_parameters(_: &[f64]) -> Self {

@@ -37,6 +37,9 @@ const WIDEST: f64 = 0.035;
 /// Places are spread over this share of a side at least: over nothing that could be seen.
 const NARROW: f64 = 1e-3;
 
+/// Sides are not halved below this, in u or v.
+const SHORTEST: f64 = 1e-6;
+
 /// A side is divided so that places lie at most this much more than a source texel apart: rounding at whole
 /// numbers must not double the work.
 const SLACK: f64 = 0.15;
@@ -225,8 +228,12 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         let several = counts[0] * counts[1] > 1;
         let wide = several && a.max(b) > WIDEST;
         let many = counts[0] * counts[1] > MOST;
-        if (wide || many) && a.max(b) > 0.5 * footprint.texel {
-            let axis = usize::from(if many { counts[1] > counts[0] } else { b > a });
+        // Only what halving makes smaller is halved: at a singular place a side is infinite, however short it is.
+        let divides =
+            [0, 1].map(|k| footprint.angles[k] > 0.5 * footprint.texel && part.size[k] > SHORTEST);
+        if (wide || many) && (divides[0] || divides[1]) {
+            let second = if many { counts[1] > counts[0] } else { b > a };
+            let axis = usize::from(divides[1] && (second || !divides[0]));
             part.size[axis] *= 0.5;
             for step in [-0.5, 0.5] {
                 let mut half = part;

@@ -54,8 +54,8 @@ impl<R: Real> Uv<R> {
         let inside = seen & (p.abs() <= edge) & (q.abs() <= edge);
         let nan = R::new(f64::NAN);
         Self::centred(
-            if inside { p.clamped(-1.0, 1.0) } else { nan },
-            if inside { q.clamped(-1.0, 1.0) } else { nan },
+            R::choose(inside, p.clamped(-1.0, 1.0), nan),
+            R::choose(inside, q.clamped(-1.0, 1.0), nan),
             R::new(0.0),
         )
     }
@@ -67,8 +67,8 @@ impl<R: Real> Uv<R> {
         let inside = p * p + q * q <= R::new(1.0 + 4.0 * R::EPSILON);
         let nan = R::new(f64::NAN);
         Self::centred(
-            if inside { p.clamped(-1.0, 1.0) } else { nan },
-            if inside { q.clamped(-1.0, 1.0) } else { nan },
+            R::choose(inside, p.clamped(-1.0, 1.0), nan),
+            R::choose(inside, q.clamped(-1.0, 1.0), nan),
             R::new(0.0),
         )
     }

@@ -786,6 +786,7 @@ FORMULAS: dict[str, Formulas] = {
     "cube_equal_area": Formulas(
         _encode_quadrilateralized, _decode_quadrilateralized, _constant(4 * math.pi / 6)
     ),
+    **{name: Formulas(a.encode, a.decode, a.density) for name, a in LENSES.items()},
     **{name: Formulas(a.encode, a.decode, a.density) for name, a in WORLDS.items()},
 }
 

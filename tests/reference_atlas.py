@@ -169,6 +169,62 @@ def _density_hemi_latlong(p: Array, q: Array, _: Parameters) -> Array:
 # --- Pannini: equations of the paper; the inverse by bisection ---------------------------------
 
 
+def _pannini(k: Parameters, dtype: Any) -> tuple[Any, Any, Any, Any, Any]:
+    d, s = (np.asarray(k.get(name, v), dtype) for name, v in (("d", 1.0), ("s", 0.0)))
+    half = radians(k.get("fov", 150.0), dtype) / 2
+    width = (d + 1) / (d + np.cos(half)) * np.sin(half)
+    return d, s, half, width, width / k.get("aspect", 2.0)
+
+
+def _pannini_tall(d: Any, s: Any, longitude: Array) -> Array:
+    scale = (d + 1) / (d + np.cos(longitude))
+    return scale if s == 0 else (1 - s) * scale + s / np.cos(longitude)
+
+
+def _encode_pannini(x: Array, y: Array, z: Array, k: Parameters) -> Any:
+    d, s, half, width, height = _pannini(k, x.dtype)
+    _c, _s, h = azimuth(x, z)
+    angle = np.arctan2(x, z)
+    p = (d + 1) / (d + np.cos(angle)) * np.sin(angle) / width
+    q = _pannini_tall(d, s, angle) * y / h / height
+    return *within(p, q, np.abs(angle) < half + 0.02), np.zeros_like(x)
+
+
+def _pannini_longitude(p: Array, k: Parameters) -> Array:
+    d, _, half, width, _ = _pannini(k, p.dtype)
+    low, high = np.zeros_like(p), np.full_like(p, half)
+    for _ in range(70):
+        middle = (low + high) / 2
+        less = (d + 1) / (d + np.cos(middle)) * np.sin(middle) < np.abs(p) * width
+        low, high = np.where(less, middle, low), np.where(less, high, middle)
+    return (low + high) / 2 * np.sign(p)
+
+
+def _decode_pannini(p: Array, q: Array, _f: Array, k: Parameters) -> Array:
+    d, s, _, _, height = _pannini(k, p.dtype)
+    angle = _pannini_longitude(p, k)
+    tan = q * height / _pannini_tall(d, s, angle)
+    d_ = np.stack([np.sin(angle), tan, np.cos(angle)], -1)
+    return np.where(np.isnan(p)[..., None], np.nan, d_)
+
+
+def _density_pannini(p: Array, q: Array, k: Parameters) -> Array:
+    d, s, _, width, height = _pannini(k, p.dtype)
+    angle = _pannini_longitude(p, k)
+    tall = _pannini_tall(d, s, angle)
+    slope = (d + 1) * (1 + d * np.cos(angle)) / (d + np.cos(angle)) ** 2
+    return width * height / (slope * tall * (1 + (q * height / tall) ** 2) ** 1.5)
+
+
+def _pannini_covered(k: Parameters) -> float:
+    """∫ 2 sin φ(λ) dλ over the columns."""
+    d, s, half, _, height = _pannini(k, np.float64)
+    x, w = np.polynomial.legendre.leggauss(200)
+    angle = half * x
+    tan = height / _pannini_tall(d, s, angle)
+    return float(np.sum(w * half * 2 * tan / np.sqrt(1 + tan * tan)))
+
+
 def _whole(_: Parameters) -> float:
     return 4 * math.pi
 
@@ -197,6 +253,14 @@ WORLDS: dict[str, World] = {
         "+x -y -z",
         lambda _: 2 * math.pi,
         lambda _: 4.0,
+    ),
+    "pannini": World(
+        _encode_pannini,
+        _decode_pannini,
+        _density_pannini,
+        "+x -y -z",
+        _pannini_covered,
+        lambda k: k.get("aspect", 2.0),
     ),
 }
 

@@ -312,7 +312,7 @@ fn round_trip<R: Float>() {
                 Coverage::Part(_) => 8.0 * <R as Real>::EPSILON * std::f64::consts::PI,
                 _ => 0.0,
             };
-            let limit = R::round_trip(map.info().name) * stretch(map) + let_out;
+            let limit = (R::round_trip(map.info().name) + let_out) * stretch(map);
             for (&d, &back) in ds.iter().zip(&back) {
                 let what = describe(map);
                 let covered = !back[0].is_nan();
@@ -548,6 +548,13 @@ fn jacobians_are_central_differences() {
         // Faces of an octahedron meet there, in one octahedral map or the other.
         let creases = [p, q, p.abs() - q.abs(), p.abs() + q.abs() - 1.0];
         prop_assume!(creases.iter().all(|x| x.abs() > 1e-4));
+        prop_assume!(
+            [-1.0, 1.0]
+                .iter()
+                .all(|side| (2.0 * p - q - side).abs() > 1e-4)
+        );
+        // The tip of a cone is there in some equal-area maps: derivatives grow toward it.
+        prop_assume!(p * p + q * q > 1e-2);
         for map in &maps {
             if map.info().outline == Outline::Disk && p * p + q * q > 0.81 {
                 continue;
@@ -571,6 +578,11 @@ fn jacobians_are_central_differences() {
             let around = [moved(0, -h), moved(0, h), moved(1, -h), moved(1, h)];
             let [west, east, north, south] =
                 around.map(|uv| decode(map, None, &narrowed(map, &[uv]))[0]);
+            if map.info().outline == Outline::Shape
+                && [west, east, north, south].iter().any(|d| d[0].is_nan())
+            {
+                continue;
+            }
             let j = jacobian(map, None, &narrowed(map, &[uv]))[0];
             let scale = j.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
             for k in 0..3 {

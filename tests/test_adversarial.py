@@ -225,8 +225,12 @@ def test_signs_of_zero_do_not_move_an_axis(case, dtype):
                             for cube in reference.CUBES
                             if cube == case.name
                         },
-                    }.get(case.name, r.encode(np.array([0.0, 0.0, -1.0]) @ view_to_world).tolist())
-                    assert places[0].tolist() == want
+                    }.get(case.name)
+                    if want is not None:
+                        assert places[0].tolist() == want
+                    else:
+                        there = r.encode(np.array([0.0, 0.0, -1.0]) @ view_to_world)
+                        assert np.abs(places[0] - there).max() <= 4 * np.finfo(dtype).eps
             if abs(view[1]) == 1 and case.name in reference.POLES:
                 assert np.all(places == [0.5, 0.0 if view[1] < 0 else 1.0])
 

@@ -18,6 +18,7 @@ from conftest import (
     each,
     random_directions,
 )
+from reference_atlas import LENSES
 
 WHOLE = [c for c in LAYOUTS if c.make().coverage == "sphere"]
 LOBES: list[tuple[str, float]] = [("cone", 40.0), ("phong", 12.5), ("phong", 0.0), ("vmf", 30.0)]
@@ -41,9 +42,11 @@ def test_a_constant_integrates_to_the_coverage(case: Case, size: int) -> None:
     p = case.make()
     shape = p.shape(size)
     total = p.covered_solid_angle
-    assert abs(float(sm.integrate(np.ones(shape), p)) - total) < 1e-12
+    # Texels of lens models have no closed form, and are good to 1e-10.
+    limit = 1e-10 * total if case.name in LENSES else 1e-12
+    assert abs(float(sm.integrate(np.ones(shape), p)) - total) < limit
     w = sm.weights(p, shape)
-    assert abs(w.sum() - total) < 1e-12 and w.min() >= 0
+    assert abs(w.sum() - total) < limit and w.min() >= 0
     assert not np.isnan(p.directions(shape)[w > 0]).any()
     # Rim texels alone differ from the plain solid angle.
     same = w == sm.solid_angle(p, shape)

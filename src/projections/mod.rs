@@ -6,6 +6,8 @@
 
 use crate::projection::{Info, Projection};
 
+mod lens;
+
 /// Something to be done with a projection whose type is known at compile time.
 pub trait Visitor {
     /// What comes out of it.
@@ -84,6 +86,10 @@ projections! {
     cube_quadratic::CubeQuadratic,
     cube_equal_area::CubeEqualArea,
     healpix::Healpix,
+    kannala_brandt::KannalaBrandt,
+    unified::Unified,
+    double_sphere::DoubleSphere,
+    pannini::Pannini,
     mercator::Mercator,
     miller::Miller,
     hemi_latlong::HemiLatlong,

@@ -167,6 +167,40 @@ def test_found_in_clutter_and_cut_off():
     assert np.hypot(cut.center[0] - 170, cut.center[1] - 110) < 2
 
 
+def before_a_wall(size, center, radius, level, scene=SCENE, seed=0):
+    """A photo of a ball before a plain wall, with a little noise."""
+    rng = np.random.default_rng(seed)
+    ball = sm.render_ball(
+        scene, size=size, center=center, radius=radius, distance=6, background="alpha"
+    )
+    photo = ball[..., :3] + (1 - ball[..., 3:]) * level
+    return photo + 0.01 * rng.standard_normal(photo.shape)
+
+
+@pytest.mark.parametrize("level", [0.0, 0.9, 1.2, 3.0])
+def test_found_before_a_plain_wall(level):
+    photo = before_a_wall((200, 240), (132, 95), 62, level)
+    found = sm.find_ball(photo)
+    # 2 % of the radius is what `docs/mirror-balls.md` states for radii from 60 pixels on.
+    off = np.hypot(found.center[0] - 132, found.center[1] - 95)
+    assert off + abs(found.radius - 62) < 0.02 * 62
+    # A wall as bright as the ball leaves doubt: there is hardly a step.
+    assert found.confidence > (0.7 if level in (0.0, 3.0) else 0.1)
+
+
+def test_doubt_is_told():
+    """Of a ball under an even sky, with one lamp, hardly any of the rim is there to be seen."""
+    d = sm.directions("latlong", 64)
+    sky = np.ones((64, 128, 3)) + 3 * (d @ [0.6, 0.64, 0.48] > 0.9)[..., None]
+    photo = before_a_wall((200, 240), (132, 95), 62, 1.0, sky)
+    try:
+        found = sm.find_ball(photo)
+    except ValueError:
+        return
+    off = np.hypot(found.center[0] - 132, found.center[1] - 95) + abs(found.radius - 62)
+    assert found.confidence < 0.7 or off < 2
+
+
 @pytest.mark.parametrize("kind", ["noise", "flat", "stripes", "tiny", "nan"])
 def test_no_ball(kind):
     rng = np.random.default_rng(1)

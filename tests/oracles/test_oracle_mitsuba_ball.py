@@ -151,6 +151,42 @@ def test_the_ball_is_found(skies):
     assert found.confidence > 0.8
 
 
+# Where the ball is, how large the photo, how far the camera: (x, y, pixels, distance, fov).
+PLACES = [
+    (0.44, 0.52, 320, 9.0, 18.0),
+    (0.5, 0.47, 512, 4.5, 40.0),
+    (0.55, 0.5, 768, 3.2, 60.0),
+    (0.47, 0.45, 1024, 12.0, 16.0),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("background", ["environment", "wall"])
+@pytest.mark.parametrize("place", PLACES, ids=str)
+@pytest.mark.parametrize("name", ["venice", "studio", "night"])
+def test_rims_of_all_kinds(data_folder, name, place, background):
+    """Before the environment and before a plain wall as bright as the ball's middle tone."""
+    x, y, pixels, distance, fov = place
+    sky = np.maximum(openimageio_oracle.read(data_folder / f"{name}.exr")[..., :3], 0)
+    v = view((pixels, pixels), None, center=(x * pixels, y * pixels), fov=fov, distance=distance)
+    pose = sm.rotation(37 * len(name), 10, 5)
+    shot = oracle.photo(sky, v, pose, samples=16)
+    if background == "wall":
+        alpha = sm.render_ball(
+            np.ones((8, 16)), size=pixels, center=v.outline.center, fov=fov, distance=distance,
+            background="alpha",
+        )[..., 1:]  # fmt: skip
+        shot = shot * alpha + np.median(shot, axis=(0, 1)) * (1 - alpha)
+    found = sm.find_ball(shot)
+    relative = v.outline.relative(found.points(720))
+    worst = np.abs(np.hypot(*relative.T) - 1).max()
+    print(
+        f"{name} {place} {background}: {worst:.2%} of the radius off, {found.confidence:.2f} sure"
+    )
+    # What `Ball.confidence` promises.
+    assert worst < 0.025 or found.confidence < 0.7
+
+
 def test_our_own_photo(skies):
     """render_ball is mitsuba's picture, but for mitsuba's noise."""
     v, pose = camera(50, 3.4, (90, 130)), sm.rotation(-70, 15, 5)

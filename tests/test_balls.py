@@ -233,6 +233,32 @@ def test_merged_with_masks_and_given_rotations():
     assert np.allclose(found.weights.sum(axis=0), 1, atol=1e-6)
 
 
+def angle(a, b):
+    return np.degrees(np.arccos(np.clip((np.trace(a.T @ b) - 1) / 2, -1, 1)))
+
+
+def test_rotation_from_rims_that_were_found():
+    """Rims that are off turn the result; refined with the rotation, both come out."""
+    pose = sm.rotation(100, 7, -12)
+    camera = dict(size=160, fov=25, distance=6)
+    a, b = sm.render_ball(SCENE, **camera), sm.render_ball(SCENE, rotation=pose, **camera)
+    right = view((160, 160), None, center=(80, 80), fov=25, distance=6).outline
+    # Half a percent to one of the radius, as `find_ball` has it.
+    off = [
+        sm.Ball((80.5, 79.6), (right.mean * 0.994,) * 2, 0, 0.8),
+        sm.Ball((79.5, 80.3), (right.mean * 1.006,) * 2, 0, 0.8),
+    ]
+    found = sm.merge_balls([a, b], balls=off, fov=25, size=16)
+    assert angle(found.rotations[1], pose) < 0.1
+    for rim in found.balls:
+        assert abs(rim.radius / right.mean - 1) < 0.003
+        assert np.hypot(rim.center[0] - 80, rim.center[1] - 80) < 0.3
+    # Given by hand they are kept.
+    given = [sm.Ball(rim.center, rim.radii, 0, 1) for rim in off]
+    kept = sm.merge_balls([a, b], balls=given, fov=25, size=16)
+    assert kept.balls == tuple(given)
+
+
 def test_photos_that_do_not_overlap():
     ball = sm.Ball((48, 48), (36.6, 36.6), 0, 1)
     a = sm.render_ball(SCENE, size=96, fov=25, distance=6)

@@ -158,7 +158,8 @@ def find_ball(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     rim = _scaled(fine.rim, factor)
     angle = (math.degrees(rim.angle) + 90) % 180 - 90
     sharp = 1 / (1 + (fine.doubt / (_SHARP * fine.rim.mean)) ** 2)
-    confidence = min(stands_out / _CERTAIN, 1.0) * sharp
+    # Only a hand is certain.
+    confidence = min(stands_out / _CERTAIN, 1.0) * min(sharp, 0.999)
     return Ball(rim.center, (rim.along, rim.across), angle, confidence)
 
 

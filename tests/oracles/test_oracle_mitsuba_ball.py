@@ -139,6 +139,23 @@ def test_two_shots(skies, turn):
     np.testing.assert_allclose(found.exposures[1], 1 / np.array([0.5, 0.6, 0.7]), rtol=0.01)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["venice", "night"])
+def test_two_shots_whose_rims_are_found(data_folder, name):
+    sky = np.maximum(openimageio_oracle.read(data_folder / f"{name}.exr")[..., :3], 0)
+    pose = sm.rotation(97, 8, -5)
+    places = ((250, 262), (262, 248))
+    shots = [
+        oracle.photo(sky, view((512, 512), None, center=c, fov=20, distance=8.0), p, samples=16)
+        for c, p in zip(places, (np.eye(3), pose), strict=True)
+    ]
+    found = sm.merge_balls(shots, fov=20, size=ROWS)
+    turned = found.rotations[1] @ pose.T
+    error = np.degrees(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
+    print(f"{name}: {error:.4f}° off, residual {found.residual:.3f} stops")
+    assert error < 0.1
+
+
 def test_the_ball_is_found(skies):
     v = camera(30, 5.2, (105, 120))
     shot = oracle.photo(skies["venice"], v, sm.rotation(40, 0, 0))

@@ -299,6 +299,94 @@ def test_errors(call, words):
         call(np.ones((16, 16)))
 
 
+WALL = before_a_wall((96, 112), (58, 47), 32, 0.2).astype(np.float32)
+KNOWN = dict(center=(58, 47), radius=32)
+# Every public function that takes a photo or an environment.
+CALLS = {
+    "find_ball": lambda p: np.array(sm.find_ball(p).points(8)),
+    "unwrap_ball": lambda p: sm.unwrap_ball(p, size=8, **KNOWN).image,
+    "merge_balls": lambda p: sm.merge_balls([p], balls=[sm.Ball((58, 47), (32, 32), 0, 1)]).image,
+    "render_ball": lambda p: sm.render_ball(p, size=12),
+    "bake_matcap": lambda p: sm.bake_matcap(p, "mirror", size=8),
+    "shade_matcap": lambda p: sm.shade_matcap([[0.1, 0.2, 0.9]], p[:96, :96] if p.ndim > 1 else p),
+    "shade_environment": lambda p: sm.shade_environment([0, 0, 0], [[0.1, 0.2, 0.9]], [0, 0, 5], p),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_layouts_of_memory(name):
+    """Strided, reversed, Fortran-ordered and read-only photos are as good as any."""
+    want = CALLS[name](WALL)
+    wide = np.zeros((96 * 2, 112 * 3, 3), np.float32)
+    wide[::2, ::3] = WALL
+    still = WALL.copy()
+    still.flags.writeable = False
+    backward = np.ascontiguousarray(WALL[::-1, ::-1])[::-1, ::-1]
+    for photo in (wide[::2, ::3], still, backward, np.asfortranarray(WALL)):
+        before = photo.copy()
+        np.testing.assert_array_equal(CALLS[name](photo), want)
+        np.testing.assert_array_equal(photo, before)
+
+
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("shape", [(0, 8, 3), (8, 0, 3), (8, 8, 0), (0,), ()])
+def test_empty(name, shape):
+    with pytest.raises(ValueError, match=r"shape|empty|at least"):
+        CALLS[name](np.ones(shape, np.float32))
+
+
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("dtype", [complex, object, "S1"])
+def test_wrong_dtypes(name, dtype):
+    with pytest.raises(TypeError):
+        CALLS[name](np.ones((32, 32, 3)).astype(dtype))
+
+
+def test_pixels_that_are_not_finite():
+    """NaN and infinity stay where they are: what they do not touch is as without them."""
+    holes = WALL.copy()
+    holes[30:34, 50:54], holes[60, 60] = np.nan, np.inf
+    whole = sm.unwrap_ball(WALL, size=24, **KNOWN)
+    found = sm.unwrap_ball(holes, size=24, **KNOWN)
+    same = np.isclose(found.image, whole.image, equal_nan=True).all(axis=-1)
+    assert 0.8 < same.mean() < 1
+    rim = sm.find_ball(holes)
+    assert np.hypot(rim.center[0] - 58, rim.center[1] - 47) + abs(rim.radius - 32) < 1.5
+    two = sm.merge_balls([holes, WALL], balls=[sm.Ball((58, 47), (32, 32), 0, 1)] * 2,
+                         rotations=[np.eye(3)] * 2, size=24)  # fmt: skip
+    assert np.isfinite(two.image).all(axis=-1).sum() == np.isfinite(two.image[..., 0]).sum()
+    assert np.isfinite(two.image).mean() > 0.97
+
+
+def test_masks_of_the_wrong_size():
+    ball = sm.Ball((58, 47), (32, 32), 0, 1)
+    for mask in (np.ones((96, 111)), np.ones((96, 112, 3)), np.ones(96), np.ones((0, 0))):
+        with pytest.raises(ValueError, match="`mask` to have"):
+            sm.find_ball(WALL, mask=mask)
+        with pytest.raises(ValueError, match="`mask` to have"):
+            sm.unwrap_ball(WALL, mask=mask, **KNOWN)
+        with pytest.raises(ValueError, match="photo 2: Expected `mask` to have"):
+            sm.merge_balls([WALL, WALL], balls=[ball] * 2, masks=[None, mask])
+
+
+def test_no_ball_in_what_is_asked_for():
+    grey = np.ones((64, 64, 3), np.float32)
+    with pytest.raises(ValueError, match="no ball found"):
+        sm.unwrap_ball(grey)
+    with pytest.raises(ValueError, match="photo 2: no ball found"):
+        sm.merge_balls([WALL, grey])
+
+
+def test_how_far_the_ideal_camera_is_off():
+    """What `unwrap_ball` says of a ball that fills 40°: at its rim, half of that."""
+    exact = view((400, 400), Outline((200, 200), 200, 200), fov=40)
+    ideal = view((400, 400), Outline((200, 200), 200, 200))
+    xy = exact.outline.points(360, inset=1e-9)
+    a, b = exact.reflections(xy)[0], ideal.reflections(xy)[0]
+    off = np.degrees(np.arccos(np.einsum("ij,ij->i", a, b)))
+    np.testing.assert_allclose(off, 20, atol=0.01)
+
+
 def test_matcaps():
     env = SCENE.astype(np.float32)
     pose = sm.rotation(50, 20, 0)

@@ -155,9 +155,9 @@ def unwrap_ball(
     Notes
     -----
     Of field of view, distance and outline two give the third. If neither `fov` nor `distance` is
-    given, the camera is at infinity, as the `sphere` projection has it; no real camera is, and a
-    ball that fills a picture of 40° is then off by up to 20°. `docs/mirror-balls.md` has the
-    geometry and measurements.
+    given, the camera is at infinity, as the `sphere` projection has it; no real camera is, and the
+    result is then off by asin(1/distance) at the rim: a ball that fills a picture of 40° by 20°.
+    `docs/mirror-balls.md` has the geometry and measurements.
 
     The result is in the camera's frame, x right, y up, z **toward** the camera, unless `rotation`
     turns it.

@@ -105,7 +105,7 @@ def found_near(picture: Picture, rim: Outline) -> Outline:
 def prominence(picture: Picture, rim: Outline) -> float:
     """Return how much more evidence a rim has than places up to 12 % of the radius beside it.
 
-    On a scale on which a spoke's best place has 1. Balls have 0.4 to 0.75, other edges at most 0.3.
+    On a scale on which a spoke's best place has 1.
     """
     steps = max(4, round(0.12 * rim.mean / max(0.5, 0.004 * rim.mean)))
     shifts = np.linspace(-0.12, 0.12, 2 * steps + 1) * rim.mean

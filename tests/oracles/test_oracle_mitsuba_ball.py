@@ -89,7 +89,7 @@ def test_unwrapped(skies, case):
     )
     assert fine.mean() > 0.5
     assert exact >= 40
-    # At a distance of 13 radii the ideal formula is off by 9° at most; nearer by more.
+    # At 13.5 radii the ideal formula is off by asin(1/13.5) = 4.2° at the rim; nearer by more.
     assert wrong < exact - 8
 
 

@@ -268,13 +268,12 @@ class Shot:
         height, width = image.shape[:2]
         outline = self.view.outline
         place = outline.relative(xy)
-        radius = np.sqrt(np.sum(place * place, axis=-1))
+        radius = np.hypot(place[..., 0], place[..., 1])
         most = 1 - min(_INSET / min(outline.along, outline.across), 0.5)
         with np.errstate(invalid="ignore", divide="ignore"):
             shrink = np.minimum(most / radius, 1)
-        xy = np.where(
-            (shrink < 1)[..., None], outline.center + (xy - outline.center) * shrink[..., None], xy
-        )
+        near = shrink < 1
+        xy[near] = outline.center + (xy[near] - outline.center) * shrink[near][..., None]
         ray = np.empty((*xy.shape[:-1], 3))
         ray[..., 0] = 2 * xy[..., 0] / width - 1
         ray[..., 1] = (1 - 2 * xy[..., 1] / height) * (height / width)

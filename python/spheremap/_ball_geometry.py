@@ -208,7 +208,8 @@ class View:
         """Return the angle from the axis, and the unit vector away from it."""
         along = d @ self.toward
         off = d - along[..., None] * self.toward
-        h = np.sqrt(np.sum(off * off, axis=-1))
+        # Sums over an axis of three are slow.
+        h = np.sqrt(off[..., 0] ** 2 + off[..., 1] ** 2 + off[..., 2] ** 2)
         straight = h < 1e-300
         e = off / np.where(straight, 1, h)[..., None]
         if np.any(straight):

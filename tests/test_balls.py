@@ -78,7 +78,7 @@ def test_ideal_is_the_sphere_map():
     np.testing.assert_allclose(far.pixels(d[near]) / 100, sm.encode(d[near], "sphere"), atol=1e-8)
 
 
-@pytest.mark.parametrize("distance", [1.001, 1.02, 1.5, 2.0, 5.0, 100.0])
+@pytest.mark.parametrize("distance", [1.001, 1.02, 1.5, 2.0, 2.2, 2.5, 3.0, 5.0, 100.0])
 def test_newton_converges(distance):
     v = view((100, 100), Outline((50, 50), 50, 50), distance=distance)
     psi = np.linspace(0, np.pi - v.blind, 5001)

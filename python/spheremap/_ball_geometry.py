@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 # Newton's steps for φ, from near and from 2 radii on: they converge quadratically (a test).
-_STEPS, _STEPS_FAR = 9, 5
+_STEPS, _STEPS_FAR = 9, 4
 # The nearest camera, in radii from the centre.
 NEAREST = 1.001
 # How far two statements about one camera may differ, in the size of the outline.

@@ -155,9 +155,9 @@ def unwrap_ball(
     Notes
     -----
     Of field of view, distance and outline two give the third. If neither `fov` nor `distance` is
-    given, the camera is at infinity, as the `sphere` projection has it; no real camera is, and a
-    ball that fills a picture of 40° is then off by up to 20°. `docs/mirror-balls.md` has the
-    geometry and measurements.
+    given, the camera is at infinity, as the `sphere` projection has it; no real camera is, and the
+    result is then off by asin(1/distance) at the rim: a ball that fills a picture of 40° by 20°.
+    `docs/mirror-balls.md` has the geometry and measurements.
 
     The result is in the camera's frame, x right, y up, z **toward** the camera, unless `rotation`
     turns it.
@@ -268,13 +268,12 @@ class Shot:
         height, width = image.shape[:2]
         outline = self.view.outline
         place = outline.relative(xy)
-        radius = np.sqrt(np.sum(place * place, axis=-1))
+        radius = np.hypot(place[..., 0], place[..., 1])
         most = 1 - min(_INSET / min(outline.along, outline.across), 0.5)
         with np.errstate(invalid="ignore", divide="ignore"):
             shrink = np.minimum(most / radius, 1)
-        xy = np.where(
-            (shrink < 1)[..., None], outline.center + (xy - outline.center) * shrink[..., None], xy
-        )
+        near = shrink < 1
+        xy[near] = outline.center + (xy[near] - outline.center) * shrink[near][..., None]
         ray = np.empty((*xy.shape[:-1], 3))
         ray[..., 0] = 2 * xy[..., 0] / width - 1
         ray[..., 1] = (1 - 2 * xy[..., 1] / height) * (height / width)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 # Newton's steps for φ, from near and from 2 radii on: they converge quadratically (a test).
-_STEPS, _STEPS_FAR = 9, 5
+_STEPS, _STEPS_FAR = 9, 4
 # The nearest camera, in radii from the centre.
 NEAREST = 1.001
 # How far two statements about one camera may differ, in the size of the outline.
@@ -208,7 +208,8 @@ class View:
         """Return the angle from the axis, and the unit vector away from it."""
         along = d @ self.toward
         off = d - along[..., None] * self.toward
-        h = np.sqrt(np.sum(off * off, axis=-1))
+        # Sums over an axis of three are slow.
+        h = np.sqrt(off[..., 0] ** 2 + off[..., 1] ** 2 + off[..., 2] ** 2)
         straight = h < 1e-300
         e = off / np.where(straight, 1, h)[..., None]
         if np.any(straight):

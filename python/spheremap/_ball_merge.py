@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,8 @@ from ._api import _resolve, sample
 from ._arrays import as_image
 from ._ball import Shot, _fitting, _matrix
 from ._ball_find import Ball, find_ball
-from ._ball_geometry import view
+from ._ball_geometry import View, view
+from ._ball_joint import Placed, refined
 from ._metals import reflectance_of
 from ._rotation_search import Panorama, median, search
 
@@ -61,6 +63,7 @@ class MergedBalls:
     correlations : ndarray, shape (K,)
         Of each photo with those before it: 1 for the first, NaN where the rotation was given.
     balls : tuple of Ball
+        The rims, as they were used.
     projection : Projection
         Of the image.
     """
@@ -107,7 +110,8 @@ def merge_balls(
         The orientation of each photo's camera in the world, as `rotation` of `unwrap_ball`. By
         default they are found; the result is then in the frame of the first camera.
     balls : sequence of Ball or None, optional
-        The rim in each photo. By default, and for None, `find_ball` finds it.
+        The rim in each photo. By default, and for None, `find_ball` finds it. One with a confidence
+        below 1 is refined together with the rotations, unless the camera is ideal.
     fov, distance : float or sequence, optional
         As for `unwrap_ball`; one for all or one for each photo.
     masks : sequence of array_like or None, optional
@@ -173,7 +177,7 @@ def merge_balls(
         raise ValueError(f"`photographer` must be in [0, 90) degrees, got {photographer}.")
     channels = arrays[0].shape[2:]
     reflects, metal = reflectance_of(reflectance, metal, channels[0] if channels else 1)
-    shots, rims = [], []
+    shots, rims, cameras = [], [], []
     given = zip(
         arrays,
         _each(balls, count, "balls"),
@@ -185,16 +189,27 @@ def merge_balls(
     for k, (pixels, ball, angle, far, mask) in enumerate(given):
         try:
             rim = find_ball(pixels) if ball is None else ball
-            seen_by = view(pixels.shape[:2], rim._outline(), fov=angle, distance=far)
-            shots.append(Shot(pixels, seen_by, mask, reflects, metal, filter))
+            camera = partial(_camera, pixels.shape[:2], angle, far)
+            shots.append(Shot(pixels, camera(rim), mask, reflects, metal, filter))
         except ValueError as error:
             raise ValueError(f"photo {k + 1}: {error}") from None
         rims.append(rim)
+        cameras.append(camera)
     known = None
     if rotations is not None:
         known = [_matrix(r) for r in _each(list(rotations), count, "rotations")]
     seen_behind = math.radians(photographer)
     turns, gains, correlations = _aligned(shots, known, seen_behind)
+    placed = [
+        Placed(shot, rim, turn, camera, rim.confidence < 1 and not shot.view.ideal, known is None)
+        for shot, rim, turn, camera in zip(shots, rims, turns, cameras, strict=True)
+    ]
+    placed[0].free_turn = False
+    # With rims that are certain the rotation is as good as it gets.
+    if count > 1 and any(p.free_rim for p in placed):
+        placed = refined(placed, seen_behind)
+        shots, rims, turns = ([getattr(p, n) for p in placed] for n in ("shot", "ball", "turn"))
+        _, gains, _ = _aligned(shots, turns, seen_behind)
 
     target = _resolve(dst)
     if size is None:
@@ -230,6 +245,10 @@ def merge_balls(
         balls=tuple(rims),
         projection=target,
     )
+
+
+def _camera(shape: tuple[int, int], fov: float | None, distance: float | None, ball: Ball) -> View:
+    return view(shape, ball._outline(), fov=fov, distance=distance)
 
 
 def _each(value: Any, count: int, name: str) -> list[Any]:

@@ -170,7 +170,7 @@ impl Projection for KannalaBrandt {
             let off = lens.square_of_angle(radius * radius) / (t * t) - 1.0;
             // A slope far below the chord's makes rounding worse than it would be.
             let bound = 64.0 * f64::EPSILON * (1.0 + radius / (t * slope(t * PI)));
-            if !(off.abs() <= bound) {
+            if off.is_nan() || off.abs() > bound {
                 return Err(format!(
                     "Expected `k1`, `k2`, `k3`, `k4` of a lens, got a polynomial so steep that its inverse is not found \
                      {:.4} degrees from the axis.",

@@ -96,28 +96,6 @@ def _density_mercator(p: Array, q: Array, parameters: Parameters) -> Array:
     return pi(p.dtype) * edge / np.cosh(q * edge) ** 2 + 0 * p
 
 
-# --- Mollweide: Newton in longdouble on the equation as printed, from the pole's own variable -----
-
-
-def _lag(psi: Array) -> Array:
-    """ψ - sin ψ, by its series where the difference would cancel."""
-    s = psi * psi
-    series = np.zeros_like(psi)
-    for n in range(27, 3, -2):
-        series = (1 - series) * s / (n * (n - 1))
-    return np.where(psi < 2, psi * s / 6 * (1 - series), psi - np.sin(psi))
-
-
-def _four(p: Array, _q: Array, _: Parameters) -> Array:
-    return np.full_like(p, 4.0)
-
-
-# --- Hammer: Snyder's printed form, with half the longitude from the arctangent ------------------
-
-
-# --- Sinusoidal ---------------------------------------------------------------------------------
-
-
 # --- Miller -------------------------------------------------------------------------------------
 
 
@@ -374,6 +352,3 @@ LENSES: dict[str, Lens] = {
     "unified": Lens(_unified, _unified_slope),
     "double_sphere": Lens(_double, _double_slope),
 }
-
-
-# --- Two equidistant fisheyes -------------------------------------------------------------------

@@ -59,26 +59,17 @@ def probe(tmp_path: Path) -> Path:
     return path
 
 
+def from_angular(to: str) -> tuple[str, ...]:
+    return "--from", "angular", "--to", to
+
+
 # --- convert ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("to", [*sm.projections(), "latlong:mitsuba"])
 def test_convert_writes_the_light_of_every_direction(to: str, probe: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.exr"
-    good(
-        "convert",
-        probe,
-        out,
-        "--from",
-        "angular",
-        "--to",
-        to,
-        "--size",
-        48,
-        "--fill",
-        -9,
-        "--alias",
-    )
+    good("convert", probe, out, *from_angular(to), "--size", 48, "--fill", -9, "--alias")
     p = sm.projection(to)
     layout = {6: "cross", 2: "strip", 12: "4x3"}.get(p.faces)
     p = sm.projection(to, layout=layout)
@@ -96,7 +87,7 @@ def test_convert_writes_the_light_of_every_direction(to: str, probe: Path, tmp_p
 def test_convert_and_the_library_give_the_same_bits(probe: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.exr"
     said = good(
-        "convert", probe, out, "--from", "angular", "--to", "octahedral", "--height", 64,
+        "convert", probe, out, *from_angular("octahedral"), "--height", 64,
         "--filter", "nearest",
     )  # fmt: skip
     expected = sm.convert(io.read(probe), "angular", "octahedral", size=64, filter="nearest")
@@ -106,7 +97,7 @@ def test_convert_and_the_library_give_the_same_bits(probe: Path, tmp_path: Path)
 
 def test_the_default_size_keeps_the_texels_per_steradian(probe: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.exr"
-    good("convert", probe, out, "--from", "angular", "--to", "latlong")
+    good("convert", probe, out, *from_angular("latlong"))
     height, width = io.read(out).shape[:2]
     assert width == 2 * height
     assert height * width == pytest.approx(np.pi / 4 * 192**2, rel=0.02)
@@ -115,7 +106,7 @@ def test_the_default_size_keeps_the_texels_per_steradian(probe: Path, tmp_path: 
 def test_rotation_turns_the_content(probe: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.exr"
     good(
-        "convert", probe, out, "--from", "angular", "--to", "latlong", "--height", 64,
+        "convert", probe, out, *from_angular("latlong"), "--height", 64,
         "--rotate", -90, 20, "1e1",
     )  # fmt: skip
     turn = sm.rotation(-90, 20, 10)
@@ -129,7 +120,7 @@ def test_rotation_turns_the_content(probe: Path, tmp_path: Path) -> None:
 def test_layouts_there_and_back(layout: str, probe: Path, tmp_path: Path) -> None:
     cube, pano = tmp_path / "cube.exr", tmp_path / "pano.exr"
     good(
-        "convert", probe, cube, "--from", "angular", "--to", "cube", "--size", 64,
+        "convert", probe, cube, *from_angular("cube"), "--size", 64,
         "--layout", layout,
     )  # fmt: skip
     assert io.read(cube).shape[:2] == sm.projection("cube", layout=layout).shape(64)
@@ -142,10 +133,10 @@ def test_layouts_there_and_back(layout: str, probe: Path, tmp_path: Path) -> Non
 
 def test_the_height_of_a_cross_is_three_faces(probe: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.exr"
-    good("convert", probe, out, "--from", "angular", "--to", "cube", "--height", 48)
+    good("convert", probe, out, *from_angular("cube"), "--height", 48)
     assert io.read(out).shape == (48, 64, 3)
     bad(
-        "convert", probe, out, "--from", "angular", "--to", "cube", "--height", 50,
+        "convert", probe, out, *from_angular("cube"), "--height", 50,
         code=2, says="multiple of 3",
     )  # fmt: skip
 
@@ -173,7 +164,7 @@ def test_integers_keep_their_values(dtype: str, tmp_path: Path) -> None:
 
 def test_floats_are_tone_mapped_for_a_picture_and_a_preview(probe: Path, tmp_path: Path) -> None:
     exr, png, preview = (tmp_path / name for name in ("a.exr", "a.png", "p.png"))
-    common = ("--from", "angular", "--to", "latlong", "--height", 32, "--exposure", -1)
+    common = (*from_angular("latlong"), "--height", 32, "--exposure", -1)
     good("convert", probe, exr, *common, "--preview", preview)
     good("convert", probe, png, *common)
     expected = io.tonemap(io.read(exr), exposure=-1)
@@ -196,14 +187,14 @@ def test_any_aspect_is_taken_on_request(tmp_path: Path) -> None:
 def test_an_existing_output_is_replaced(probe: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.exr"
     for size in (16, 24):
-        good("convert", probe, out, "--from", "angular", "--to", "latlong", "--height", size)
+        good("convert", probe, out, *from_angular("latlong"), "--height", size)
         assert io.read(out).shape[0] == size
     assert sorted(os.listdir(tmp_path)) == ["out.exr", "probe.exr"]
 
 
 def test_the_input_may_be_the_output(probe: Path) -> None:
     expected = sm.convert(io.read(probe), "angular", "latlong", size=16)
-    good("convert", probe, probe, "--from", "angular", "--to", "latlong", "--height", 16)
+    good("convert", probe, probe, *from_angular("latlong"), "--height", 16)
     assert np.array_equal(io.read(probe), expected)
 
 
@@ -212,36 +203,15 @@ def test_the_input_may_be_the_output(probe: Path) -> None:
 
 def test_errors_are_one_line(probe: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.exr"
-    sides = ("--from", "angular", "--to", "latlong")
+    sides = from_angular("latlong")
     bad("convert", tmp_path / "none.exr", out, *sides, code=1, says="no such file")
     bad("convert", probe, out, "--from", "angulr", "--to", "latlong", code=2, says="'angular'")
-    bad("convert", probe, out, "--from", "angular", "--to", "latlon", code=2, says="'latlong'")
-    bad(
-        "convert",
-        probe,
-        out,
-        "--from",
-        "angular",
-        "--to",
-        "latlong:mitsuva",
-        code=2,
-        says="mitsuba",
-    )
+    bad("convert", probe, out, *from_angular("latlon"), code=2, says="'latlong'")
+    bad("convert", probe, out, *from_angular("latlong:mitsuva"), code=2, says="mitsuba")
     bad("convert", probe, out, *sides, "--layout", "cros", code=2, says="cros")
     bad("convert", probe, out, *sides, "--from-layout", "cross", code=2, says="no layouts")
-    bad(
-        "convert",
-        probe,
-        out,
-        "--from",
-        "angular",
-        "--to",
-        "cube",
-        "--layout",
-        "faces",
-        code=2,
-        says="one image",
-    )
+    cube = (*from_angular("cube"), "--layout", "faces")
+    bad("convert", probe, out, *cube, code=2, says="one image")
     bad("convert", probe, out, *sides, "--height", 0, code=2, says="--height")
     bad("convert", probe, out, *sides, "--height", "x", code=2, says="--height")
     bad("convert", probe, out, *sides, "--height", 8, "--size", 8, code=2, says="not both")
@@ -268,14 +238,14 @@ def test_a_broken_input_leaves_the_old_output_alone(tmp_path: Path) -> None:
     source, out = tmp_path / "broken.exr", tmp_path / "out.exr"
     source.write_bytes(b"\x76\x2f\x31\x01 but no more than that")
     out.write_bytes(b"precious")
-    bad("convert", source, out, "--from", "angular", "--to", "latlong", code=1, says="cannot read")
+    bad("convert", source, out, *from_angular("latlong"), code=1, says="cannot read")
     assert out.read_bytes() == b"precious"
     assert sorted(os.listdir(tmp_path)) == ["broken.exr", "out.exr"]
 
 
 def test_a_size_beyond_memory_is_one_line_too(probe: Path, tmp_path: Path) -> None:
     done = run(
-        "convert", probe, tmp_path / "o.exr", "--from", "angular", "--to", "latlong",
+        "convert", probe, tmp_path / "o.exr", *from_angular("latlong"),
         "--height", 10_000_000,
     )  # fmt: skip
     assert done.returncode == 1
@@ -291,7 +261,7 @@ def test_a_folder_without_permission(probe: Path, tmp_path: Path) -> None:
     locked.chmod(0o555)
     try:
         bad(
-            "convert", probe, locked / "out.exr", "--from", "angular", "--to", "latlong",
+            "convert", probe, locked / "out.exr", *from_angular("latlong"),
             code=1, says="permission",
         )  # fmt: skip
         assert (locked / "out.exr").read_bytes() == b"precious"
@@ -301,7 +271,7 @@ def test_a_folder_without_permission(probe: Path, tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs a place that no one may write")
 def test_a_place_that_no_one_may_write(probe: Path) -> None:
-    sides = ("--from", "angular", "--to", "latlong", "--height", 8)
+    sides = (*from_angular("latlong"), "--height", 8)
     bad("convert", probe, "/proc/out.exr", *sides, code=1, says="/proc/out.exr")
 
 
@@ -318,8 +288,8 @@ def test_a_full_disk_leaves_the_old_output_alone(probe: Path, tmp_path: Path) ->
     )
     done = subprocess.run(
         [
-            sys.executable, "-c", script, "convert", probe, out, "--from", "angular",
-            "--to", "latlong", "--height", "256", "--compression", "none",
+            sys.executable, "-c", script, "convert", probe, out, *from_angular("latlong"),
+            "--height", "256", "--compression", "none",
         ],
         capture_output=True,
         text=True,
@@ -476,7 +446,7 @@ def test_the_sun_is_round_and_the_labels_stand_upright() -> None:
 
 def test_a_real_probe_becomes_an_upright_panorama(data_folder: Path, tmp_path: Path) -> None:
     source, out = data_folder / "grace_probe.hdr", tmp_path / "pano.exr"
-    good("convert", source, out, "--from", "angular", "--to", "latlong", "--alias")
+    good("convert", source, out, *from_angular("latlong"), "--alias")
     pano = io.read(out)
     assert pano.dtype == np.float32 and pano.shape[1] == 2 * pano.shape[0]
     # Every direction is in the probe, so nothing of the border outside its disk leaks in: what it

@@ -13,11 +13,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import reference_atlas
 from reference_atlas import LENSES, WORLDS
 
 Array = np.ndarray
@@ -43,6 +44,8 @@ DEFAULT_AXES = {
     "cube_quadratic": "+x -y +z",
     "cube_equal_area": "+x -y +z",
     "healpix": "+x +y +z",
+    "dual_fisheye": "+x -y -z",
+    "icosahedral": "+x -y -z",
     **dict.fromkeys(LENSES, "+x -y -z"),
     **{name: world.axes for name, world in WORLDS.items()},
 }
@@ -54,11 +57,19 @@ FISHEYES = {
     "orthographic": 180.0,
     **{name: lens.fov for name, lens in LENSES.items()},
 }
-DISKS = frozenset({"sphere", "matcap", "dual_paraboloid", *FISHEYES})
+DISKS = frozenset(
+    {"sphere", "matcap", "dual_paraboloid", "dual_fisheye", "mollweide", "hammer", *FISHEYES}
+)
 # Maps whose rim an error ε of a coordinate moves by √ε.
 ROOT_RIMS = frozenset({"sphere", "matcap", "orthographic", "lambert_cylindrical"})
 CUBES = ("cube", "cube_equiangular", "cube_quadratic", "cube_equal_area")
-FACES = {**dict.fromkeys(CUBES, 6), "dual_paraboloid": 2, "healpix": 12}
+FACES = {
+    **dict.fromkeys(CUBES, 6),
+    "dual_paraboloid": 2,
+    "dual_fisheye": 2,
+    "healpix": 12,
+    "icosahedral": 10,
+}
 HEMISPHERES = frozenset({"matcap", "hemioctahedral", "concentric"})
 # Maps with a row for each pole, where longitude means nothing.
 POLES = frozenset({"latlong", "lambert_cylindrical"})
@@ -71,6 +82,13 @@ CREASES: dict[str, frozenset[str]] = {
     "cube_quadratic": frozenset({"axes"}),
     "cube_equal_area": frozenset({"diagonals", "axes"}),
     "healpix": frozenset({"diagonals"}),
+    "tetrahedral": frozenset({"band"}),
+    "icosahedral": frozenset({"diagonals"}),
+}
+# Maps whose pieces are gnomonic, and the lines a p + b q + c = 0 between them.
+GNOMONIC_PIECES: dict[str, tuple[tuple[float, float, float], ...]] = {
+    "tetrahedral": ((1, 0, 0), (2, -1, 1), (2, -1, -1)),
+    "icosahedral": ((1, 1, 0),),
 }
 
 # The number under which a program stores right, left, up, down, front, back (in the view frame),
@@ -96,7 +114,7 @@ TURNED = frozenset(
 )
 
 # Layouts that take the faces in the order that they are stored in.
-IN_ORDER = frozenset({"strip", "column", "3x2", "4x3"})
+IN_ORDER = frozenset({"strip", "column", "3x2", "4x3", "5x2"})
 
 _PAIR: dict[str, tuple[int, int, list[tuple[int, int, bool]]]] = {
     "strip": (1, 2, [(0, 0, False), (0, 1, False)]),
@@ -174,6 +192,8 @@ LAYOUTS: dict[str, dict[str, tuple[int, int, list[tuple[int, int, bool]]]]] = {
         ),
     },
     "dual_paraboloid": _PAIR,
+    "dual_fisheye": _PAIR,
+    "icosahedral": {"5x2": (2, 5, [(i // 5, i % 5, False) for i in range(10)])},
 }
 for _name in CUBES[1:]:
     LAYOUTS[_name] = LAYOUTS["cube"]
@@ -781,14 +801,55 @@ FORMULAS: dict[str, Formulas] = {
     "orthographic": Formulas(_encode_orthographic, _decode_orthographic, _density_orthographic),
     "equal_area": Formulas(_encode_equal_area, _decode_equal_area, _constant(4 * math.pi)),
     "concentric": Formulas(_encode_concentric, _decode_concentric, _constant(2 * math.pi)),
+    "lambert_cylindrical": Formulas(
+        _encode_lambert_cylindrical, _decode_lambert_cylindrical, _constant(4 * math.pi)
+    ),
     "cube_equiangular": Formulas(_encode_equiangular, _decode_equiangular, _density_equiangular),
     "cube_quadratic": Formulas(_encode_quadratic, _decode_quadratic, _density_quadratic),
     "cube_equal_area": Formulas(
         _encode_quadrilateralized, _decode_quadrilateralized, _constant(4 * math.pi / 6)
     ),
+    "dual_fisheye": Formulas(
+        reference_atlas.encode_dual_fisheye,
+        reference_atlas.decode_dual_fisheye,
+        reference_atlas.density_dual_fisheye,
+    ),
+    "icosahedral": Formulas(
+        reference_atlas.encode_icosahedral,
+        reference_atlas.decode_icosahedral,
+        reference_atlas.density_icosahedral,
+    ),
     **{name: Formulas(a.encode, a.decode, a.density) for name, a in LENSES.items()},
     **{name: Formulas(a.encode, a.decode, a.density) for name, a in WORLDS.items()},
 }
+
+
+def clipped(
+    polygon: list[tuple[float, float]], line: tuple[float, float, float], side: int
+) -> list[tuple[float, float]]:
+    """Give the part of a convex polygon where side·(a p + b q + c) > 0."""
+    a, b, c = line
+    height = [side * (a * p + b * q + c) for p, q in polygon]
+    out = []
+    for k, (p, q) in enumerate(polygon):
+        (r, s), h, g = polygon[k - 1], height[k], height[k - 1]
+        if h * g < 0:
+            t = g / (g - h)
+            out.append((r + t * (p - r), s + t * (q - s)))
+        if h >= 0:
+            out.append((p, q))
+    return out if max(height, default=0) > 0 else []
+
+
+def polygon_solid_angle(corners: Array) -> float:
+    """Van Oosterom and Strackee's formula over a fan of triangles."""
+    a = corners[0]
+    total = 0.0
+    for b, c in pairwise(corners[1:]):
+        # Edges, not corners: the determinant of three near vectors would cancel.
+        volume = float(np.dot(a, np.cross(b - a, c - a)))
+        total += 2 * math.atan2(volume, 1 + float(a @ b + b @ c + c @ a))
+    return abs(total)
 
 
 @dataclass(frozen=True)
@@ -829,6 +890,11 @@ class Reference:
         return STORED.get((self.name, self.convention or ""), own)
 
     @property
+    def used_part(self) -> float:
+        """The share of the image that holds sphere, where its shape is not a layout's."""
+        return {"sinusoidal": 2 / math.pi}.get(self.name, math.pi / 4 if self.is_disk else 1.0)
+
+    @property
     def covered_solid_angle(self) -> float:
         if self.name in HEMISPHERES:
             return 2 * math.pi
@@ -836,6 +902,8 @@ class Reference:
             return 4 * math.pi * math.sin(float(_half(self.parameters, self.name, float)) / 2) ** 2
         if self.name in WORLDS:
             return WORLDS[self.name].covered(self.parameters)
+        if self.name == "dual_fisheye":
+            return 4 * math.pi * float(reference_atlas.cap_dual_fisheye(1.0, self.parameters))
         if self.name == "cylindrical":
             half, height = _cylinder(self.parameters, float)
             return float(4 * half * height / math.hypot(1, height))
@@ -947,7 +1015,7 @@ class Reference:
             return 4 * math.tan(float(_half(self.parameters, self.name, float)) / 2)
         if self.name in LENSES:
             return LENSES[self.name].stretch(self.parameters)
-        return 0.0
+        return 8.0 if self.name == "hammer" else 0.0
 
     def clear_of_the_border(self, directions: Any, margin: float = 1e-6) -> Array:
         """Tell directions that rounding cannot move over the edge of the coverage."""
@@ -961,6 +1029,9 @@ class Reference:
         if self.name in FISHEYES and fov < 360:
             theta = np.arctan2(np.hypot(x, y), z)
             return theta < np.radians(fov) / 2 * (1 - margin)
+        if self.name == "dual_fisheye" and self.parameters.get("fov", 180.0) < 180:
+            theta = np.arctan2(np.hypot(x, y), np.abs(z))
+            return theta < np.radians(self.parameters["fov"]) / 2 * (1 - margin)
         if self.name in ("perspective", "cylindrical", *WORLDS):
             with np.errstate(all="ignore"):
                 p, q, _ = FORMULAS[self.name].encode(x, y, z, self.parameters)
@@ -980,6 +1051,8 @@ class Reference:
                 ok &= np.abs(np.abs(p) + np.abs(q) - 1) > margin
             if "diagonals" in lines:
                 ok &= np.abs(np.abs(p) - np.abs(q)) > margin
+            if "band" in lines:
+                ok &= (np.abs(p) > margin) & (np.abs(np.abs(2 * p - q) - 1) > 2 * margin)
             for a, b in TIPS.get(self.name, ()):
                 ok &= np.hypot(p - a, q - b) > min(16 * margin, 0.3)
             if self.name in POLES & ROOT_RIMS:
@@ -1063,6 +1136,10 @@ class Reference:
             return np.array(
                 [[self._disk_cell(a, b, c, d) for a, b in pairwise(pe)] for c, d in pairwise(qe)]
             )
+        if self.name == "sinusoidal":
+            return self._sine_cells(pe, qe)
+        if self.name in GNOMONIC_PIECES:
+            return self._flat_cells(pe, qe)
         return self._smooth_cells(pe, qe, order)
 
     def _smooth_cells(self, pe: Array, qe: Array, order: int) -> Array:
@@ -1087,15 +1164,49 @@ class Reference:
             total += np.sum(d * weight, axis=(-2, -1)) * dp[None, :] * dq[:, None]
         return np.add.reduceat(np.add.reduceat(total, qi, axis=0), pi, axis=1)
 
+    def _flat_cells(self, pe: Array, qe: Array) -> Array:
+        """Cells of flat pieces seen from the centre: polygons of great circles."""
+        out = np.zeros((len(qe) - 1, len(pe) - 1))
+        for j, (c, d) in enumerate(pairwise(qe)):
+            for i, (a, b) in enumerate(pairwise(pe)):
+                parts = [[(a, c), (b, c), (b, d), (a, d)]]
+                for line in GNOMONIC_PIECES[self.name]:
+                    parts = [clipped(part, line, side) for part in parts for side in (1, -1)]
+                for part in parts:
+                    if len(part) > 2:
+                        p, q = np.array(part).T
+                        f = FORMULAS[self.name]
+                        points = f.decode(p, q, np.zeros_like(p), self.parameters)
+                        out[j, i] += polygon_solid_angle(unit(points))
+        return out
+
+    def _sine_cells(self, pe: Array, qe: Array) -> Array:
+        """Cells under |p| = cos(πq/2): rows of Gauss, cut where the curve leaves a side."""
+        out = np.zeros((len(qe) - 1, len(pe) - 1))
+        x, w = (_GAUSS_X + 1) / 2, _GAUSS_W / 2
+        for j, (c, d) in enumerate(pairwise(qe)):
+            for i, (a, b) in enumerate(pairwise(pe)):
+                cuts = {c, d, *([0.0] if c < 0 < d else [])}
+                for side in (a, b):
+                    at = 2 / math.pi * math.acos(min(abs(side), 1.0))
+                    cuts |= {s * at for s in (1, -1) if c < s * at < d}
+                for low, high in pairwise(sorted(cuts)):
+                    half = np.cos(np.pi / 2 * (low + (high - low) * x))
+                    wide = np.maximum(np.minimum(b, half) - np.maximum(a, -half), 0)
+                    out[j, i] += (high - low) * float(np.sum(w * wide))
+        return out * (math.pi**2 / 2)
+
     def _cap(self, r: Array) -> Array:
         """1 - cos θ(r): the solid angle inside radius r of the disk, over 2π."""
         r = np.minimum(r, 1)
-        if self.name == "sphere":
+        if self.name in ("sphere", "mollweide", "hammer"):
             return 2 * r * r
         if self.name == "matcap":
             return r * r / (1 + np.sqrt(1 - r * r))
         if self.name == "dual_paraboloid":
             return 2 * r * r / (1 + r * r)
+        if self.name == "dual_fisheye":
+            return reference_atlas.cap_dual_fisheye(r, self.parameters)
         if self.name in LENSES:
             return LENSES[self.name].cap(r, self.parameters)
         half = float(_half(self.parameters, self.name, float))
@@ -1111,6 +1222,10 @@ class Reference:
 
     def _disk_cell(self, p0: float, p1: float, q0: float, q1: float) -> float:
         """Integrate [cap(r_out) - cap(r_in)] dφ around the cell, its rim part cut off."""
+        if self.name == "dual_fisheye" and (grow := self.parameters.get("fov", 180.0) / 180) > 1:
+            # Only the own hemisphere counts: the disk of a face of 180°, that much smaller.
+            own = replace(self, parameters={"fov": 180.0})
+            return own._disk_cell(*(min(max(x * grow, -1.0), 1.0) for x in (p0, p1, q0, q1)))
         if p0 < 0 < p1:
             return self._disk_cell(p0, 0.0, q0, q1) + self._disk_cell(0.0, p1, q0, q1)
         if q0 < 0 < q1:

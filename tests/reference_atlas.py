@@ -96,6 +96,93 @@ def _density_mercator(p: Array, q: Array, parameters: Parameters) -> Array:
     return pi(p.dtype) * edge / np.cosh(q * edge) ** 2 + 0 * p
 
 
+# --- Mollweide: Newton in longdouble on the equation as printed, from the pole's own variable -----
+
+
+def _lag(psi: Array) -> Array:
+    """ψ - sin ψ, by its series where the difference would cancel."""
+    s = psi * psi
+    series = np.zeros_like(psi)
+    for n in range(27, 3, -2):
+        series = (1 - series) * s / (n * (n - 1))
+    return np.where(psi < 2, psi * s / 6 * (1 - series), psi - np.sin(psi))
+
+
+def _encode_mollweide(x: Array, y: Array, z: Array, _: Parameters) -> Any:
+    _c, _s, h = azimuth(x, z)
+    side = pi(x.dtype) * h * h / (1 + np.abs(y))
+    low, high = np.zeros_like(x), np.full_like(x, pi(x.dtype))
+    # Bisection brings ψ near, Newton takes it the rest of the way.
+    psi = np.cbrt(6 * side)
+    for _ in range(40):
+        middle = (low + high) / 2
+        less = _lag(middle) < side
+        low, high = np.where(less, middle, low), np.where(less, high, middle)
+    psi = np.where(psi > 0.01, (low + high) / 2, psi)
+    for _ in range(6):
+        slope = 2 * np.sin(psi / 2) ** 2
+        psi = psi - np.where(slope > 0, (_lag(psi) - side) / np.where(slope > 0, slope, 1), 0)
+    p = longitude(x, z) * np.sin(psi / 2)
+    return p, np.cos(psi / 2) * np.where(y < 0, -1, 1), np.zeros_like(x)
+
+
+def _decode_mollweide(p: Array, q: Array, _f: Array, _: Parameters) -> Array:
+    a = np.minimum(np.abs(q), 1)
+    s = np.sqrt((1 - a) * (1 + a))
+    missing = _lag(2 * np.arctan2(s, a)) / pi(p.dtype)
+    cos = np.sqrt(missing * (2 - missing))
+    angle = pi(p.dtype) * np.where(s > 0, p / np.where(s > 0, s, 1), 0)
+    d = np.stack([cos * np.sin(angle), (1 - missing) * np.sign(q), cos * np.cos(angle)], -1)
+    return np.where(in_disk(p, q)[..., None], d, np.nan)
+
+
+def _four(p: Array, _q: Array, _: Parameters) -> Array:
+    return np.full_like(p, 4.0)
+
+
+# --- Hammer: Snyder's printed form, with half the longitude from the arctangent ------------------
+
+
+def _encode_hammer(x: Array, y: Array, z: Array, _: Parameters) -> Any:
+    _c, _s, h = azimuth(x, z)
+    half = longitude(x, z) * pi(x.dtype) / 2
+    root = np.sqrt(1 + h * np.cos(half))
+    return h * np.sin(half) / root, y / root, np.zeros_like(x)
+
+
+def _decode_hammer(p: Array, q: Array, _f: Array, _: Parameters) -> Array:
+    s = p * p + q * q
+    n = np.sqrt(np.maximum(2 - s, 0))
+    angle = 2 * np.arctan2(p * n, 1 - s)
+    y = q * n
+    _c, _s, h = azimuth(p * n, 1 - s)
+    d = np.stack([h * np.sin(angle), y, h * np.cos(angle)], -1)
+    return np.where(in_disk(p, q)[..., None], d, np.nan)
+
+
+# --- Sinusoidal ---------------------------------------------------------------------------------
+
+
+def _encode_sinusoidal(x: Array, y: Array, z: Array, _: Parameters) -> Any:
+    _c, _s, h = azimuth(x, z)
+    return longitude(x, z) * h, 2 * np.arctan2(h, -y) / pi(x.dtype) - 1, np.zeros_like(x)
+
+
+def _decode_sinusoidal(p: Array, q: Array, _f: Array, _: Parameters) -> Array:
+    theta = (q + 1) / 2 * pi(p.dtype)
+    # From the nearer pole, so that both keep their digits.
+    near = np.sin((1 - np.abs(q)) / 2 * pi(p.dtype))
+    angle = pi(p.dtype) * np.where(near > 0, p / np.where(near > 0, near, 1), 0)
+    d = np.stack([near * np.sin(angle), -np.cos(theta), near * np.cos(angle)], -1)
+    with np.errstate(invalid="ignore"):
+        ok = np.abs(p) <= near + 8 * eps(p)
+    return np.where(ok[..., None], d, np.nan)
+
+
+def _density_sinusoidal(p: Array, _q: Array, _: Parameters) -> Array:
+    return np.full_like(p, math.pi**2 / 2)
+
+
 # --- Miller -------------------------------------------------------------------------------------
 
 
@@ -203,6 +290,89 @@ def _pannini_covered(k: Parameters) -> float:
     return float(np.sum(w * half * 2 * tan / np.sqrt(1 + tan * tan)))
 
 
+# --- Tetrahedral: the four planes, one after the other --------------------------------------------
+
+
+def _encode_tetrahedral(x: Array, y: Array, z: Array, _: Parameters) -> Any:
+    planes = np.stack([x - y + z, -x + y + z, x + y - z, -x - y - z])
+    m = planes.max(0)
+    left = planes[:2].max(0) >= planes[2:].max(0)
+    u = np.where(left, (x / m + 1) / 4, (3 - x / m) / 4)
+    return 2 * u - 1, y / m, np.zeros_like(x)
+
+
+def _tetrahedron(p: Array, q: Array) -> Array:
+    u, v = (p + 1) / 2, (q + 1) / 2
+    x = np.where(u < 0.5, 4 * u - 1, 3 - 4 * u)
+    left = np.where(v < 2 * u, 1 - x + q, 1 + x - q)
+    right = np.where(x + q > 0, x + q - 1, -1 - x - q)
+    return np.stack([x, q, np.where(u < 0.5, left, right)], -1)
+
+
+def _decode_tetrahedral(p: Array, q: Array, _f: Array, _: Parameters) -> Array:
+    return _tetrahedron(p, q)
+
+
+def _density_tetrahedral(p: Array, q: Array, _: Parameters) -> Array:
+    return 2 * np.sum(_tetrahedron(p, q) ** 2, -1) ** -1.5
+
+
+# --- Icosahedral: every one of the ten diamonds is tried ------------------------------------------
+
+
+def _diamonds(dtype: Any) -> list[tuple[Array, Array, Array, Array]]:
+    """Corners at (0, 0), (1, 0), (1, 1) and (0, 1) of each face, in the view frame."""
+    one = np.ones((), dtype)
+    north, south = np.array([0, -one, 0]), np.array([0, one, 0])
+
+    def ring(turns: float, up: float) -> Array:
+        a = 2 * pi(dtype) * turns / 5
+        zero = 0 * one
+        tall, wide = up / np.sqrt(5 * one), 2 / np.sqrt(5 * one)
+        return np.array([wide * np.sin(a), zero - tall, wide * np.cos(a)])
+
+    out = [(north, ring(k + 1, 1), ring(k + 0.5, -1), ring(k, 1)) for k in range(5)]
+    out += [(ring(k + 1, 1), ring(k + 1.5, -1), south, ring(k + 0.5, -1)) for k in range(5)]
+    return out
+
+
+def encode_icosahedral(x: Array, y: Array, z: Array, _: Parameters) -> Any:
+    d = np.stack([x, y, z], -1)
+    best = np.full(x.shape, -np.inf)
+    u, v, f = np.full_like(x, np.nan), np.full_like(x, np.nan), np.full_like(x, np.nan)
+    for face, (a, b, c, e) in enumerate(_diamonds(x.dtype)):
+        for tip, second in ((a, False), (c, True)):
+            # Cramer's rule for d = t tip + r b + l e.
+            n = np.cross(b, e) @ tip
+            t, r, m = d @ np.cross(b, e) / n, d @ np.cross(e, tip) / n, d @ np.cross(tip, b) / n
+            inside = np.minimum(np.minimum(t, r), m)
+            here = inside > best + 64 * eps(x)
+            best = np.where(here, inside, best)
+            total = t + r + m
+            right, left = np.clip(r / total, 0, 1), np.clip(m / total, 0, 1)
+            u = np.where(here, 1 - left if second else right, u)
+            v = np.where(here, 1 - right if second else left, v)
+            f = np.where(here, float(face), f)
+    return 2 * u - 1, 2 * v - 1, f
+
+
+def decode_icosahedral(p: Array, q: Array, f: Array, _: Parameters) -> Array:
+    u, v = ((p + 1) / 2)[..., None], ((q + 1) / 2)[..., None]
+    out = np.full((*p.shape, 3), np.nan, p.dtype)
+    for face, (a, b, c, e) in enumerate(_diamonds(p.dtype)):
+        first = (1 - u - v) * a + u * b + v * e
+        second = (u + v - 1) * c + (1 - u) * e + (1 - v) * b
+        d = np.where(u + v <= 1, first, second)
+        out = np.where((f == face)[..., None], d, out)
+    return out
+
+
+def density_icosahedral(p: Array, q: Array, k: Parameters) -> Array:
+    a, b, _, e = _diamonds(p.dtype)[0]
+    d = decode_icosahedral(p, q, np.zeros_like(p), k)
+    return np.cross(b, e) @ a / 4 * np.sum(d * d, -1) ** -1.5
+
+
 def _whole(_: Parameters) -> float:
     return 4 * math.pi
 
@@ -215,6 +385,18 @@ WORLDS: dict[str, World] = {
         "+x -y -z",
         lambda k: 4 * math.pi * math.sin(math.radians(k.get("latitude", SQUARE))),
         lambda k: math.pi / float(_mercator_edge(k, np.float64)),
+    ),
+    "mollweide": World(
+        _encode_mollweide, _decode_mollweide, _four, "+x -y -z", _whole, lambda _: 2.0
+    ),
+    "hammer": World(_encode_hammer, _decode_hammer, _four, "+x -y -z", _whole, lambda _: 2.0),
+    "sinusoidal": World(
+        _encode_sinusoidal,
+        _decode_sinusoidal,
+        _density_sinusoidal,
+        "+x -y -z",
+        _whole,
+        lambda _: 2.0,
     ),
     "miller": World(
         _encode_miller,
@@ -231,6 +413,14 @@ WORLDS: dict[str, World] = {
         "+x -y -z",
         lambda _: 2 * math.pi,
         lambda _: 4.0,
+    ),
+    "tetrahedral": World(
+        _encode_tetrahedral,
+        _decode_tetrahedral,
+        _density_tetrahedral,
+        "+x -y -z",
+        _whole,
+        lambda _: 4 / math.sqrt(3),
     ),
     "pannini": World(
         _encode_pannini,
@@ -352,3 +542,33 @@ LENSES: dict[str, Lens] = {
     "unified": Lens(_unified, _unified_slope),
     "double_sphere": Lens(_double, _double_slope),
 }
+
+
+# --- Two equidistant fisheyes -------------------------------------------------------------------
+
+
+def encode_dual_fisheye(x: Array, y: Array, z: Array, k: Parameters) -> Any:
+    c, s, h = azimuth(x, y)
+    rim = radians(k.get("fov", 180.0), x.dtype) / 2
+    r = np.arctan2(h, np.abs(z)) / rim
+    r = np.where(r - 1 > 8 * eps(x), np.nan, np.minimum(r, 1))
+    return r * c * np.where(z < 0, -1, 1), r * s, np.where(z < 0, 1.0, 0.0)
+
+
+def decode_dual_fisheye(p: Array, q: Array, f: Array, k: Parameters) -> Array:
+    c, s, r = azimuth(p, q)
+    theta = np.minimum(r, 1) * radians(k.get("fov", 180.0), p.dtype) / 2
+    way = np.where(f == 0, 1, -1)
+    d = np.stack([way * c * np.sin(theta), s * np.sin(theta), way * np.cos(theta)], -1)
+    return np.where(in_disk(p, q)[..., None], d, np.nan)
+
+
+def density_dual_fisheye(p: Array, q: Array, k: Parameters) -> Array:
+    rim = radians(k.get("fov", 180.0), p.dtype) / 2
+    return rim * rim * np.sinc(rim * np.sqrt(p * p + q * q) / pi(p.dtype))
+
+
+def cap_dual_fisheye(r: Array, k: Parameters) -> Array:
+    """Only the own hemisphere counts."""
+    theta = np.minimum(r * math.radians(k.get("fov", 180.0)) / 2, math.pi / 2)
+    return 2 * np.sin(theta / 2) ** 2

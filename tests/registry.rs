@@ -105,6 +105,7 @@ impl Float for f32 {
         match name {
             "sphere" => 1.2e-3,
             "matcap" | "orthographic" => 4.8e-4,
+            "lambert_cylindrical" => 3.6e-4,
             "mollweide" => 1e-5,
             "hammer" => 1.25e-6,
             _ => 9.5e-7,
@@ -126,6 +127,7 @@ impl Float for f64 {
         match name {
             "sphere" => 6e-8,
             "matcap" | "orthographic" => 2.5e-8,
+            "lambert_cylindrical" => 1.6e-8,
             "mollweide" => 5e-12,
             "hammer" => 2.6e-15,
             _ => 2e-15,

@@ -28,6 +28,9 @@ def test_ripples_finer_than_the_target_fade(case):
     seen = sm.convert(np.ones(image.shape), p, "latlong", size=24, fill=np.nan, antialias=False)
     # Away from where the source ends, so that every texel is seen whole.
     whole = np.isfinite(seen) & (sm.convert(case_covered(p), p, "latlong", size=24) > 0.999)
+    if case.name in reference.POLES & reference.ROOT_RIMS:
+        # Rows beside its poles are as high as a texel of the target, and not finer than it.
+        whole[[0, 1, -2, -1]] = False
     if whole.sum() < 20:
         pytest.skip("the coverage is smaller than a few texels")
     sharp = plain(image, p, "latlong", size=24)[whole]

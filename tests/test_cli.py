@@ -1,16 +1,20 @@
-"""The command line as a person meets it: a subprocess, files, one line where it fails."""
+"""The command line as a person meets it: arguments, files, one line where it fails."""
 
 from __future__ import annotations
 
+import contextlib
+import io as streams
 import os
 import subprocess
 import sys
+import warnings
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 import spheremap as sm
-from spheremap import _core, io
+from spheremap import _core, cli, io
 
 for needed in ("OpenImageIO", "typer", "rich"):
     pytest.importorskip(needed, reason="the command needs: pip install spheremap[cli]")
@@ -18,15 +22,39 @@ for needed in ("OpenImageIO", "typer", "rich"):
 IS_ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
 
 
-def run(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
+@dataclass(frozen=True)
+class Done:
+    """What a command that has ended leaves behind."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def run(*arguments: object) -> Done:
+    """Run the command in this process: starting another takes longer than most of them run."""
+    out, errors = streams.StringIO(), streams.StringIO()
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(contextlib.redirect_stdout(out))
+        stack.enter_context(contextlib.redirect_stderr(errors))
+        stack.enter_context(warnings.catch_warnings())
+        warnings.simplefilter("error")
+        end = stack.enter_context(pytest.raises(SystemExit))
+        cli.main([str(argument) for argument in arguments])
+    return Done(int(end.value.code or 0), out.getvalue(), errors.getvalue())
+
+
+def process(*arguments: object) -> Done:
+    """Run the command as a shell does."""
+    done = subprocess.run(
         [sys.executable, "-W", "error", "-m", "spheremap.cli", *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=300,
-        env={**os.environ, "NO_COLOR": "1", **environment},
+        env={**os.environ, "NO_COLOR": "1"},
         check=False,
     )
+    return Done(done.returncode, done.stdout, done.stderr)
 
 
 def good(*arguments: object) -> str:
@@ -71,8 +99,10 @@ def test_convert_writes_the_light_of_every_direction(to: str, probe: Path, tmp_p
     out = tmp_path / "out.exr"
     good("convert", probe, out, *from_angular(to), "--size", 48, "--fill", -9, "--alias")
     p = sm.projection(to)
-    layout = {6: "cross", 2: "strip", 12: "4x3"}.get(p.faces)
-    p = sm.projection(to, layout=layout)
+    if p.faces > 1:
+        own = next(x for x in _core.registry() if x["name"] == p.name)["layouts"]
+        layout = "cross" if "cross" in own else "strip" if "strip" in own else own[-1]
+        p = sm.projection(to, layout=layout)
     image = io.read(out)
     assert image.dtype == np.float32
     assert image.shape == (*p.shape(48), 3)
@@ -82,6 +112,16 @@ def test_convert_writes_the_light_of_every_direction(to: str, probe: Path, tmp_p
     # Off the probe's rim, where its texels are largest.
     clear = held & (np.nan_to_num(d[..., 2], nan=1) < 0.8)
     assert np.abs(image[clear] - smooth(d)[clear]).max() < 0.02
+
+
+def test_a_shell_gets_what_a_caller_gets(probe: Path, tmp_path: Path) -> None:
+    for arguments in (
+        ("--version",),
+        ("convert", probe, tmp_path / "a.exr", *from_angular("cube"), "--size", 8),
+        ("convert", probe, tmp_path / "a.exr", *from_angular("latlon")),
+        ("info", tmp_path / "none.exr"),
+    ):
+        assert process(*arguments) == run(*arguments)
 
 
 def test_convert_and_the_library_give_the_same_bits(probe: Path, tmp_path: Path) -> None:
@@ -471,12 +511,14 @@ def test_a_real_probe_becomes_an_upright_panorama(data_folder: Path, tmp_path: P
 
 def test_demo_with_a_real_probe(data_folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="the demonstration draws with matplotlib")
-    source = data_folder / "grace_probe.hdr"
-    said = good("demo", tmp_path, "--input", source, "--from", "angular")
-    assert "grace_probe.hdr (angular)" in said
-    assert len(os.listdir(tmp_path)) == len(sm.projections()) + 1
+    source, folder = tmp_path / "grace.exr", tmp_path / "demo"
+    probe = sm.convert(io.read(data_folder / "grace_probe.hdr"), "angular", "angular", size=250)
+    io.write(source, probe)
+    said = good("demo", folder, "--input", source, "--from", "angular")
+    assert "grace.exr (angular)" in said
+    assert len(os.listdir(folder)) == len(sm.projections()) + 1
     assert np.array_equal(
-        io.read(tmp_path / "octahedral.exr"), sm.convert(io.read(source), "angular", "octahedral")
+        io.read(folder / "octahedral.exr"), sm.convert(io.read(source), "angular", "octahedral")
     )
 
 

@@ -62,7 +62,10 @@ def test_the_matrix_is_what_the_maps_do(a, b, name):
     uv = 0.5 + 0.35 * np.random.default_rng(70).uniform(-1, 1, (50, 2))
     if p.faces > 1:
         uv = np.hstack([uv, np.arange(50)[:, None] % p.faces])
-    assert np.abs(p.decode(uv) @ found.matrix.T - q.decode(uv)).max() < 1e-15
+    d = p.decode(uv)
+    held = np.isfinite(d[:, 0])
+    assert held.sum() > 20
+    assert np.abs(d @ found.matrix.T - q.decode(uv))[held].max() < 1e-15
     assert found.mirrored == (p.mirrored != q.mirrored)
     assert found.same == (a == b) and (found.differences == ()) == found.same
     back = sm.compare(q, p)

@@ -130,8 +130,7 @@ def test_default_size_has_the_nearest_number_of_covered_texels_per_steradian(src
 
     def per_steradian(p, size):
         # Covered texels: the share of the image that holds sphere, times its texels.
-        share = math.pi / 4 if p.name in reference.DISKS else 1.0
-        return math.prod(p.shape(size)) * share / p.covered_solid_angle
+        return math.prod(p.shape(size)) * reference.of(p).used_part / p.covered_solid_angle
 
     want = per_steradian(a, n)
     m = min(range(1, 200), key=lambda k: abs(per_steradian(b, k) - want))

@@ -50,7 +50,8 @@ def test_a_constant_integrates_to_the_coverage(case: Case, size: int) -> None:
     assert not np.isnan(p.directions(shape)[w > 0]).any()
     # Rim texels alone differ from the plain solid angle.
     same = w == sm.solid_angle(p, shape)
-    assert same.mean() > 0.5 and (same.all() or np.isnan(p.directions(shape)).any())
+    assert same.all() or np.isnan(p.directions(shape)).any()
+    assert same.mean() > 0.5 or size == 2
 
 
 @each(DEFAULTS)
@@ -94,9 +95,10 @@ def test_irradiance_is_the_plain_sum(case: Case) -> None:
 @pytest.mark.parametrize(("lobe", "parameter"), LOBES)
 def test_lobes_are_the_plain_sum(case: Case, lobe: str, parameter: float) -> None:
     p = case.make()
-    image = picture(p, 33).astype(float)
-    d, w = texels(p, p.shape(33))
-    values = image.reshape(-1, 3)[sm.weights(p, 33).ravel() > 0]
+    # No texel of 35 rows is square to one of these directions, where rounding decides.
+    image = picture(p, 35).astype(float)
+    d, w = texels(p, p.shape(35))
+    values = image.reshape(-1, 3)[sm.weights(p, 35).ravel() > 0]
     n = sm.directions("latlong", 4).reshape(-1, 3)
     got = sm.convolve(image, p, "latlong", lobe, size=4, **{OPTION[lobe]: parameter})  # type: ignore[arg-type]
     want = reference.under_lobe(values, w, d, n, lobe, parameter)

@@ -105,10 +105,12 @@ def test_any_projection_gives_nearly_the_same_lights(case):
 
     a = sm.lights(light(p.directions(160)), p, 8, method="variance")
     b = sm.lights(light(covered), "latlong", 8, method="variance")
-    # The lamp: its energy and its place, within the texels on its edge.
-    assert a.irradiance[0, 0] == pytest.approx(b.irradiance[0, 0], rel=0.25)
-    near = a.directions @ bright > 0.95
-    assert near.any() and a.irradiance[near].sum() > 0.6 * a.irradiance.sum()
+    # The lamp: its energy and its place, within the texels on its edge. Into how many lights it is
+    # split depends on where cuts fall.
+    near, same = (lights.directions @ bright > 0.95 for lights in (a, b))
+    lamp = a.irradiance[near].sum()
+    assert lamp == pytest.approx(b.irradiance[same].sum(), rel=0.1)
+    assert near.any() and lamp > 0.6 * a.irradiance.sum()
 
 
 def test_rotation_and_axes():

@@ -33,6 +33,7 @@ def test_decode_inverts_encode_everywhere(r):
     # longdouble eps is 1e-19. At the blind spot of the sphere map an error e of uv is an angle of
     # √(8e) or so; at the rim of the matcap √(2e).
     exact = {"sphere": 2e-9, "matcap": 1e-9, "orthographic": 1e-9, "lambert_cylindrical": 1e-9}
+    exact["mollweide"] = 1e-14  # ε^¾ at the poles
     # Miller's series of hyperbolic functions are good to float64 beyond their last term.
     bound = exact.get(r.name, 1e-17 * max(20.0 if r.name == "miller" else 1.0, r.stretch / 6))
     if np.finfo(np.longdouble).eps > 1e-18:
@@ -41,6 +42,7 @@ def test_decode_inverts_encode_everywhere(r):
             "matcap": 2.5e-8,
             "orthographic": 2.5e-8,
             "lambert_cylindrical": 2.5e-8,
+            "mollweide": 5e-12,
         }
         bound = exact.get(r.name, 2e-15 * max(1.0, r.stretch / 6))
     assert reference.angle(back, d).max() < bound

@@ -21,6 +21,8 @@ LIMITS = {
     "sphere": (1.2e-3, 6e-8),
     "matcap": (4.8e-4, 2.5e-8),
     "orthographic": (4.8e-4, 2.5e-8),
+    # Near the lower pole v is near 1, and 2√(ε/4) of angle are lost.
+    "lambert_cylindrical": (3.6e-4, 1.6e-8),
     # A unit of u is 8 radians at the rim, and not 2π.
     "hammer": (1.25e-6, 2.6e-15),
     # ε^¾ at the poles: 1 - |q| rounds by 3ε, and the distance to the pole is 1.55 (1 - |q|)^¾.

@@ -183,7 +183,7 @@ def unwrap_ball(
     if center is None:
         if radius is not None:
             raise ValueError("`radius` without `center`: give both, or neither to find the ball.")
-        ball = find_ball(pixels)
+        ball = find_ball(pixels, mask=mask)
     elif radius is not None:
         ball = _by_hand(center, radius, principal, pixels.shape)
     seen_by = view(

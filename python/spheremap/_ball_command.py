@@ -86,10 +86,12 @@ def ball(
         # Integers are fractions of their largest.
         masks = [m / max(float(m.max()), 1.0) for m in masks]
         if not rims:
-            for path, image in zip(photos, images, strict=True):
+            for path, image, counts in zip(
+                photos, images, masks or [None] * len(images), strict=True
+            ):
                 step(f"looking for the ball in {path.name}")
                 try:
-                    rims.append(sm.find_ball(image))
+                    rims.append(sm.find_ball(image, mask=counts))
                 except ValueError as error:
                     _draw(preview, images, [], None, exposure)
                     raise ValueError(f"{path}: {error}") from None

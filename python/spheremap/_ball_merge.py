@@ -188,7 +188,7 @@ def merge_balls(
     )
     for k, (pixels, ball, angle, far, mask) in enumerate(given):
         try:
-            rim = find_ball(pixels) if ball is None else ball
+            rim = find_ball(pixels, mask=mask) if ball is None else ball
             camera = partial(_camera, pixels.shape[:2], angle, far)
             shots.append(Shot(pixels, camera(rim), mask, reflects, metal, filter))
         except ValueError as error:

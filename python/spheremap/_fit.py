@@ -7,8 +7,8 @@ from functools import cache
 import spheremap as sm
 from spheremap import _core
 
-# Of the layouts that make one image, the one a person sees most in.
-_LEGIBLE = ("cross", "strip", "4x3")
+# Of the layouts that make one image, those a person sees most in; else it is the last one.
+_LEGIBLE = ("cross", "strip")
 # Large enough that every aspect comes out whole.
 _UNIT = 64
 
@@ -29,7 +29,8 @@ def flat(name: str, layout: str | None = None) -> sm.Projection:
         raise ValueError(
             f"a file holds one image: the layout is one of {', '.join(layouts(plain.name))}"
         )
-    legible = next(layout for layout in _LEGIBLE if layout in layouts(plain.name))
+    own = layouts(plain.name)
+    legible = next((layout for layout in _LEGIBLE if layout in own), own[-1])
     return sm.projection(name, layout=legible)
 
 

@@ -21,10 +21,12 @@ ProjectionName: TypeAlias = Literal[
     "orthographic",
     "equal_area",
     "concentric",
+    "lambert_cylindrical",
     "cube_equiangular",
     "cube_quadratic",
     "cube_equal_area",
     "healpix",
+    "dual_fisheye",
     "kannala_brandt",
     "unified",
     "double_sphere",
@@ -32,6 +34,11 @@ ProjectionName: TypeAlias = Literal[
     "mercator",
     "miller",
     "hemi_latlong",
+    "mollweide",
+    "hammer",
+    "sinusoidal",
+    "tetrahedral",
+    "icosahedral",
 ]
 
 ConventionName: TypeAlias = Literal[
@@ -168,4 +175,5 @@ LayoutName: TypeAlias = Literal[
     "tee",
     "3x2",
     "4x3",
+    "5x2",
 ]

@@ -142,8 +142,8 @@ def projections(
     >>> import spheremap as sm
     >>> "octahedral" in sm.projections()
     True
-    >>> list(sm.projections(equal_area=True, coverage="sphere", faces=1))
-    ['sphere', 'equal_area']
+    >>> list(sm.projections(equal_area=True, coverage="sphere", faces=1, seam="rim-mirrored"))
+    ['mollweide', 'hammer', 'sinusoidal']
     """
     entries = _core.registry()
     for what, value in (("coverage", coverage), ("seam", seam)):

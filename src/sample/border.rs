@@ -9,8 +9,8 @@
 //!   both sides of the neighbour, from texels inside it. Bilinear lookups have a rule of their own (`edges`).
 //! - Disks: interpolated along the meridian, between the nearest places on both sides of the rim that have all
 //!   four texels: of second order.
-//! - Mirrored rims and the cuts of a net: bilinear at the place where the projection says that the image goes on; where a
-//!   texel there holds nothing, its nearest neighbour that does.
+//! - Mirrored rims and the cuts of a net: bilinear at the place where the projection says that the image goes on; texels
+//!   there that hold nothing are beyond the rim again, and go on where they came from.
 //! - Where the coverage ends, the nearest texel.
 
 use super::Source;
@@ -21,6 +21,10 @@ use crate::light::rim::holder;
 use crate::map::GridAxis;
 use crate::projection::{Outline, Projection, Seam, Uv};
 use crate::projections::Visitor;
+
+/// How often a place may go back and forth over a mirrored rim before its nearest texel is taken. Each time leaves half of
+/// the weight or less, but beside poles.
+const CROSSINGS: u8 = 6;
 
 /// Stored texels and their weights.
 pub(crate) struct Taps(Vec<(usize, f64)>);
@@ -63,7 +67,13 @@ impl<T: Texel> Source<'_, T> {
             // Half a texel's diagonal inside the rim every texel has its centre inside.
             let (p, q) = (2.0 * u - 1.0, 2.0 * v - 1.0);
             let inside = (1.0 + self.safe(Reach::PAIR)) / (2.0 * (p * p + q * q).sqrt());
-            (i, j) = texel(0.5 + 0.5 * p * inside, 0.5 + 0.5 * q * inside);
+            let within = texel(0.5 + 0.5 * p * inside, 0.5 + 0.5 * q * inside);
+            if !raster.holds(within.0, within.1) {
+                // A few texels, of which none lies half a diagonal inside.
+                let (i, j) = holder(raster, i as usize, j as usize);
+                return raster.view(face).index(i, j);
+            }
+            (i, j) = within;
         }
         raster.view(face).index(i as usize, j as usize)
     }
@@ -152,7 +162,7 @@ impl<T: Texel> Source<'_, T> {
             self.raster.view(face).index(i as usize, j as usize)
         };
         match self.seam {
-            Seam::RimMirrored | Seam::Cuts => self.elsewhere(taps, face, i, j, weight),
+            Seam::RimMirrored | Seam::Cuts => self.elsewhere(taps, (face, i, j), weight, CROSSINGS),
             _ if self.raster.outline == Outline::Disk => {
                 self.across_rim(taps, face, i, j, weight);
             }
@@ -220,9 +230,11 @@ impl<T: Texel> Source<'_, T> {
         taps.push(self.raster.view(face).index(i, j), weight);
     }
 
-    /// Adds a texel beyond a rim or a cut: the image where the projection says that it goes on, bilinear between
-    /// texels that hold a value.
-    fn elsewhere(&self, taps: &mut Taps, face: usize, i: isize, j: isize, weight: f64) {
+    /// Adds a texel beyond a rim or a cut: the image where the projection says that it goes on, bilinear. What of that
+    /// lies beyond a rim again goes on where it came from, so that a place between the last texels of both sides gets
+    /// what a line through them gives.
+    fn elsewhere(&self, taps: &mut Taps, place: (usize, isize, isize), weight: f64, crossings: u8) {
+        let (face, i, j) = place;
         let there = self.map.visit_canonical(Continue(Uv {
             u: self.raster.along_u.centre(i as f64),
             v: self.raster.along_v.centre(j as f64),
@@ -234,7 +246,11 @@ impl<T: Texel> Source<'_, T> {
         let face = there.face as usize;
         let place = self.place([there.u, there.v]);
         self.four(taps, face, place, weight, |taps, i, j, weight| {
-            self.held(taps, face, i, j, weight);
+            if crossings > 0 {
+                self.elsewhere(taps, (face, i, j), weight, crossings - 1);
+            } else {
+                self.held(taps, face, i, j, weight);
+            }
         });
     }
 

@@ -7,7 +7,7 @@
 //!
 //! - on the edge, the mean of the two rows next to it, each read at the place from which the edge point lies
 //!   halfway to its mirror image in the other row;
-//! - at the corner, the mean of the three or four texels that meet there; between the corner and the last centre
+//! - at the corner, the mean of the three, four or five texels that meet there; between the corner and the last centre
 //!   along an edge, linear.
 //!
 //! Where a mirror image lies is the projection's to say ([`Projection::beside`], [`Projection::across`]).
@@ -17,12 +17,14 @@
 //! graphics hardware does it, but of first order), and continuing the face's plane into its neighbour
 //! (second order, but the two faces disagreed on the edge).
 
-use super::border::Continue;
 use super::border::Taps;
 use crate::image::Raster;
 use crate::map::Map;
 use crate::projection::{Edge, Projection, Uv};
 use crate::projections::Visitor;
+
+/// An icosahedron's. What crosses sides forever is stopped there.
+const MOST_FACES_AT_A_CORNER: usize = 5;
 
 /// The geometry that edges need.
 pub(crate) struct FaceEdge<'a> {
@@ -63,7 +65,7 @@ impl FaceEdge<'_> {
                 self.inside(taps, face, within, weight * (1.0 - s) * (1.0 - t));
                 self.on_edge(taps, face, side(0), within[1], weight * s * (1.0 - t));
                 self.on_edge(taps, face, side(1), within[0], weight * (1.0 - s) * t);
-                self.corner(taps, face, within, [side(0), side(1)], weight * s * t);
+                self.corner(taps, face, [side(0), side(1)], weight * s * t);
             }
         }
     }
@@ -118,38 +120,58 @@ impl FaceEdge<'_> {
         (there.face as usize, place)
     }
 
-    /// Adds the mean of the texels at a corner.
-    fn corner(&self, taps: &mut Taps, face: usize, own: [f64; 2], sides: [Side; 2], weight: f64) {
-        let along = 1.0 - self.half_texel();
-        let mut around = [(face, own); 4];
-        for (k, (side, other)) in [(sides[0], sides[1]), (sides[1], sides[0])]
-            .into_iter()
-            .enumerate()
-        {
-            let (face, place) = self.across(face, side, if other.high { along } else { -along });
-            around[k + 1] = (face, place.map(f64::round));
+    /// Adds the mean of the texels at a corner, one of each face that meets there.
+    fn corner(&self, taps: &mut Taps, face: usize, sides: [Side; 2], weight: f64) {
+        let around = self.around(face, sides);
+        for (face, [right, bottom]) in &around {
+            let end = |high: bool| {
+                if high {
+                    (self.raster.width - 1) as f64
+                } else {
+                    0.0
+                }
+            };
+            let place = [end(*right), end(*bottom)];
+            self.inside(taps, *face, place, weight / around.len() as f64);
         }
-        // Where four faces meet, the last one lies across the corner itself.
-        let n = self.raster.width as f64;
-        let beyond = |side: Side| if side.high { 1.0 + 0.5 / n } else { -0.5 / n };
-        let mut uv = [0.0; 2];
-        sides.iter().for_each(|side| uv[side.axis] = beyond(*side));
-        let opposite = self.map.visit_canonical(Continue(Uv {
-            u: uv[0],
-            v: uv[1],
-            face: face as f64,
-        }));
-        let place = [opposite.u, opposite.v].map(|x| (x * n - 0.5).clamp(0.0, n - 1.0).round());
-        around[3] = (opposite.face as usize, place);
-        let known = |(face, _): (usize, [f64; 2])| around[..3].iter().any(|(f, _)| *f == face);
-        let count = if opposite.u.is_nan() || known(around[3]) {
-            3
-        } else {
-            4
+    }
+
+    /// The corners of faces that meet at one, found by crossing one side after the other until the first face is met
+    /// again: three, four or five.
+    fn around(&self, face: usize, [entry, exit]: [Side; 2]) -> Vec<(usize, [bool; 2])> {
+        let corner = |a: Side, b: Side| {
+            if a.axis == 0 {
+                [a.high, b.high]
+            } else {
+                [b.high, a.high]
+            }
         };
-        for (face, place) in &around[..count] {
-            self.inside(taps, *face, *place, weight / count as f64);
+        let mut around = vec![(face, corner(entry, exit))];
+        let (mut here, mut entry, mut exit) = (face, entry, exit);
+        while around.len() < MOST_FACES_AT_A_CORNER {
+            // Nearer to the side than to the corner's other side: the place across tells which side was crossed.
+            let along = if entry.high { 0.9 } else { -0.9 };
+            let there = self
+                .map
+                .visit_canonical(Across(self.edge(here, exit), along, 1e-3));
+            here = there.face as usize;
+            if here == face {
+                break;
+            }
+            let (p, q) = there.pq();
+            let axis = usize::from(q.abs() > p.abs());
+            let sides = [p > 0.0, q > 0.0];
+            entry = Side {
+                axis,
+                high: sides[axis],
+            };
+            exit = Side {
+                axis: 1 - axis,
+                high: sides[1 - axis],
+            };
+            around.push((here, sides));
         }
+        around
     }
 }
 

@@ -42,6 +42,14 @@ def test_proj_laea_is_the_sphere_map():
     assert np.abs(uv - np.stack([0.5 + x / 4, 0.5 - y / 4], -1)).max() < 1e-12
 
 
+def test_proj_cea_is_lambert_cylindrical():
+    pyproj: Any = need("pyproj")
+    d = random_directions(5000, 302)
+    x, y = pyproj.Proj("+proj=cea +lon_0=0 +R=1")(*lonlat(d))
+    uv = sm.encode(d, "lambert_cylindrical", axes="+y -z +x")
+    assert np.abs(uv - np.stack([0.5 + x / (2 * np.pi), 0.5 - y / 2], -1)).max() < 1e-12
+
+
 def test_proj_qsc_is_cube_equal_area():
     # One face of PROJ's, about latitude 0 and longitude 0, is the front of ours.
     pyproj: Any = need("pyproj")

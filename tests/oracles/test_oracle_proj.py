@@ -14,6 +14,9 @@ from . import need
 MAPS = [
     ("mercator", {}, "merc", math.pi, math.pi),
     ("miller", {}, "mill", math.pi, 1.25 * math.asinh(math.tan(math.radians(72)))),
+    ("mollweide", {}, "moll", 2 * math.sqrt(2), math.sqrt(2)),
+    ("hammer", {}, "hammer", 2 * math.sqrt(2), math.sqrt(2)),
+    ("sinusoidal", {}, "sinu", math.pi, math.pi / 2),
     ("latlong", {}, "eqc", math.pi, math.pi / 2),
     ("cylindrical", {"aspect": 2.0}, "cc", math.pi, math.pi / 2),
     ("perspective", {"fov": 120.0}, "gnom", math.sqrt(3), math.sqrt(3)),
@@ -40,4 +43,5 @@ def test_where_it_puts_a_place(name, parameters, proj, width, height):
     x, y = theirs(longitude[seen], latitude[seen])
     height = width if height is None else height
     error = np.hypot((2 * uv[seen, 0] - 1) * width - x, (1 - 2 * uv[seen, 1]) * height - y)
-    assert error.max() < 1e-12
+    # PROJ stops its iteration for moll at 1e-7 of θ, whose next step would be off by its square.
+    assert error.max() < (1e-9 if proj == "moll" else 1e-12)

@@ -100,6 +100,23 @@ impl Rect {
     }
 }
 
+/// The part of a convex polygon where a linear function is not negative.
+pub fn clip(polygon: &[[f64; 2]], side: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 2]> {
+    let mut part = Vec::with_capacity(polygon.len() + 1);
+    for (i, &a) in polygon.iter().enumerate() {
+        let b = polygon[(i + 1) % polygon.len()];
+        let (at_a, at_b) = (side(a), side(b));
+        if at_a >= 0.0 {
+            part.push(a);
+        }
+        if at_a < 0.0 && at_b > 0.0 || at_a > 0.0 && at_b < 0.0 {
+            let t = at_a / (at_a - at_b);
+            part.push([0, 1].map(|k| a[k] + t * (b[k] - a[k])));
+        }
+    }
+    part
+}
+
 /// ∫∫ density du dv over a rectangle whose sides are at most 1/64 and in which the density is smooth: to 1e-10 where the
 /// nearest singularity of the density, complex ones among them, is a tenth of the image away.
 pub fn smooth(r: Rect, density: impl Fn(f64, f64) -> f64) -> f64 {

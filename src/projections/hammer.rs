@@ -1,0 +1,96 @@
+//! Hammer (Hammer–Aitoff): the whole sphere in an ellipse, every texel the same solid angle, round at the rim.
+//!
+//! Source: Hammer 1892; Snyder 1987, Map Projections: A Working Manual, p. 182 (and his Aitoff of FITS sky maps, which
+//! astronomers mean by AIT): Lambert's azimuthal equal-area map of the direction with half the longitude, twice
+//! as wide: x = 2√2 cos φ sin(λ/2)/√(1 + cos φ cos(λ/2)), y = √2 sin φ/√(...).
+//!
+//! Domain: all directions. Singular: none but the poles, where meridians meet; u jumps from one rim to the other behind
+//! the viewer, and the seam itself (x = ±0) is the left rim.
+//!
+//! Half the longitude is taken by roots, cos(λ/2) = √((1 + cos λ)/2), of the larger of sine and cosine; the other
+//! follows from sin λ = 2 sin(λ/2) cos(λ/2), so that nothing cancels.
+
+use crate::light::solid_angle::{self, Rect};
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::real::{Real, max};
+
+/// The equal-area ellipse of half longitudes.
+#[derive(Clone, Copy, Debug)]
+pub struct Hammer;
+
+impl Projection for Hammer {
+    const INFO: Info = Info {
+        name: "hammer",
+        title: "Hammer (Hammer-Aitoff)",
+        source: "Hammer 1892; Snyder 1987, Map Projections: A Working Manual, p. 182; FITS AIT",
+        summary: "The whole sphere in an ellipse of equal areas, less sheared at the rim than Mollweide's; sky maps.",
+        singular: "The poles, where meridians meet; at the seam the left rim.",
+        axes: "+x -y -z",
+        aspect: (2, 1),
+        outline: Outline::Disk,
+        equal_area: true,
+        ..Info::PLAIN
+    };
+
+    const COMMON: bool = false;
+
+    fn with_parameters(_: &[f64]) -> Self {
+        Hammer
+    }
+
+    fn coverage(self) -> Coverage {
+        Coverage::Sphere
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        (16.0, 16.0)
+    }
+
+    fn seam(self) -> Seam {
+        Seam::RimMirrored
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
+        let (zero, half) = (R::new(0.0), R::new(0.5));
+        let ax = x.abs();
+        let (xf, yf, zf) = (ax.squarable(), y.squarable(), z.squarable());
+        let h = (xf * xf + zf * zf).sqrt();
+        let length = (h * h + yf * yf).sqrt();
+        // h times the larger of sin(λ/2) and cos(λ/2), and the other.
+        let large = (half * h * (h + z.abs())).sqrt();
+        let small = half * ax * h / max(large, R::new(1e-30));
+        let front = z >= zero;
+        let along = if front { small } else { large };
+        let ahead = if front { large } else { small };
+        let n = R::new(1.0) / (length * (length + ahead)).sqrt();
+        let west = x <= zero;
+        Uv::centred(
+            (along * n).clamped(-1.0, 1.0).negated_if(west),
+            (y * n).clamped(-1.0, 1.0),
+            zero,
+        )
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let (p, q) = uv.pq();
+        let (one, two) = (R::new(1.0), R::new(2.0));
+        let s = p * p + q * q;
+        let n = max(two - s, R::new(0.0)).sqrt();
+        let (a, b) = (p * n, one - s);
+        // At the poles, where both vanish, the direction is the axis.
+        let h = max(a * a + b * b, R::new(1e-30)).sqrt();
+        let x = two * a * b / h;
+        [x, q * n, (b - a) * (b + a) / h]
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        16.0 * solid_angle::disk_area(rect)
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, _: Uv<R>) -> R {
+        R::new(16.0)
+    }
+}

@@ -1,0 +1,228 @@
+//! Icosahedral: ten rhombi of two triangles each, gnomonic; the grid of weather and climate models.
+//!
+//! Source: the icosahedron with vertices at the poles and at latitudes ±atan ½, its twenty triangles joined in pairs
+//! (Sadourny, Arakawa & Mintz 1968; the ten diamonds of DWD's GME, Majewski et al. 2002). Face k is the diamond
+//! (north pole, two upper vertices, lower vertex) around azimuth 72°k + 36°, face 5 + k its neighbour below to the
+//! right, down to the south pole. u runs down to the right, v down to the left. Within a triangle the map is linear in the
+//! plane, so that great circles are straight; the density varies by 1.99.
+//!
+//! Domain: all directions. Singular: none. The diagonal u + v = 1 of each face is an edge of the solid, as its sides are.
+//!
+//! The sphere is folded: five sectors are turned to one and that one is mirrored, which leaves four triangles to tell
+//! apart by three planes, where a search would look at twenty.
+
+use crate::faces::{Cells, LayoutSpec, STRIP_AND_COLUMN};
+use crate::light::solid_angle::{self, Rect};
+use crate::projection::{Coverage, Info, Projection, Seam, Uv};
+use crate::real::Real;
+
+/// Ten diamonds.
+#[derive(Clone, Copy, Debug)]
+pub struct Icosahedral;
+
+const LAYOUTS: &[LayoutSpec] = &[
+    STRIP_AND_COLUMN[0],
+    LayoutSpec { name: "5x2", cells: Cells::Block(5, 2) },
+];
+
+/// Sine and cosine of the latitude of the rings of vertices.
+const SIN: f64 = 0.447_213_595_499_957_94;
+const COS: f64 = 0.894_427_190_999_915_9;
+/// Of 36° and 72°.
+const SIN_36: f64 = 0.587_785_252_292_473_1;
+const COS_36: f64 = 0.809_016_994_374_947_5;
+const SIN_72: f64 = 0.951_056_516_295_153_5;
+const COS_72: f64 = 0.309_016_994_374_947_45;
+
+/// (sine, cosine) of the azimuth of each sector's middle, 72°k + 36°.
+const SECTORS: [[f64; 2]; 5] = [
+    [SIN_36, COS_36],
+    [SIN_72, -COS_72],
+    [0.0, -1.0],
+    [-SIN_72, -COS_72],
+    [-SIN_36, COS_36],
+];
+
+/// Vertices around a sector's middle, as (right, up, ahead).
+const NORTH: [f64; 3] = [0.0, 1.0, 0.0];
+const SOUTH: [f64; 3] = [0.0, -1.0, 0.0];
+const UPPER_RIGHT: [f64; 3] = [COS * SIN_36, SIN, COS * COS_36];
+const UPPER_LEFT: [f64; 3] = [-COS * SIN_36, SIN, COS * COS_36];
+const LOWER: [f64; 3] = [0.0, -SIN, COS];
+const LOWER_RIGHT: [f64; 3] = [COS * SIN_72, -SIN, COS * COS_72];
+
+const fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// Three vectors whose products with a direction are, but for a common factor, its coordinates by the corners a, b, c,
+/// which run anticlockwise as seen from inside.
+const fn dual(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [[f64; 3]; 3] {
+    [cross(c, b), cross(a, c), cross(b, a)]
+}
+
+/// The four triangles of a folded sector, each as (tip, right corner, left corner).
+const TRIANGLES: [[[f64; 3]; 3]; 4] = [
+    dual(NORTH, UPPER_RIGHT, UPPER_LEFT),
+    dual(LOWER, UPPER_LEFT, UPPER_RIGHT),
+    dual(UPPER_RIGHT, LOWER_RIGHT, LOWER),
+    dual(SOUTH, LOWER, LOWER_RIGHT),
+];
+
+/// dω/(du dv) times |P|³ of the point P in the plane: twice a triangle's area times its distance.
+const SCALE: f64 = 0.760_845_213_036_122_8;
+
+#[inline(always)]
+fn product<R: Real>(n: [f64; 3], d: [R; 3]) -> R {
+    R::new(n[0]) * d[0] + R::new(n[1]) * d[1] + R::new(n[2]) * d[2]
+}
+
+/// The plane's point at (u, v) of a face, unfolded into its sector, as (right, up, ahead).
+#[inline(always)]
+fn flat<R: Real>(u: R, v: R, below: bool) -> [R; 3] {
+    let one = R::new(1.0);
+    let beyond = u + v > one;
+    let tip = if beyond { u + v - one } else { one - u - v };
+    let right = if beyond { one - v } else { u };
+    let left = if beyond { one - u } else { v };
+    std::array::from_fn(|k| {
+        let choose = |upper: f64, lower: f64| if below { R::new(lower) } else { R::new(upper) };
+        let (top, bottom) = (choose(NORTH[k], UPPER_RIGHT[k]), choose(LOWER[k], SOUTH[k]));
+        let tip_corner = if beyond { bottom } else { top };
+        tip * tip_corner
+            + right * choose(UPPER_RIGHT[k], LOWER_RIGHT[k])
+            + left * choose(UPPER_LEFT[k], LOWER[k])
+    })
+}
+
+/// (sine, cosine) of the middle of sector k.
+#[inline(always)]
+fn sector<R: Real>(k: R) -> (R, R) {
+    let (mut sin, mut cos) = (R::new(SECTORS[0][0]), R::new(SECTORS[0][1]));
+    for (n, [s, c]) in SECTORS.into_iter().enumerate().skip(1) {
+        let here = k == R::new(n as f64);
+        sin = if here { R::new(s) } else { sin };
+        cos = if here { R::new(c) } else { cos };
+    }
+    (sin, cos)
+}
+
+impl Projection for Icosahedral {
+    const INFO: Info = Info {
+        name: "icosahedral",
+        title: "Icosahedral (ten diamonds)",
+        source: "Sadourny, Arakawa, Mintz 1968; Majewski et al. 2002, the icosahedral-hexagonal GME grid",
+        summary: "Twenty gnomonic triangles as ten square faces: the most even gnomonic map; climate grids.",
+        singular: "None; five triangles meet at each vertex.",
+        axes: "+x -y -z",
+        faces: 10,
+        layouts: LAYOUTS,
+        ..Info::PLAIN
+    };
+
+    const COMMON: bool = false;
+
+    fn with_parameters(_: &[f64]) -> Self {
+        Icosahedral
+    }
+
+    fn coverage(self) -> Coverage {
+        Coverage::Sphere
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        let [x, y, z] = flat(1.0 / 3.0, 1.0 / 3.0, false);
+        let s: f64 = x * x + y * y + z * z;
+        (SCALE, SCALE / (s * s.sqrt()))
+    }
+
+    fn seam(self) -> Seam {
+        Seam::Faces
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
+        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let mut best = product([SECTORS[0][0], 0.0, SECTORS[0][1]], [x, zero, z]);
+        let (mut k, mut sin, mut cos) = (zero, R::new(SECTORS[0][0]), R::new(SECTORS[0][1]));
+        for (n, [s, c]) in SECTORS.into_iter().enumerate().skip(1) {
+            let along = R::new(s) * x + R::new(c) * z;
+            let nearer = along > best;
+            best = if nearer { along } else { best };
+            k = if nearer { R::new(n as f64) } else { k };
+            sin = if nearer { R::new(s) } else { sin };
+            cos = if nearer { R::new(c) } else { cos };
+        }
+        let aside = x * cos - z * sin;
+        let mirrored = aside < zero;
+        let d = [aside.abs(), -y, best];
+        // Below each of three edges: the tip, the sides and the foot of the sector.
+        let below_cap = product(TRIANGLES[0][0], d) < zero;
+        let beside = product(TRIANGLES[1][1], d) < zero;
+        let foot = product(TRIANGLES[2][0], d) < zero;
+        let which = |n: usize| -> [R; 3] {
+            std::array::from_fn(|row| product(TRIANGLES[n][row], d))
+        };
+        let (a, b, c, e) = (which(0), which(1), which(2), which(3));
+        let lower = below_cap & beside;
+        // Tip, right and left corner; those of the two lower kinds are turned over.
+        let [tip, right, left]: [R; 3] = std::array::from_fn(|row| {
+            let flip = [0, 2, 1][row];
+            let upper = if below_cap { b[flip] } else { a[row] };
+            let under = if foot { e[flip] } else { c[row] };
+            if lower { under } else { upper }
+        });
+        let n = one / (tip + right + left);
+        let (p, q) = (
+            (if mirrored { left } else { right } * n).clamped(0.0, 1.0),
+            (if mirrored { right } else { left } * n).clamped(0.0, 1.0),
+        );
+        let second = (lower & foot) | (below_cap & !lower);
+        let back = lower & mirrored;
+        let k = if back { k - one } else { k };
+        let k = if k < zero { R::new(4.0) } else { k };
+        Uv {
+            u: if second { one - q } else { p },
+            v: if second { one - p } else { q },
+            face: if lower { k + R::new(5.0) } else { k },
+        }
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let below = uv.face > R::new(4.5);
+        let k = if below { uv.face - R::new(5.0) } else { uv.face };
+        let (sin, cos) = sector(k);
+        let [x, up, z] = flat(uv.u, uv.v, below);
+        let n = R::new(1.0) / (x * x + up * up + z * z).sqrt();
+        let (x, z) = (x * n, z * n);
+        [x * cos + z * sin, -(up * n), z * cos - x * sin]
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        let corners = [[rect.u0, rect.v0], [rect.u1, rect.v0], [rect.u1, rect.v1], [rect.u0, rect.v1]];
+        let lift = |[u, v]: [f64; 2]| {
+            let at = |k: usize| {
+                (1.0 - u - v) * NORTH[k] + u * UPPER_RIGHT[k] + v * UPPER_LEFT[k]
+            };
+            [at(0), at(1), at(2)]
+        };
+        let first = solid_angle::clip(&corners, |[u, v]| 1.0 - u - v);
+        let second = solid_angle::clip(&corners, |[u, v]| u + v - 1.0);
+        // The triangles of a face are mirror images in its diagonal.
+        let first: Vec<_> = first.into_iter().map(lift).collect();
+        let second: Vec<_> = second.into_iter().map(|[u, v]| lift([1.0 - v, 1.0 - u])).collect();
+        solid_angle::gnomonic_polygon(&first) + solid_angle::gnomonic_polygon(&second)
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, uv: Uv<R>) -> R {
+        let [x, y, z] = flat(uv.u, uv.v, false);
+        let s = x * x + y * y + z * z;
+        R::new(SCALE) / (s * s.sqrt())
+    }
+}

@@ -1,0 +1,128 @@
+//! Mollweide: the whole sphere in an ellipse, every texel the same solid angle, parallels straight.
+//!
+//! Source: Mollweide 1805; Snyder 1987, Map Projections: A Working Manual, p. 249: x = (2√2/π) λ cos θ, y = √2 sin θ
+//! with 2θ + sin 2θ = π sin φ.
+//!
+//! Domain: all directions. Singular: the poles, where θ moves as the power ⅔ of the distance to the pole: a coordinate
+//! rounded by ε moves a direction there by ε^¾ (4e-12 rad in f64, 1e-5 in f32). u jumps from one rim to the other
+//! behind the viewer, and the seam itself (x = ±0) is the left rim.
+//!
+//! The equation is solved from the pole: ψ = π - 2|θ| has ψ - sin ψ = π(1 - sin|φ|), Kepler's for a parabola, whose
+//! right side (x² + z²)/(L(L + |y|)) keeps its digits. ψ is a smooth function of the cube root of that side, by a
+//! series that holds all digits near the pole, where Newton's method on θ converges linearly, as every textbook
+//! warns. Three of its steps do for the rest.
+
+use super::cylindrical::longitude;
+use crate::light::solid_angle::{self, Rect};
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
+use crate::real::{Real, max, min};
+use std::f64::consts::PI;
+
+/// The equal-area ellipse.
+#[derive(Clone, Copy, Debug)]
+pub struct Mollweide;
+
+/// ψ - sin ψ, by its series below 1. `sin` is sin ψ.
+#[inline(always)]
+fn lag<R: Real>(psi: R, sin: R) -> R {
+    let one = R::new(1.0);
+    let s = psi * psi;
+    let term = |rest: R, divisor: f64| one - s * R::new(1.0 / divisor) * rest;
+    let series = term(term(term(term(term(term(term(one, 272.0), 210.0), 156.0), 110.0), 72.0), 42.0), 20.0);
+    let small = psi < one;
+    if small {
+        s * psi * R::new(1.0 / 6.0) * series
+    } else {
+        psi - sin
+    }
+}
+
+impl Projection for Mollweide {
+    const INFO: Info = Info {
+        name: "mollweide",
+        title: "Mollweide",
+        source: "Mollweide 1805; Snyder 1987, Map Projections: A Working Manual, p. 249",
+        summary: "The whole sphere in an ellipse of equal areas, with straight parallels; sky surveys, world maps.",
+        singular: "The poles, where a coordinate rounded by eps moves a direction by eps^(3/4); at the seam the left rim.",
+        axes: "+x -y -z",
+        aspect: (2, 1),
+        outline: Outline::Disk,
+        equal_area: true,
+        ..Info::PLAIN
+    };
+
+    const COMMON: bool = false;
+
+    fn with_parameters(_: &[f64]) -> Self {
+        Mollweide
+    }
+
+    fn coverage(self) -> Coverage {
+        Coverage::Sphere
+    }
+
+    fn density_range(self) -> (f64, f64) {
+        (16.0, 16.0)
+    }
+
+    fn seam(self) -> Seam {
+        Seam::RimMirrored
+    }
+
+    #[inline(always)]
+    fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
+        let (half, one) = (R::new(0.5), R::new(1.0));
+        let (longitude, h) = longitude(x, z);
+        let ay = y.abs();
+        let yf = ay.squarable();
+        let length = (h * h + yf * yf).sqrt();
+        let side = R::new(PI) * (h * h / (length * (length + ay)));
+        let c = (side * R::new(6.0)).cbrt();
+        let s = c * c;
+        let [a, b, d, e] = [1.0 / 60.0, 1.0 / 1400.0, 1.0 / 25200.0, 43.0 / 17_248_000.0].map(R::new);
+        let mut psi = c * (one + s * (a + s * (b + s * (d + s * e))));
+        for _ in 0..3 {
+            let (sin, cos) = R::sin_cos_half_turns(psi * R::new(0.5 / PI));
+            let two = R::new(2.0);
+            psi = psi - (lag(psi, two * sin * cos) - side) / (two * sin * sin);
+        }
+        let (sin, cos) = R::sin_cos_half_turns(psi * R::new(0.5 / PI));
+        let up = y < R::new(0.0);
+        Uv::flat(
+            (longitude * sin * half + half).clamped(0.0, 1.0),
+            cos.negated_if(up) * half + half,
+        )
+    }
+
+    #[inline(always)]
+    fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
+        let (p, q) = uv.pq();
+        let (one, two) = (R::new(1.0), R::new(2.0));
+        // 1 - |q| from the nearer end of v, which keeps its digits at the pole.
+        let below = min(uv.v, one - uv.v) * two;
+        let below = max(below, R::new(0.0));
+        let aq = one - below;
+        let s = (below * (one + aq)).sqrt();
+        let psi = R::half_turns(s, aq) * R::new(2.0 * PI);
+        let missing = lag(psi, two * s * aq) * R::new(1.0 / PI);
+        let cos = (missing * (two - missing)).sqrt();
+        let width = max(s, R::new(1e-30));
+        let (sin_longitude, cos_longitude) =
+            R::sin_cos_half_turns((p / width).clamped(-4.0, 4.0));
+        let up = q < R::new(0.0);
+        [
+            cos * sin_longitude,
+            (one - missing).negated_if(up),
+            cos * cos_longitude,
+        ]
+    }
+
+    fn solid_angle(self, rect: Rect) -> f64 {
+        16.0 * solid_angle::disk_area(rect)
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(self, _: Uv<R>) -> R {
+        R::new(16.0)
+    }
+}

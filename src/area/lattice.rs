@@ -9,12 +9,13 @@
 //! part of its texel. The valid image is taken as convex, and its rim is found by bisection of
 //! [`Projection::contains`]: whatever the outline is, no formula of it is needed.
 
-use super::sphere::{Curve, Direction, normalized, triangle};
+use super::sphere::{Curve, Direction, dot, normalized, sub, triangle};
 use crate::error::Error;
 use crate::image::Raster;
 use crate::map::Map;
-use crate::projection::{Outline, Projection, Uv};
+use crate::projection::{Coverage, Outline, Projection, Uv};
 use crate::projections::Visitor;
+use std::f64::consts::FRAC_PI_2;
 
 /// Cells along a side of a face, at least.
 const FEWEST: usize = 16;
@@ -31,6 +32,8 @@ pub(super) struct Lattice<'a> {
     pub rows: usize,
     /// For each face, +1 where (u, v) turn as seen from outside, else -1.
     sense: Vec<f64>,
+    /// The angle from the view axis within which all of the valid image lies.
+    reach: f64,
 }
 
 /// A place in an image.
@@ -138,6 +141,29 @@ struct LastValid {
     limit: f64,
 }
 
+impl LastValid {
+    /// How far the circle of radius ½ about the middle is, in distances between the two places: a little beyond it,
+    /// where `contains` lets rims out, for beside a rim of infinite density a hair is a square root's.
+    fn on_circle(&self) -> Option<f64> {
+        let from = self.from.map(|x| 2.0 * x - 1.0);
+        let way = [0, 1].map(|k| 2.0 * (self.through[k] - self.from[k]));
+        let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let (a, b, c) = (
+            product(way, way),
+            product(from, way),
+            product(from, from) - (1.0 + 6.0 * f64::EPSILON),
+        );
+        let root = (b * b - a * c).sqrt();
+        // Of two forms of the larger root the one that does not cancel.
+        let r = if b > 0.0 {
+            -c / (b + root)
+        } else {
+            (root - b) / a
+        };
+        (r > 0.0 && r < self.limit).then_some(r)
+    }
+}
+
 impl Visitor for LastValid {
     type Output = [f64; 2];
     fn visit<P: Projection>(self, p: P) -> [f64; 2] {
@@ -154,6 +180,12 @@ impl Visitor for LastValid {
         if valid(high) {
             return at(high);
         }
+        if P::INFO.outline == Outline::Disk
+            && let Some(r) = self.on_circle()
+            && valid(r)
+        {
+            return at(r);
+        }
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if valid(middle) {
@@ -163,6 +195,48 @@ impl Visitor for LastValid {
             }
         }
         at(low)
+    }
+}
+
+/// An angle from the view axis that nothing of the valid image is beyond.
+fn reach(map: &Map) -> f64 {
+    const SAMPLES: usize = 64;
+    match map.coverage() {
+        Coverage::Sphere => f64::INFINITY,
+        Coverage::Hemisphere => FRAC_PI_2,
+        Coverage::Cap(angle) => angle,
+        Coverage::Part(_) => {
+            let at = |k: usize| k as f64 / SAMPLES as f64;
+            let mut reach = 0.0_f64;
+            let mut step = 0.0_f64;
+            for face in 0..map.info().faces {
+                let mut above = [None; SAMPLES + 1];
+                for j in 0..=SAMPLES {
+                    let mut beside: Option<Direction> = None;
+                    for (i, above) in above.iter_mut().enumerate() {
+                        let face = face as f64;
+                        let uv = Uv {
+                            u: at(i),
+                            v: at(j),
+                            face,
+                        };
+                        let d = map
+                            .visit_canonical(Contains(uv))
+                            .then(|| map.visit_canonical(Decode(uv)));
+                        if let Some(d) = d {
+                            reach = reach.max(d[0].hypot(d[1]).atan2(d[2]));
+                            for near in [beside, *above].into_iter().flatten() {
+                                let way = sub(d, near);
+                                step = step.max(dot(way, way).sqrt());
+                            }
+                        }
+                        (beside, *above) = (d, d);
+                    }
+                }
+            }
+            // What lies between samples is nearer to one than they are to each other.
+            reach + 2.0 * step
+        }
     }
 }
 
@@ -191,6 +265,7 @@ impl<'a> Lattice<'a> {
             columns: raster.width * refined,
             rows: raster.height * refined,
             sense: Vec::new(),
+            reach: reach(map),
         };
         lattice.sense = (0..map.arrangement().faces)
             .map(|face| {
@@ -207,6 +282,15 @@ impl<'a> Lattice<'a> {
         self.columns = self.raster.width * refined;
         self.rows = self.raster.height * refined;
         self
+    }
+
+    /// Whether all of the valid image is farther than an angle from a direction.
+    pub fn is_far(&self, d: Direction, angle: f64) -> bool {
+        let [x, y, z] = match &self.frame {
+            None => d,
+            Some([_, m]) => times(m, d),
+        };
+        x.hypot(y).atan2(z) > self.reach + angle
     }
 
     /// The map's view frame to the shared one.

@@ -7,6 +7,7 @@
 
 use super::arc::{Arc, Piece, Place, differences, minus};
 use super::lattice::Lattice;
+use crate::projection::Outline;
 
 /// Parts of an edge at which it is no longer halved: what lies between is a step across a seam.
 const SHORTEST: f64 = 1e-11;
@@ -89,6 +90,10 @@ impl Border {
             return false;
         }
         if b.0 - a.0 < SHORTEST {
+            // A rim is no side of a face that a region could go on along.
+            if from.map.info().outline != Outline::Square {
+                return false;
+            }
             self.step(&a.1, &b.1, from);
             return true;
         }

@@ -397,7 +397,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
             return;
         }
         self.shares.weights.truncate(start);
-        if !self.misses(middle, width) {
+        if !self.misses(face, at, middle, width) {
             self.general(face, at);
         }
     }
@@ -405,7 +405,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
     /// A cell whose border crosses seams, or is not smooth; false if that cannot be done.
     fn follow(&mut self, face: usize, at: [usize; 2], middle: usize) -> bool {
         let [x, y, on] = self.points[middle];
-        if on.is_nan() || self.from.map.info().outline != Outline::Square || !self.whole(face, at) {
+        if on.is_nan() || self.from.map.info().outline == Outline::Shape || !self.whole(face, at) {
             return false;
         }
         let size = self.size(face, at);
@@ -431,15 +431,24 @@ impl<'l, 'a> Sweep<'l, 'a> {
     }
 
     /// Whether a cell lies where the source holds nothing, as far as the general path looks.
-    fn misses(&self, middle: usize, width: usize) -> bool {
-        let around = [middle - width, middle, middle + width]
-            .into_iter()
-            .flat_map(|k| [k - 1, k, k + 1]);
+    fn misses(&self, face: usize, at: [usize; 2], middle: usize, width: usize) -> bool {
+        let around = || {
+            [middle - width, middle, middle + width]
+                .into_iter()
+                .flat_map(|k| [k - 1, k, k + 1])
+        };
+        if around().any(|k| !self.points[k][2].is_nan()) {
+            return false;
+        }
         let centre = self.directions[middle];
-        around.into_iter().all(|k| {
+        let widest = around().fold(0.0_f64, |widest, k| {
             let way = sub(self.directions[k], centre);
-            self.points[k][2].is_nan() && dot(way, way) <= BLIND * BLIND
-        })
+            widest.max(dot(way, way))
+        });
+        let [(u0, u1), (v0, v1)] = self.into.rectangle(at);
+        let middle = self.into.decode(face, [0.5 * (u0 + u1), 0.5 * (v0 + v1)]);
+        // Twice: a side may bulge between its corners and its middle.
+        widest <= BLIND * BLIND || self.from.is_far(middle, 2.0 * widest.sqrt())
     }
 
     /// Any cell. It counts where there is something to share: not outside a rim.

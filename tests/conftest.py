@@ -61,7 +61,7 @@ def _cases() -> list[Case]:
         known.add(tuple(layouts))
         out += [Case(name, {"layout": x}) for x in layouts]
         # Conventions that differ in axes, grid and layout alone are tested in test_conventions.
-        seen = set()
+        seen = {(tuple(sm.projection(name).parameters.items()), None)}
         for x in entry["conventions"]:
             p = sm.projection(name, convention=x)
             shape = tuple(p.parameters.items()), reference.STORED.get((name, x))

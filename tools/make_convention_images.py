@@ -64,9 +64,8 @@ def picture(row: dict) -> Image.Image:
     rows, columns = p.shape(2)
     width = 240 if columns > 2 * rows else 120 if columns == rows else WIDTH
     unit = max(1, round(width * 2 / columns if columns >= rows else 200 * 2 / rows))
-    d = sm.projection(p.name, convention=p.convention, layout=p.layout, grid="centers").directions(
-        unit * DETAIL
-    )
+    p = sm.projection(p.name, convention=p.convention, layout=p.layout, grid="centers")
+    d = p.directions(tuple(n - n % DETAIL for n in p.shape(unit * DETAIL)))
     valid = ~np.isnan(d[..., 0])
     color = sphere(np.where(valid[..., None], d, 1.0), row["up"])
     color = np.where(valid[..., None], color, 255)

@@ -162,6 +162,18 @@ QualifiedName: TypeAlias = Literal[
     "latlong:ffmpeg-output",
     "latlong:unity",
     "latlong:unreal",
+    "angular:ffmpeg",
+    "equisolid:ffmpeg",
+    "stereographic:ffmpeg",
+    "orthographic:ffmpeg",
+    "perspective:ffmpeg",
+    "octahedral:ffmpeg",
+    "lambert_cylindrical:ffmpeg",
+    "dual_fisheye:ffmpeg",
+    "mercator:ffmpeg",
+    "hammer:ffmpeg",
+    "sinusoidal:ffmpeg",
+    "tetrahedral:ffmpeg",
 ]
 
 LayoutName: TypeAlias = Literal[

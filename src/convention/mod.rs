@@ -15,6 +15,7 @@ mod equal_area;
 mod latlong;
 mod octahedral;
 mod sphere;
+mod views;
 
 use crate::error::Error;
 use crate::faces::FaceTable;
@@ -120,6 +121,7 @@ const TABLES: &[&[Convention]] = &[
     octahedral::TABLE,
     equal_area::TABLE,
     latlong::TABLE,
+    views::TABLE,
 ];
 
 /// Every row.

@@ -47,6 +47,40 @@ def test_what_it_writes(target):
     assert np.abs(got - want)[ok].max() < QUANTISATION + 1
 
 
+# What v360 calls the maps of src/convention/views.rs, with what it must be told, and a shape.
+ROUND = ":h_fov=180:v_fov=180"
+VIEWS = {
+    "angular": ("fisheye" + ROUND, (100, 100)),
+    "equisolid": ("equisolid" + ROUND, (100, 100)),
+    "stereographic": ("sg" + ROUND, (100, 100)),
+    "orthographic": ("og" + ROUND, (100, 100)),
+    "perspective": ("flat:h_fov=90:v_fov=90", (100, 100)),
+    "octahedral": ("octahedron", (100, 100)),
+    "lambert_cylindrical": ("cylindricalea", (100, 314)),
+    "dual_fisheye": ("dfisheye" + ROUND, (100, 200)),
+    "mercator": ("mercator", (100, 100)),
+    "hammer": ("hammer", (100, 200)),
+    "sinusoidal": ("sinusoidal", (100, 200)),
+    "tetrahedral": ("tetrahedron", (90, 208)),
+}
+
+
+@pytest.mark.parametrize("kind", VIEWS)
+def test_views_and_world_maps(kind):
+    source = scene(sm.directions("latlong:ffmpeg", 512))
+    target, shape = VIEWS[kind]
+    d = sm.directions(f"{kind}:ffmpeg", shape)
+    got, want = oracle.v360(source, "e", target, shape), scene(d)
+    ok = ~np.isnan(d[..., 0])
+    assert ok.mean() > 0.6
+    assert np.abs(got - want)[ok].max() < QUANTISATION + 1
+
+
+def test_each_of_its_rows_was_run():
+    rows = {row["kind"] for row in sm.conventions() if row["name"] == "ffmpeg"}
+    assert rows == {"latlong", "sphere", *VIEWS}
+
+
 @pytest.mark.parametrize(
     ("source", "name", "shape"),
     [

@@ -215,6 +215,21 @@ def test_textures_come_back(tmp_path: Path, mips: int) -> None:
     assert len(list(tmp_path.iterdir())) == 2
 
 
+def test_files_are_those_that_other_readers_read(tmp_path: Path) -> None:
+    """Check the files that tests/textures.rs gives to other people's readers."""
+    levels = [
+        np.arange(6.0)[:, None] * 256 + 64 * k + np.arange(4.0 * side * side)
+        for k, side in enumerate((4, 2, 1))
+    ]
+    levels = [
+        level.reshape(6, side, side, 4) for level, side in zip(levels, (4, 2, 1), strict=True)
+    ]
+    for name, write in (("cube.ktx2", sm.write_ktx2), ("cube.dds", sm.write_dds)):
+        assert write(tmp_path / name, levels) == 0
+        kept = Path(__file__).parent / "data" / name
+        assert (tmp_path / name).read_bytes() == kept.read_bytes()
+
+
 def test_faces_are_in_the_order_of_opengl(tmp_path: Path) -> None:
     """Face k holds the directions that its major axis says, each row where it should be."""
     d = sm.directions("cube", 8).astype(np.float32)

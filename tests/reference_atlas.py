@@ -452,19 +452,20 @@ class Lens:
         return self.radius(theta, parameters) / self.radius(rim, parameters)
 
     def theta(self, r: Array, parameters: Parameters) -> Array:
-        """Bisection: no closed form, and no Newton either, so that nothing is shared."""
+        """Bisection, and Newton's steps between the last two places of it."""
         rim = self.rim(parameters, r.dtype)
         low, high = np.zeros_like(r), np.full_like(r, rim)
         r = np.where(np.isnan(r), 0, r)
-        for _ in range(70 if r.dtype == np.longdouble else 58):
+        for _ in range(26):
             middle = (low + high) / 2
             less = self.scaled(middle, parameters) < r
             low, high = np.where(less, middle, low), np.where(less, high, middle)
-        # Near the axis, where bisection is only good to rounding of the rim, one step of secants.
         theta = (low + high) / 2
         scale = self.radius(rim, parameters)
-        off = self.radius(theta, parameters) - r * scale
-        return np.clip(theta - off / self.slope(theta, parameters), 0, rim)
+        for _ in range(4):
+            off = self.radius(theta, parameters) - r * scale
+            theta = np.clip(theta - off / self.slope(theta, parameters), low, high)
+        return theta
 
     def encode(self, x: Array, y: Array, z: Array, parameters: Parameters) -> Any:
         c, s, h = azimuth(x, y)

@@ -117,11 +117,14 @@ def test_convert_writes_the_light_of_every_direction(to: str, probe: Path, tmp_p
 def test_a_shell_gets_what_a_caller_gets(probe: Path, tmp_path: Path) -> None:
     for arguments in (
         ("--version",),
-        ("convert", probe, tmp_path / "a.exr", *from_angular("cube"), "--size", 8),
+        ("explain", "cube"),
         ("convert", probe, tmp_path / "a.exr", *from_angular("latlon")),
         ("info", tmp_path / "none.exr"),
     ):
         assert process(*arguments) == run(*arguments)
+    out = tmp_path / "out.exr"
+    assert process("convert", probe, out, *from_angular("cube"), "--size", 8).returncode == 0
+    assert io.read(out).shape == (24, 32, 3)
 
 
 def test_convert_and_the_library_give_the_same_bits(probe: Path, tmp_path: Path) -> None:

@@ -66,7 +66,7 @@ def test_levels_are_bit_equal(case, dtype):
 def test_thread_counts_are_bit_equal(case, dtype):
     p = case.make()
     sm.set_num_threads(1)
-    n = 1 << 18
+    n = 1 << 17
     want = everything(p, dtype, n)
     for threads in (2, 3, 5):
         sm.set_num_threads(threads)

@@ -24,7 +24,10 @@ use crate::projections::Visitor;
 
 /// How often a place may go back and forth over a mirrored rim before its nearest texel is taken. Each time leaves half of
 /// the weight or less, but beside poles.
-const CROSSINGS: u8 = 6;
+const CROSSINGS: u8 = 4;
+
+/// Less than this part of a texel beyond a rim takes the nearest texel at once.
+const LITTLE: f64 = 1.0 / 128.0;
 
 /// Stored texels and their weights.
 pub(crate) struct Taps(Vec<(usize, f64)>);
@@ -162,7 +165,9 @@ impl<T: Texel> Source<'_, T> {
             self.raster.view(face).index(i as usize, j as usize)
         };
         match self.seam {
-            Seam::RimMirrored | Seam::Cuts => self.elsewhere(taps, (face, i, j), weight, CROSSINGS),
+            Seam::RimMirrored | Seam::Cuts => {
+                self.elsewhere(taps, (face, i, j), weight, (weight, CROSSINGS))
+            }
             _ if self.raster.outline == Outline::Disk => {
                 self.across_rim(taps, face, i, j, weight);
             }
@@ -233,8 +238,15 @@ impl<T: Texel> Source<'_, T> {
     /// Adds a texel beyond a rim or a cut: the image where the projection says that it goes on, bilinear. What of that
     /// lies beyond a rim again goes on where it came from, so that a place between the last texels of both sides gets
     /// what a line through them gives.
-    fn elsewhere(&self, taps: &mut Taps, place: (usize, isize, isize), weight: f64, crossings: u8) {
-        let (face, i, j) = place;
+    ///
+    /// `whole` is the weight of the texel that this began with: what it is made of must not depend on where it is seen from.
+    fn elsewhere(
+        &self,
+        taps: &mut Taps,
+        (face, i, j): (usize, isize, isize),
+        weight: f64,
+        (whole, crossings): (f64, u8),
+    ) {
         let there = self.map.visit_canonical(Continue(Uv {
             u: self.raster.along_u.centre(i as f64),
             v: self.raster.along_v.centre(j as f64),
@@ -246,8 +258,8 @@ impl<T: Texel> Source<'_, T> {
         let face = there.face as usize;
         let place = self.place([there.u, there.v]);
         self.four(taps, face, place, weight, |taps, i, j, weight| {
-            if crossings > 0 {
-                self.elsewhere(taps, (face, i, j), weight, crossings - 1);
+            if crossings > 0 && weight.abs() > LITTLE * whole.abs() {
+                self.elsewhere(taps, (face, i, j), weight, (whole, crossings - 1));
             } else {
                 self.held(taps, face, i, j, weight);
             }

@@ -26,7 +26,7 @@ const LAYOUTS: &[LayoutSpec] = &[
 ];
 
 /// Sine and cosine of the latitude of the rings of vertices.
-const SIN: f64 = 0.447_213_595_499_957_94;
+const SIN: f64 = 0.447_213_595_499_957_9;
 const COS: f64 = 0.894_427_190_999_915_9;
 /// Of 36° and 72°.
 const SIN_36: f64 = 0.587_785_252_292_473_1;

@@ -7,7 +7,7 @@ import pytest
 import reference
 import reference_area
 import spheremap as sm
-from conftest import LAYOUTS, NAMES, assert_same_bits_everywhere, each
+from conftest import DEFAULTS, LAYOUTS, NAMES, PARAMETERS, assert_same_bits_everywhere, each
 
 SPHERES = [n for n in NAMES if sm.projection(n).coverage == "sphere"]
 PARTNERS = ("latlong", "cube", "angular")
@@ -55,6 +55,18 @@ def test_energy_bounds_and_constants(src, dst):
             assert got[..., k].max() <= image[..., k][~outside].max()
         assert np.all(got[held][:, 2] == 0.7)
         assert np.all(got[~held] == 0)
+
+
+@each([c for c in DEFAULTS + PARAMETERS if c.make().coverage != "sphere"])
+def test_nothing_that_a_source_sees_is_left_out(case):
+    p = case.make()
+    got = area(np.ones(p.shape(64)), p, "latlong", 64, rotation=TURN, fill=np.nan)
+    seen = ~np.isnan(got)
+    # A constant stays that constant, however little of a texel is seen.
+    assert np.all(got[seen] == 1)
+    finer = np.ascontiguousarray(sm.directions("latlong", 3 * 64) @ TURN)
+    covered = p.covers(finer).reshape(64, 3, 128, 3).any((1, 3))
+    assert np.all(seen[covered])
 
 
 def test_a_thousand_suns():

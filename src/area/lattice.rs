@@ -7,7 +7,7 @@
 //!
 //! Small images are refined, so that no cell spans more than a fraction of the sphere; a cell then is a
 //! part of its texel. The valid image is taken as convex, and its rim is found by bisection of
-//! [`Projection::contains`]: whatever the outline is, no formula of it is needed.
+//! [`Projection::contains`], but for disks: whatever the outline is, no formula of it is needed.
 
 use super::sphere::{Curve, Direction, dot, normalized, sub, triangle};
 use crate::error::Error;

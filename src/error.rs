@@ -72,6 +72,15 @@ impl Error {
         }
     }
 
+    /// A name that others use for what is here under `names`.
+    pub fn known_here_as(what: &'static str, name: &str, names: &[&str]) -> Error {
+        Error::Unknown {
+            what,
+            name: name.to_owned(),
+            hint: format!("; here it is '{}'", names.join("' or '")),
+        }
+    }
+
     /// An unknown name among those that `owner` has: all of `names`, the nearest first.
     pub fn unknown_of(what: &'static str, name: &str, owner: &str, names: &[&str]) -> Error {
         // Names that start the same are near, however much one of them goes on.

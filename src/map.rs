@@ -157,7 +157,7 @@ impl Map {
         let info = REGISTRY
             .iter()
             .find(|info| info.name == name)
-            .ok_or_else(|| Error::unknown("projection", name, &names))?;
+            .ok_or_else(|| unknown_projection(name, &names))?;
         let convention = match (qualifier, options.convention) {
             (Some(a), Some(b)) if a != b => {
                 return Err(Error::Contradiction(format!(
@@ -511,6 +511,20 @@ fn find_grid(name: &str) -> Result<Grid, Error> {
     let names = Grid::ALL.map(Grid::name);
     let found = Grid::ALL.into_iter().find(|grid| grid.name() == name);
     found.ok_or_else(|| Error::unknown("grid", name, &names))
+}
+
+/// The error for a name that no projection has, but others may use for one.
+fn unknown_projection(name: &str, names: &[&str]) -> Error {
+    let here: Vec<&str> = REGISTRY
+        .iter()
+        .filter(|info| info.known_as.contains(&name))
+        .map(|info| info.name)
+        .collect();
+    if here.is_empty() {
+        Error::unknown("projection", name, names)
+    } else {
+        Error::known_here_as("projection", name, &here)
+    }
 }
 
 fn parameters(

@@ -231,6 +231,8 @@ pub struct Info {
     pub name: &'static str,
     /// Its full name.
     pub title: &'static str,
+    /// What others call it: names that an error translates, and that are none here.
+    pub known_as: &'static [&'static str],
     /// Where the formula comes from.
     pub source: &'static str,
     /// What it is and who uses it, in one line.
@@ -261,6 +263,7 @@ impl Info {
     pub const PLAIN: Info = Info {
         name: "",
         title: "",
+        known_as: &[],
         source: "",
         summary: "",
         singular: "",

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import NAMES, REGISTRY
 
 D = np.ones((4, 3))
 UV = np.full((4, 2), 0.5)
@@ -38,6 +39,16 @@ def test_unknown_projection_names_the_nearest(name, near):
         with pytest.raises(ValueError) as e:
             call()
         assert str(e.value) == f"unknown projection '{name}'; did you mean '{near}'?"
+
+
+@pytest.mark.parametrize("name", sorted({name for entry in REGISTRY for name in entry["known_as"]}))
+def test_names_that_others_use_are_translated(name):
+    assert name not in NAMES
+    here = [entry["name"] for entry in REGISTRY if name in entry["known_as"]]
+    with pytest.raises(ValueError) as e:
+        sm.encode(D, name)
+    translated = "' or '".join(here)
+    assert str(e.value) == f"unknown projection '{name}'; here it is '{translated}'"
 
 
 def test_unknown_projection_that_is_near_nothing():

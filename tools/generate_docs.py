@@ -109,6 +109,7 @@ def page(registry: list[dict]) -> str:
             if properties(e) != "–"
             else f"- Density dω/(du dv): {density(e)}",
             f"- Singular: {e['singular']}",
+            *([f"- Elsewhere called {', '.join(e['known_as'])}"] if e["known_as"] else []),
         ]
         if e["layouts"]:
             facts.insert(1, f"- Layouts: {', '.join(f'`{x}`' for x in e['layouts'])}")

@@ -21,6 +21,7 @@ impl Projection for Concentric {
     const INFO: Info = Info {
         name: "concentric",
         title: "Concentric map of a hemisphere",
+        known_as: &["shirley_chiu"],
         source: "Shirley and Chiu 1997, A Low Distortion Map Between Disk and Square",
         summary: "The hemisphere in a square, texels of one solid angle; sky domes, and samples of lobes.",
         singular: "None; its creases are the diagonals.",

@@ -28,6 +28,7 @@ impl Projection for CubeEqualArea {
     const INFO: Info = Info {
         name: "cube_equal_area",
         title: "Equal-area cube map (quadrilateralized spherical cube)",
+        known_as: &["qsc", "quadrilateralized"],
         source: "O'Neill and Laubscher 1976; PROJ, qsc",
         summary: "Six faces whose texels all see the same solid angle; sky surveys after COBE.",
         singular: "None; on ties x wins over y wins over z.",

@@ -22,6 +22,7 @@ impl Warp for Quadratic {
     const NAMES: Names = Names {
         name: "cube_quadratic",
         title: "Cube map with S2's quadratic warp",
+        known_as: &["s2"],
         source: "Google S2 geometry library, S2_QUADRATIC_PROJECTION",
         summary: "Six faces, nearly even texels without trigonometry; cells of S2.",
     };

@@ -27,6 +27,7 @@ impl Projection for DualFisheye {
     const INFO: Info = Info {
         name: "dual_fisheye",
         title: "Dual fisheye",
+        known_as: &["dfisheye"],
         source: "Two equidistant fisheyes back to back; ffmpeg v360 dfisheye",
         summary: "The raw picture of a 360 camera: two equidistant fisheyes back to back, overlapping above 180 degrees.",
         singular: "None; z = 0 belongs to the first face.",

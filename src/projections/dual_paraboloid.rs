@@ -21,6 +21,7 @@ impl Projection for DualParaboloid {
     const INFO: Info = Info {
         name: "dual_paraboloid",
         title: "Dual paraboloid",
+        known_as: &["paraboloid"],
         source: "Heidrich, Seidel 1998, View-independent Environment Maps, eq. 1-2",
         summary: "Two mirrored paraboloids, each a stereographic hemisphere; reflection lookups in one pass.",
         singular: "None; the two rims are one circle.",

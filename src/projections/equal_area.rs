@@ -33,6 +33,7 @@ impl Projection for EqualArea {
     const INFO: Info = Info {
         name: "equal_area",
         title: "Equal-area octahedral map",
+        known_as: &["clarberg"],
         source: "Clarberg 2008, Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD; pbrt-v4",
         summary: "The octahedral square with texels of one solid angle; environment lights of pbrt-v4.",
         singular: "None; -z is all four corners and encodes to (1, 1). Creases meet at both poles.",

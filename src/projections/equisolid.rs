@@ -25,6 +25,7 @@ impl Projection for Equisolid {
     const INFO: Info = Info {
         name: "equisolid",
         title: "Equisolid-angle fisheye",
+        known_as: &["lambert", "laea"],
         source: "Lambert 1772, azimuthal equal-area; r = 2f sin(theta/2) of fisheye lenses (Ray 2002)",
         summary: "Fisheye whose texels all see the same solid angle; most photographic fisheye lenses.",
         singular: "At fov = 360 the direction opposite the axis fills the whole rim; it encodes to (1, 1/2).",

@@ -22,6 +22,7 @@ impl Projection for Hammer {
     const INFO: Info = Info {
         name: "hammer",
         title: "Hammer (Hammer-Aitoff)",
+        known_as: &["hammer_aitoff"],
         source: "Hammer 1892; Snyder 1987, Map Projections: A Working Manual, p. 182; FITS AIT",
         summary: "The whole sphere in an ellipse of equal areas, less sheared at the rim than Mollweide's; sky maps.",
         singular: "The poles, where meridians meet; at the seam the left rim.",

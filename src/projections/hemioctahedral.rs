@@ -17,6 +17,7 @@ impl Projection for Hemioctahedral {
     const INFO: Info = Info {
         name: "hemioctahedral",
         title: "Hemi-octahedral map",
+        known_as: &["hemioct"],
         source: "Cigolle et al. 2014, A Survey of Efficient Representations for Independent Unit Vectors",
         summary: "The upper half of the octahedron, turned to fill the square; normals that face the viewer.",
         singular: "None; the border is the equator.",

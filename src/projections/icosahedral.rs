@@ -115,6 +115,7 @@ impl Projection for Icosahedral {
     const INFO: Info = Info {
         name: "icosahedral",
         title: "Icosahedral (ten diamonds)",
+        known_as: &["icosahedron"],
         source: "Sadourny, Arakawa, Mintz 1968; Majewski et al. 2002, the icosahedral-hexagonal GME grid",
         summary: "Twenty gnomonic triangles as ten square faces: the most even gnomonic map; climate grids.",
         singular: "None; five triangles meet at each vertex.",

@@ -140,6 +140,7 @@ impl Projection for KannalaBrandt {
     const INFO: Info = Info {
         name: "kannala_brandt",
         title: "Kannala-Brandt fisheye (OpenCV)",
+        known_as: &["fisheye", "opencv_fisheye"],
         source: "Kannala, Brandt 2006, A Generic Camera Model, eq. 6; OpenCV fisheye camera model",
         summary: "Fisheye with the distortion polynomial of a calibration, as OpenCV's cv2.fisheye has it.",
         singular: "None in the image; at fov = 360 the direction opposite the axis fills the whole rim.",

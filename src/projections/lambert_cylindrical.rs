@@ -21,6 +21,7 @@ impl Projection for LambertCylindrical {
     const INFO: Info = Info {
         name: "lambert_cylindrical",
         title: "Lambert cylindrical equal-area",
+        known_as: &["cylindrical_equal_area", "cea"],
         source: "Lambert 1772; Snyder 1987, Map Projections: A Working Manual, section 10",
         summary: "Longitude along a row, the sine of latitude down the rows: texels of one solid angle in rings.",
         singular: "The poles, where u = 1/2; at the seam u = 0.",

@@ -48,6 +48,7 @@ impl Projection for Matcap {
     const INFO: Info = Info {
         name: "matcap",
         title: "MatCap (lit sphere)",
+        known_as: &["litsphere"],
         source: "Sloan, Martin, Gooch, Gooch 2001, The Lit Sphere, section 3",
         summary: "The view-space normal as a place on the picture of a ball.",
         singular: "The density grows without bound toward the rim.",

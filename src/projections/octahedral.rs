@@ -19,6 +19,7 @@ impl Projection for Octahedral {
     const INFO: Info = Info {
         name: "octahedral",
         title: "Octahedral map",
+        known_as: &["octahedron", "oct"],
         source: "Meyer et al. 2010, On Floating-Point Normal Vectors; Cigolle et al. 2014",
         summary: "The sphere on an octahedron, unfolded to a square; normals in two numbers, probes in one image.",
         singular: "None; -z is all four corners and encodes to (1, 1).",

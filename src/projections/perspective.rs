@@ -36,6 +36,7 @@ impl Projection for Perspective {
     const INFO: Info = Info {
         name: "perspective",
         title: "Perspective (pinhole camera)",
+        known_as: &["gnomonic", "pinhole", "rectilinear"],
         source: "Gnomonic projection; the pinhole camera matrix K as in Hartley and Zisserman 2004, section 6.1",
         summary: "What a pinhole camera sees: straight lines stay straight; views out of a panorama.",
         singular: "None in the image.",

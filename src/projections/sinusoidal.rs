@@ -31,6 +31,7 @@ impl Projection for Sinusoidal {
     const INFO: Info = Info {
         name: "sinusoidal",
         title: "Sinusoidal (Sanson-Flamsteed)",
+        known_as: &["sanson_flamsteed"],
         source: "Snyder 1987, Map Projections: A Working Manual, p. 243",
         summary: "Rows as long as their parallels: equal areas without a latlong's waste; satellite grids (MODIS).",
         singular: "The poles, two points of the outline; at the seam the left rim.",

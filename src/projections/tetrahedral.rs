@@ -32,6 +32,7 @@ impl Projection for Tetrahedral {
     const INFO: Info = Info {
         name: "tetrahedral",
         title: "Tetrahedral",
+        known_as: &["tetrahedron"],
         source: "Unrolled tetrahedron; ffmpeg v360 tetrahedron",
         summary: "Four gnomonic triangles unrolled into one rectangle without a gap; ffmpeg's tetrahedron.",
         singular: "None; the density falls to 1/27 at the four vertices.",

@@ -45,6 +45,7 @@ impl Projection for Unified {
     const INFO: Info = Info {
         name: "unified",
         title: "Unified camera (Mei)",
+        known_as: &["mei"],
         source: "Geyer, Daniilidis 2000; Mei, Rives 2007, eq. 1; OpenCV omnidirectional camera model",
         summary: "A sphere seen from a point off its centre: catadioptric cameras and calibrated fisheyes.",
         singular: "None in the image.",

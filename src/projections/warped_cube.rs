@@ -40,6 +40,8 @@ pub struct Names {
     pub name: &'static str,
     /// [`Info::title`].
     pub title: &'static str,
+    /// [`Info::known_as`].
+    pub known_as: &'static [&'static str],
     /// [`Info::source`].
     pub source: &'static str,
     /// [`Info::summary`].
@@ -57,6 +59,7 @@ impl<W: Warp> Projection for Warped<W> {
     const INFO: Info = Info {
         name: W::NAMES.name,
         title: W::NAMES.title,
+        known_as: W::NAMES.known_as,
         source: W::NAMES.source,
         summary: W::NAMES.summary,
         singular: "None; on ties x wins over y wins over z.",

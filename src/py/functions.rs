@@ -265,6 +265,7 @@ pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         let dict = PyDict::new(py);
         dict.set_item("name", info.name)?;
         dict.set_item("title", info.title)?;
+        dict.set_item("known_as", info.known_as)?;
         dict.set_item("source", info.source)?;
         dict.set_item("summary", info.summary)?;
         dict.set_item("singular", info.singular)?;

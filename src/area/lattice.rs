@@ -16,6 +16,7 @@ use crate::map::Map;
 use crate::projection::{Coverage, Outline, Projection, Uv};
 use crate::projections::Visitor;
 use std::f64::consts::FRAC_PI_2;
+use std::sync::OnceLock;
 
 /// Cells along a side of a face, at least.
 const FEWEST: usize = 16;
@@ -33,7 +34,7 @@ pub(super) struct Lattice<'a> {
     /// For each face, +1 where (u, v) turn as seen from outside, else -1.
     sense: Vec<f64>,
     /// The angle from the view axis within which all of the valid image lies.
-    reach: f64,
+    reach: OnceLock<f64>,
 }
 
 /// A place in an image.
@@ -200,44 +201,46 @@ impl Visitor for LastValid {
 
 /// An angle from the view axis that nothing of the valid image is beyond.
 fn reach(map: &Map) -> f64 {
-    const SAMPLES: usize = 64;
     match map.coverage() {
         Coverage::Sphere => f64::INFINITY,
         Coverage::Hemisphere => FRAC_PI_2,
         Coverage::Cap(angle) => angle,
-        Coverage::Part(_) => {
-            let at = |k: usize| k as f64 / SAMPLES as f64;
-            let mut reach = 0.0_f64;
-            let mut step = 0.0_f64;
-            for face in 0..map.info().faces {
-                let mut above = [None; SAMPLES + 1];
-                for j in 0..=SAMPLES {
-                    let mut beside: Option<Direction> = None;
-                    for (i, above) in above.iter_mut().enumerate() {
-                        let face = face as f64;
-                        let uv = Uv {
-                            u: at(i),
-                            v: at(j),
-                            face,
-                        };
-                        let d = map
-                            .visit_canonical(Contains(uv))
-                            .then(|| map.visit_canonical(Decode(uv)));
-                        if let Some(d) = d {
-                            reach = reach.max(d[0].hypot(d[1]).atan2(d[2]));
-                            for near in [beside, *above].into_iter().flatten() {
-                                let way = sub(d, near);
-                                step = step.max(dot(way, way).sqrt());
-                            }
-                        }
-                        (beside, *above) = (d, d);
-                    }
-                }
-            }
-            // What lies between samples is nearer to one than they are to each other.
-            reach + 2.0 * step
-        }
+        Coverage::Part(_) => (0..map.info().faces)
+            .map(|face| sampled_reach(map, face))
+            .fold(0.0, f64::max),
     }
+}
+
+/// The same of a face, from samples and how far they are apart.
+fn sampled_reach(map: &Map, face: usize) -> f64 {
+    const SAMPLES: usize = 64;
+    let at = |k: usize| k as f64 / SAMPLES as f64;
+    let direction = |i: usize, j: usize| {
+        let uv = Uv {
+            u: at(i),
+            v: at(j),
+            face: face as f64,
+        };
+        map.visit_canonical(Contains(uv))
+            .then(|| map.visit_canonical(Decode(uv)))
+    };
+    let (mut reach, mut step) = (0.0_f64, 0.0_f64);
+    let mut above = [None; SAMPLES + 1];
+    for j in 0..=SAMPLES {
+        let row: [Option<Direction>; SAMPLES + 1] = std::array::from_fn(|i| direction(i, j));
+        for (i, d) in row.iter().enumerate() {
+            let Some(d) = *d else { continue };
+            reach = reach.max(d[0].hypot(d[1]).atan2(d[2]));
+            let beside = if i > 0 { row[i - 1] } else { None };
+            for near in [beside, above[i]].into_iter().flatten() {
+                let way = sub(d, near);
+                step = step.max(dot(way, way).sqrt());
+            }
+        }
+        above = row;
+    }
+    // What lies between samples is nearer to one than they are to each other.
+    reach + 2.0 * step
 }
 
 fn times(m: &[[f64; 3]; 3], d: Direction) -> Direction {
@@ -265,7 +268,7 @@ impl<'a> Lattice<'a> {
             columns: raster.width * refined,
             rows: raster.height * refined,
             sense: Vec::new(),
-            reach: reach(map),
+            reach: OnceLock::new(),
         };
         lattice.sense = (0..map.arrangement().faces)
             .map(|face| {
@@ -290,7 +293,8 @@ impl<'a> Lattice<'a> {
             None => d,
             Some([_, m]) => times(m, d),
         };
-        x.hypot(y).atan2(z) > self.reach + angle
+        let reach = *self.reach.get_or_init(|| reach(self.map));
+        x.hypot(y).atan2(z) > reach + angle
     }
 
     /// The map's view frame to the shared one.

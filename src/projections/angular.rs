@@ -9,8 +9,9 @@
 //!
 //! acos loses half the digits near ±z (2.4e-4 rad in f32); the angle is atan2(h, z) instead.
 
+use super::lens;
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::real::{Real, scaled};
 use std::f64::consts::PI;
 
@@ -18,7 +19,7 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub struct Angular {
     /// The angle that the image's radius stands for, in half turns: fov/360°.
-    rim: f64,
+    pub(super) rim: f64,
 }
 
 impl Projection for Angular {
@@ -31,14 +32,7 @@ impl Projection for Angular {
         singular: "At fov = 360 the direction opposite the axis fills the whole rim; it encodes to (1, 1/2).",
         axes: "+x -y -z",
         outline: Outline::Disk,
-        parameters: &[Parameter {
-            name: "fov",
-            default: 360.0,
-            above: 0.0,
-            maximum: 360.0,
-            unit: "degrees",
-            doc: "the angle that the image's diameter spans",
-        }],
+        parameters: &[lens::fov(360.0, 360.0)],
         ..Info::PLAIN
     };
 

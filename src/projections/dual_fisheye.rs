@@ -9,18 +9,18 @@
 //! place in either disk. Each direction is counted once: what a texel shows of the other hemisphere is not part of
 //! its solid angle, though its density is as it is. Singular: none.
 
+use super::angular::Angular;
 use super::lens;
 use crate::faces::STRIP_AND_COLUMN;
-use crate::light::solid_angle::{self, Rect};
+use crate::light::solid_angle::Rect;
 use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::{Real, scaled};
-use std::f64::consts::PI;
+use crate::real::Real;
 
 /// Two lenses back to back.
 #[derive(Clone, Copy, Debug)]
 pub struct DualFisheye {
-    /// The angle of each rim from its axis, in half turns.
-    rim: f64,
+    /// Either of them.
+    lens: Angular,
 }
 
 impl Projection for DualFisheye {
@@ -42,85 +42,50 @@ impl Projection for DualFisheye {
     const COMMON: bool = false;
 
     fn with_parameters(parameters: &[f64]) -> Self {
-        DualFisheye { rim: parameters[0] / 360.0 }
+        DualFisheye { lens: Angular::with_parameters(parameters) }
     }
 
     fn coverage(self) -> Coverage {
-        if self.rim < 0.5 {
-            Coverage::Part(2.0 * Coverage::Cap(PI * self.rim).solid_angle())
+        if self.lens.rim < 0.5 {
+            Coverage::Part(2.0 * self.lens.coverage().solid_angle())
         } else {
             Coverage::Sphere
         }
     }
 
     fn density_range(self) -> (f64, f64) {
-        let full = 4.0 * PI * PI * self.rim * self.rim;
-        let (sin, _) = f64::sin_cos_half_turns(self.rim);
-        (full * sin / (PI * self.rim), full)
+        self.lens.density_range()
     }
 
     fn seam(self) -> Seam {
-        if self.rim == 0.5 { Seam::RimOtherFaceFlipped } else { Seam::Ends }
+        if self.lens.rim == 0.5 { Seam::RimOtherFaceFlipped } else { Seam::Ends }
     }
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (zero, one) = (R::new(0.0), R::new(1.0));
-        let (xs, ys, unscale) = scaled(x, y);
-        let hs = (xs * xs + ys * ys).sqrt();
-        // On an axis the azimuth does not matter: the radius is 0.
-        let on_axis = if hs.vanishes() { one } else { zero };
-        let radius = R::half_turns(hs * unscale, z.abs()) * R::new(1.0 / self.rim);
-        let inside = radius <= R::new(1.0 + 2.0 * R::EPSILON);
-        let radius = if inside { radius } else { R::new(f64::NAN) };
-        let factor = radius / (hs + on_axis);
-        let behind = z < zero;
-        Uv::centred(
-            (xs * factor).clamped(-1.0, 1.0).negated_if(behind),
-            (ys * factor).clamped(-1.0, 1.0),
-            if behind { one } else { zero },
-        )
+        let behind = z < R::new(0.0);
+        let uv = self.lens.encode([x.negated_if(behind), y, z.abs()]);
+        let face = if behind { R::new(1.0) } else { R::new(0.0) };
+        Uv { face, ..uv }
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
-        let (p, q) = uv.pq();
-        let rim = R::new(self.rim);
-        let (a, b) = (p * rim, q * rim);
-        let s = a * a + b * b;
-        let one = R::new(1.0);
-        let s = if s < one { s } else { one };
-        let r = s.sqrt();
-        let sinc = R::sinc_half_turns(s, r);
+        let [x, y, z] = self.lens.decode(uv);
         let behind = uv.face > R::new(0.5);
-        [
-            (a * sinc).negated_if(behind),
-            b * sinc,
-            R::cos_half_turns(s, r).negated_if(behind),
-        ]
+        [x.negated_if(behind), y, z.negated_if(behind)]
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {
-        // Above 180° the own hemisphere is the disk of a face of 180°, within the square by this factor.
-        let grow = (2.0 * self.rim).max(1.0);
-        let rim = PI * self.rim / grow;
+        // Above 180° the own hemisphere is the disk of a lens of 180°, within the square by this factor.
+        let grow = (2.0 * self.lens.rim).max(1.0);
         let own = |x: f64| (0.5 + (x - 0.5) * grow).clamp(0.0, 1.0);
         let rect = Rect { u0: own(rect.u0), u1: own(rect.u1), v0: own(rect.v0), v1: own(rect.v1) };
-        let sinc = |x: f64| if x < 1e-9 { 1.0 } else { x.sin() / x };
-        solid_angle::azimuthal(
-            rect,
-            |s| 4.0 * rim * rim * sinc(rim * s.sqrt()),
-            |s| 0.5 * rim * rim * sinc(0.5 * rim * s.sqrt()).powi(2),
-        )
+        Angular { rim: self.lens.rim / grow }.solid_angle(rect)
     }
 
     #[inline(always)]
     fn density<R: Real>(self, uv: Uv<R>) -> R {
-        let (p, q) = uv.pq();
-        let rim = R::new(self.rim);
-        let s = (p * p + q * q) * rim * rim;
-        let one = R::new(1.0);
-        let s = if s < one { s } else { one };
-        R::new(4.0 * PI) * rim * rim * R::sinc_half_turns(s, s.sqrt())
+        self.lens.density(uv)
     }
 }

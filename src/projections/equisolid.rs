@@ -7,8 +7,9 @@
 //! the axis fills the rim and encodes to (1, ½), and a coordinate rounded by ε moves a direction there by √ε.
 
 use super::sphere::{from_disk, to_disk};
+use super::lens;
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::real::Real;
 use std::f64::consts::PI;
 
@@ -32,14 +33,7 @@ impl Projection for Equisolid {
         axes: "+x -y -z",
         outline: Outline::Disk,
         equal_area: true,
-        parameters: &[Parameter {
-            name: "fov",
-            default: 180.0,
-            above: 0.0,
-            maximum: 360.0,
-            unit: "degrees",
-            doc: "the angle that the image's diameter spans",
-        }],
+        parameters: &[lens::fov(180.0, 360.0)],
         ..Info::PLAIN
     };
 

@@ -8,8 +8,9 @@
 //! grows without bound and a coordinate rounded by ε moves the direction by √ε.
 
 use super::matcap::{remainder, rounded_once};
+use super::lens;
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::real::{Real, max};
 use std::f64::consts::PI;
 
@@ -37,14 +38,7 @@ impl Projection for Orthographic {
         singular: "At fov = 180 the density grows without bound toward the rim.",
         axes: "+x -y -z",
         outline: Outline::Disk,
-        parameters: &[Parameter {
-            name: "fov",
-            default: 180.0,
-            above: 0.0,
-            maximum: 180.0,
-            unit: "degrees",
-            doc: "the angle that the image's diameter spans",
-        }],
+        parameters: &[lens::fov(180.0, 180.0)],
         ..Info::PLAIN
     };
 

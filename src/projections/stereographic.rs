@@ -7,8 +7,9 @@
 //! infinitely far away, and the range of fov ends at 359°. Density falls from the centre to the rim by
 //! 1/cos⁴(fov/4): wide views round directions near their centre by as much more as texels there are larger.
 
+use super::lens;
 use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
+use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::real::Real;
 use std::f64::consts::PI;
 
@@ -31,14 +32,7 @@ impl Projection for Stereographic {
         axes: "+x -y -z",
         outline: Outline::Disk,
         conformal: true,
-        parameters: &[Parameter {
-            name: "fov",
-            default: 180.0,
-            above: 0.0,
-            maximum: 359.0,
-            unit: "degrees",
-            doc: "the angle that the image's diameter spans",
-        }],
+        parameters: &[lens::fov(180.0, 359.0)],
         ..Info::PLAIN
     };
 

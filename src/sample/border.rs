@@ -62,23 +62,18 @@ impl<T: Texel> Source<'_, T> {
             )
         };
         let (mut i, mut j) = texel(u, v);
-        if raster.outline == Outline::Shape {
-            let (i, j) = holder(raster, i as usize, j as usize);
-            return raster.view(face).index(i, j);
-        }
-        if !raster.holds(i, j) {
+        if raster.outline == Outline::Disk && !raster.holds(i, j) {
             // Half a texel's diagonal inside the rim every texel has its centre inside.
             let (p, q) = (2.0 * u - 1.0, 2.0 * v - 1.0);
             let inside = (1.0 + self.safe(Reach::PAIR)) / (2.0 * (p * p + q * q).sqrt());
             let within = texel(0.5 + 0.5 * p * inside, 0.5 + 0.5 * q * inside);
-            if !raster.holds(within.0, within.1) {
-                // A few texels, of which none lies half a diagonal inside.
-                let (i, j) = holder(raster, i as usize, j as usize);
-                return raster.view(face).index(i, j);
+            if raster.holds(within.0, within.1) {
+                (i, j) = within;
             }
-            (i, j) = within;
         }
-        raster.view(face).index(i as usize, j as usize)
+        // Of other outlines, and of a few texels, of which none lies half a diagonal inside.
+        let (i, j) = holder(raster, i as usize, j as usize);
+        raster.view(face).index(i, j)
     }
 
     /// Adds the texels of a separable kernel around a place.
@@ -326,7 +321,7 @@ impl Visitor for Direction {
 }
 
 /// The place that the image continues with beyond a face.
-pub(crate) struct Continue(pub(crate) Uv<f64>);
+struct Continue(Uv<f64>);
 
 impl Visitor for Continue {
     type Output = Uv<f64>;

@@ -26,7 +26,8 @@ use crate::image::{Block, Centres, Raster, Texel};
 use crate::kernel::{Scalar, vectorize};
 use crate::real::Real;
 use crate::route::Route;
-use crate::sample::{Area, Filter, Lookups, Source, TILE};
+use crate::sample::{Area, Filter, Lookups, Source};
+use crate::tile::{TILE, Tile};
 
 /// The most places in a part of a texel.
 const MOST: usize = 64;
@@ -66,7 +67,7 @@ pub struct Antialias<'s, 'a, T: Texel, R> {
 }
 
 struct Samples<R> {
-    uv: [[R; 3]; TILE],
+    uv: Tile<R, 3>,
     owners: Owners,
 }
 
@@ -130,7 +131,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             lookups: Lookups::new(source, filter, nothing),
             parts: Vec::new(),
             samples: Samples {
-                uv: [[R::default(); 3]; TILE],
+                uv: Tile::new(),
                 owners: Owners::NONE,
             },
             owners: [Owners::NONE; 2],
@@ -147,15 +148,15 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
 
     /// Averages those texels of a block that need it: `places` are where they lie in the source.
     /// [`Antialias::write`] puts them where they belong.
-    pub fn block(&mut self, centres: &Centres<R>, block: &Block, places: &[[R; 3]], area: Area) {
-        if !coarse(self.source.raster(), places, area.columns) {
+    pub fn block(&mut self, centres: &Centres<R>, block: &Block, places: &Tile<R, 3>, area: Area) {
+        if !coarse(self.source.raster(), places, block) {
             return;
         }
-        let n = places.len();
-        let mut uv = [[R::default(); 3]; TILE];
-        centres.of(block, &mut uv[..n]);
-        for (k, uv) in uv[..n].iter().enumerate() {
-            let part = Part::of_texel(self.target, uv.map(Real::to_f64));
+        let n = block.columns * block.rows;
+        let mut uv = Tile::new();
+        centres.of(block, &mut uv);
+        for k in 0..n {
+            let part = Part::of_texel(self.target, uv.at(k).map(Real::to_f64));
             self.parts.push((part, k as u16));
         }
         self.sums.weights = [0.0; TILE];
@@ -251,7 +252,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             for i in 0..counts[0] {
                 let samples = &mut self.samples;
                 let n = samples.owners.count;
-                samples.uv[n] = [place(0, i), place(1, j), R::new(part.uv[2])];
+                samples
+                    .uv
+                    .set(n, [place(0, i), place(1, j), R::new(part.uv[2])]);
                 samples.owners.texel[n] = texel;
                 samples.owners.weight[n] = weight;
                 samples.owners.count = n + 1;
@@ -268,10 +271,10 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         if n == 0 {
             return;
         }
-        let uv = &mut self.samples.uv[..n];
-        self.route.take(uv);
-        for (weight, uv) in self.samples.owners.weight.iter_mut().zip(&*uv) {
-            if uv[0].is_nan() {
+        let Samples { uv, owners } = &mut self.samples;
+        self.route.take(uv, n);
+        for (weight, u) in owners.weight.iter_mut().zip(&uv.0[0][..n]) {
+            if u.is_nan() {
                 *weight = 0.0;
             }
         }
@@ -281,7 +284,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             columns: TILE,
             stride: TILE,
         };
-        self.lookups.push(uv, &mut self.values, area);
+        self.lookups.push(uv, n, &mut self.values, area);
         self.collect();
         self.owners[next] = self.samples.owners;
         self.samples.owners.count = 0;
@@ -320,27 +323,29 @@ fn count(length: f64) -> usize {
 }
 
 /// Whether any two neighbours of a block lie far apart in the source, or may.
-fn coarse<R: Scalar>(source: &Raster, places: &[[R; 3]], columns: usize) -> bool {
-    if columns < 2 || places.len() < 2 * columns {
+fn coarse<R: Scalar>(source: &Raster, Tile([u, v, face]): &Tile<R, 3>, block: &Block) -> bool {
+    let (columns, rows) = (block.columns, block.rows);
+    if columns < 2 || rows < 2 {
         return true;
     }
     let scale = [source.along_u.index().0, source.along_v.index().0].map(R::new);
     let near = R::new(NEAR);
-    let apart = |a: &[R; 3], b: &[R; 3]| {
-        let (x, y) = ((a[0] - b[0]) * scale[0], (a[1] - b[1]) * scale[1]);
-        let together = (x * x + y * y <= near) & (a[2] == b[2]);
-        !(together | (a[0].is_nan() & b[0].is_nan()))
+    let apart = |a: usize, b: usize| {
+        let (x, y) = ((u[a] - u[b]) * scale[0], (v[a] - v[b]) * scale[1]);
+        let together = (x * x + y * y <= near) & (face[a] == face[b]);
+        !(together | (u[a].is_nan() & u[b].is_nan()))
     };
+    let count = (columns * rows).min(TILE);
     vectorize(
         #[inline(always)]
         || {
             let mut any = false;
-            for (a, b) in places.iter().zip(&places[columns..]) {
-                any |= apart(a, b);
+            for k in columns..count {
+                any |= apart(k - columns, k);
             }
-            for row in places.chunks_exact(columns) {
-                for (a, b) in row.iter().zip(&row[1..]) {
-                    any |= apart(a, b);
+            for row in 0..rows {
+                for k in row * columns + 1..((row + 1) * columns).min(count) {
+                    any |= apart(k - 1, k);
                 }
             }
             any

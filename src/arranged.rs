@@ -7,9 +7,10 @@
 //! first-level cache.
 
 use crate::faces::{Arrangement, MAX_FACES, Side, Sides};
-use crate::kernel::{self, BLOCK, Frame, Point, Scalar};
+use crate::kernel::{self, Frame, Point, Scalar};
 use crate::projection::Uv;
 use crate::real::Real;
+use crate::tile::{TILE, Tuples, TuplesMut};
 
 /// Faces in an arrangement: JOINED in one image, or apart in another order. FACES is the most it has room for.
 #[derive(Clone, Copy)]
@@ -222,9 +223,9 @@ pub fn store<R: Scalar>(
         encode: &dyn Fn(&[R], &mut [R]),
         store: impl Fn(&[R], &mut [R]),
     ) {
-        let mut canonical = [R::default(); 3 * BLOCK];
-        let blocks = directions.chunks(3 * BLOCK);
-        for (directions, uv) in blocks.zip(uv.chunks_mut(width * BLOCK)) {
+        let mut canonical = [R::default(); 3 * TILE];
+        let blocks = directions.chunks(3 * TILE);
+        for (directions, uv) in blocks.zip(uv.chunks_mut(width * TILE)) {
             let canonical = &mut canonical[..directions.len()];
             encode(directions, canonical);
             store(canonical, uv);
@@ -233,10 +234,12 @@ pub fn store<R: Scalar>(
     with_room!(
         arrangement,
         |arranged| blocks(2, directions, uv, encode, |from, to| {
-            kernel::run(Store(arranged), &Frame::<R, 3, 2>::plain(), from, to);
+            let (from, to) = (Tuples::of(from), TuplesMut::of(to));
+            kernel::run::<R, _, 3, 2>(Store(arranged), &Frame::plain(), from, to);
         }),
         blocks(3, directions, uv, encode, |from, to| {
-            kernel::run(Store(arranged), &Frame::<R, 3, 3>::plain(), from, to);
+            let (from, to) = (Tuples::of(from), TuplesMut::of(to));
+            kernel::run::<R, _, 3, 3>(Store(arranged), &Frame::plain(), from, to);
         })
     );
 }
@@ -250,20 +253,22 @@ pub fn locate<R: Scalar>(arrangement: &Arrangement, uv: &[R], work: &mut dyn FnM
         work: &mut dyn FnMut(usize, &[R]),
         locate: impl Fn(&[R], &mut [R]),
     ) {
-        let mut canonical = [R::default(); 3 * BLOCK];
-        for (number, uv) in uv.chunks(width * BLOCK).enumerate() {
+        let mut canonical = [R::default(); 3 * TILE];
+        for (number, uv) in uv.chunks(width * TILE).enumerate() {
             let canonical = &mut canonical[..3 * (uv.len() / width)];
             locate(uv, canonical);
-            work(number * BLOCK, canonical);
+            work(number * TILE, canonical);
         }
     }
     with_room!(
         arrangement,
         |arranged| blocks(2, uv, work, |from, to| {
-            kernel::run(Locate(arranged), &Frame::<R, 2, 3>::plain(), from, to);
+            let (from, to) = (Tuples::of(from), TuplesMut::of(to));
+            kernel::run::<R, _, 2, 3>(Locate(arranged), &Frame::plain(), from, to);
         }),
         blocks(3, uv, work, |from, to| {
-            kernel::run(Locate(arranged), &Frame::<R, 3, 3>::plain(), from, to);
+            let (from, to) = (Tuples::of(from), TuplesMut::of(to));
+            kernel::run::<R, _, 3, 3>(Locate(arranged), &Frame::plain(), from, to);
         })
     );
 }

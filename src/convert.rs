@@ -15,9 +15,10 @@ use crate::light::solid_angle::Rect;
 use crate::map::Map;
 use crate::projection::Coverage;
 use crate::route::Route;
-use crate::sample::{Area, Filter, Lookups, Source, TILE};
+use crate::sample::{Area, Filter, Lookups, Source};
 use crate::threads;
-use crate::verbs::DecodeCanonical;
+use crate::tile::{TILE, Tile, TuplesMut};
+use crate::verbs::DecodeTile;
 use glam::DMat3;
 
 /// The longest side for which f32 coordinates serve: they are off by up to 3·2⁻²³ of an image, 1/350 of a texel
@@ -86,7 +87,7 @@ impl<T: Texel> Job<'_, '_, T> {
             let mut means = self
                 .antialias
                 .then(|| Antialias::new(self.source, target, self.route, self.filter, &nothing));
-            let mut uv = [[R::default(); 3]; TILE];
+            let mut uv = Tile::<R, 3>::new();
             let rows = band.len() / width;
             target.blocks(first, rows, BLOCK, |block| {
                 let area = Area {
@@ -101,14 +102,14 @@ impl<T: Texel> Job<'_, '_, T> {
                     }
                     return;
                 }
-                let uv = &mut uv[..block.columns * block.rows];
-                centres.of(&block, uv);
-                self.route.take(uv);
-                lookups.push(uv, band, area);
+                let count = block.columns * block.rows;
+                centres.of(&block, &mut uv);
+                self.route.take(&mut uv, count);
+                lookups.push(&uv, count, band, area);
                 if let Some(means) = &mut means {
                     // Texels of the block before, which are there since this one was pushed.
                     means.write(band);
-                    means.block(&centres, &block, uv, area);
+                    means.block(&centres, &block, &uv, area);
                 }
             });
             lookups.finish(band);
@@ -136,18 +137,17 @@ pub fn directions<R: Scalar>(
     let centres = Centres::new(&raster);
     let width = 3 * raster.columns;
     threads::bands(out, width, raster.texels(), 1, |first, band| {
-        let mut uv = [[R::default(); 3]; TILE];
+        let mut uv = Tile::new();
         raster.blocks(first, band.len() / width, (TILE, 1), |block| {
             let out = &mut band[3 * block.start..][..3 * block.columns];
             if block.face.is_none() {
                 return out.fill(R::new(f64::NAN));
             }
-            let uv = &mut uv[..block.columns];
-            centres.of(&block, uv);
-            map.visit_canonical(DecodeCanonical {
+            centres.of(&block, &mut uv);
+            map.visit_canonical(DecodeTile {
                 turn,
-                input: uv.as_flattened(),
-                output: out,
+                input: &uv,
+                output: TuplesMut::of(out),
             });
         });
     });

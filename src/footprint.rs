@@ -10,7 +10,7 @@
 
 use crate::image::Raster;
 use crate::route::Route;
-use crate::sample::TILE;
+use crate::tile::Tile;
 
 /// A rectangle of a target face.
 #[derive(Clone, Copy, Debug, Default)]
@@ -75,26 +75,25 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// ∂d/∂u and ∂d/∂v.
-fn columns(j: &[f64; 6]) -> [[f64; 3]; 2] {
+fn columns(j: [f64; 6]) -> [[f64; 3]; 2] {
     [[j[0], j[2], j[4]], [j[1], j[3], j[5]]]
 }
 
-/// Writes what parts of a target see of a source with the given raster; at most [`TILE`] parts.
+/// Writes what parts of a target see of a source with the given raster; at most [`TILE`](crate::tile::TILE) parts.
 pub fn measure(route: &Route<'_>, source: &Raster, parts: &[Part], footprints: &mut [Footprint]) {
     let n = parts.len();
-    let (mut from, mut into) = ([[0.0; 3]; TILE], [[0.0; 3]; TILE]);
-    for (from, part) in from.iter_mut().zip(parts) {
-        *from = part.uv;
+    let mut from = Tile::new();
+    for (k, part) in parts.iter().enumerate() {
+        from.set(k, part.uv);
     }
-    into[..n].copy_from_slice(&from[..n]);
-    route.take(&mut into[..n]);
-    let (mut by_target, mut by_source) = ([[0.0; 6]; TILE], [[0.0; 6]; TILE]);
-    let outputs = [&mut by_target[..n], &mut by_source[..n]];
-    route.jacobians(&from[..n], &into[..n], outputs);
+    let mut into = from;
+    route.take(&mut into, n);
+    let (mut by_target, mut by_source) = (Tile::new(), Tile::new());
+    route.jacobians(n, [&from, &into], [&mut by_target, &mut by_source]);
     let scale = [source.along_u.index().0, source.along_v.index().0];
     for (k, footprint) in footprints[..n].iter_mut().enumerate() {
-        let [a, b] = columns(&by_target[k]);
-        let [p, q] = columns(&by_source[k]);
+        let [a, b] = columns(by_target.at(k));
+        let [p, q] = columns(by_source.at(k));
         let (pp, pq, qq) = (dot(p, p), dot(p, q), dot(q, q));
         let one_over = 1.0 / (pp * qq - pq * pq);
         let size = parts[k].size;
@@ -107,7 +106,7 @@ pub fn measure(route: &Route<'_>, source: &Raster, parts: &[Part], footprints: &
         };
         let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
         *footprint = Footprint {
-            source: into[k],
+            source: into.at(k),
             sides: [in_source(a, size[0]), in_source(b, size[1])],
             angles: [aa.sqrt() * size[0], bb.sqrt() * size[1]],
             texel: (pp.sqrt() / scale[0]).max(qq.sqrt() / scale[1]),

@@ -11,6 +11,8 @@ use crate::light::solid_angle::Rect;
 use crate::map::{Grid, GridAxis, Map};
 use crate::projection::{Outline, Projection, Uv};
 use crate::projections::{Kind, Visitor};
+use crate::tile::Tile;
+use fearless_simd::{Simd, SimdBase, f32x4, f64x4};
 use half::f16;
 
 /// A texel type. Filters run in `Float` and round once.
@@ -19,6 +21,11 @@ pub trait Texel: Copy + Default + Send + Sync + Filtered<Self> + 'static {
     type Float: Scalar + Texel<Float = Self::Float> + Filtered<Self>;
     /// The value.
     fn load(self) -> Self::Float;
+    /// Those of four texels.
+    #[inline(always)]
+    fn load_four<S: Simd>(simd: S, texels: &[Self; 4]) -> Four<Self, S> {
+        Four::<Self, S>::load_array(simd, texels.map(Self::load))
+    }
     /// The nearest texel; integers saturate, and NaN is 0 there.
     fn store(x: Self::Float) -> Self;
     /// The texel for a number of the caller's.
@@ -26,6 +33,9 @@ pub trait Texel: Copy + Default + Send + Sync + Filtered<Self> + 'static {
     /// What stands for "nothing": NaN, or 0 where there is none.
     const NOTHING: f64;
 }
+
+/// Four numbers as filters of texels of type T compute them.
+pub type Four<T, S> = <<T as Texel>::Float as Scalar>::Four<S>;
 
 /// What lookups among texels of type T are stored as: T itself, or the float that they are filtered in where
 /// more is to be done with them before they are rounded.
@@ -94,7 +104,7 @@ integer_texel!(u8);
 integer_texel!(u16);
 
 macro_rules! float_texel {
-    ($t:ty, $float:ty, $load:expr, $store:expr, $from:expr) => {
+    ($t:ty, $float:ty, $load:expr, $store:expr, $from:expr $(, $four:ident)?) => {
         impl Texel for $t {
             type Float = $float;
             const NOTHING: f64 = f64::NAN;
@@ -102,6 +112,13 @@ macro_rules! float_texel {
             fn load(self) -> $float {
                 $load(self)
             }
+            $(
+                #[inline(always)]
+                fn load_four<S: Simd>(simd: S, texels: &[$t; 4]) -> Four<$t, S> {
+                    // As they are: through an array the compiler loads them one by one.
+                    $four::load_array_ref(simd, texels)
+                }
+            )?
             #[inline(always)]
             fn store(x: $float) -> $t {
                 $store(x)
@@ -113,8 +130,8 @@ macro_rules! float_texel {
     };
 }
 float_texel!(f16, f32, f16::to_f32, f16::from_f32, f16::from_f64);
-float_texel!(f32, f32, |x| x, |x| x, |x| x as f32);
-float_texel!(f64, f64, |x| x, |x| x, |x| x);
+float_texel!(f32, f32, |x| x, |x| x, |x| x as f32, f32x4);
+float_texel!(f64, f64, |x| x, |x| x, |x| x, f64x4);
 
 /// Where the texels of one canonical face are stored: texel (i, j) at `start + i·along_u + j·along_v`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -128,15 +145,8 @@ impl FaceView {
     /// The index of texel (i, j) of the face.
     #[inline(always)]
     pub fn index(&self, i: usize, j: usize) -> usize {
-        self.number(i as isize, j as isize)
-    }
-
-    /// The same for any numbers: what lies off the face means nothing.
-    #[inline(always)]
-    pub fn number(&self, i: isize, j: isize) -> usize {
-        (self.start)
-            .wrapping_add(i.wrapping_mul(self.along_u))
-            .wrapping_add(j.wrapping_mul(self.along_v)) as usize
+        let (right, down) = (i as isize * self.along_u, j as isize * self.along_v);
+        (self.start + right + down) as usize
     }
 
     /// How far apart in the image neighbours along u and along v are.
@@ -458,26 +468,27 @@ impl<R: Scalar> Centres<R> {
         }
     }
 
-    /// Writes the canonical (u, v, face) of the texels of a block, row by row. The block must lie on a
-    /// face.
+    /// Writes the canonical (u, v, face) of the texels of a block, row by row, at most [`TILE`] in all. The block must
+    /// lie on a face.
     #[inline(always)]
-    pub fn of(&self, block: &Block, uv: &mut [[R; 3]]) {
+    pub fn of(&self, block: &Block, uv: &mut Tile<R, 3>) {
         let Some((face, texel, [along, down])) = block.face else {
             return;
         };
-        let face = R::new(face as f64);
-        for (row, uv) in uv.chunks_exact_mut(block.columns).enumerate() {
+        let [us, vs, faces] = &mut uv.0;
+        faces[..block.columns * block.rows].fill(R::new(face as f64));
+        for row in 0..block.rows {
+            let here = row * block.columns..(row + 1) * block.columns;
+            let (us, vs) = (&mut us[here.clone()], &mut vs[here]);
             let row = row as isize;
             let first = [texel[0] + row * down[0], texel[1] + row * down[1]];
             if along == [1, 0] {
-                let v = self.v[first[1] as usize];
-                for (uv, &u) in uv.iter_mut().zip(&self.u[first[0] as usize..]) {
-                    *uv = [u, v, face];
-                }
+                vs.fill(self.v[first[1] as usize]);
+                us.copy_from_slice(&self.u[first[0] as usize..][..block.columns]);
             } else {
-                for (k, uv) in uv.iter_mut().enumerate() {
+                for (k, (u, v)) in us.iter_mut().zip(vs).enumerate() {
                     let at = |axis: usize| (first[axis] + k as isize * along[axis]) as usize;
-                    *uv = [self.u[at(0)], self.v[at(1)], face];
+                    (*u, *v) = (self.u[at(0)], self.v[at(1)]);
                 }
             }
         }

@@ -1,8 +1,8 @@
-//! Slices in, slices out: the only file that knows about instruction sets.
+//! Tuples in, tuples out: the only file that knows about instruction sets.
 //!
-//! A [`Point`] is a formula from I numbers to O numbers. [`run`] takes it over arrays of such tuples:
-//! chunks of 64 points are de-interleaved into an aligned structure-of-arrays buffer, the formula runs
-//! over the buffer as a plain loop that the compiler vectorises, and the results are interleaved again.
+//! A [`Point`] is a formula from I numbers to O numbers. [`run`] takes it over arrays of such tuples ([`Tuples`]):
+//! chunks of 64 points are brought into an aligned structure-of-arrays buffer, the formula runs
+//! over the buffer as a plain loop that the compiler vectorises, and the results are put where they belong.
 //! The loop is compiled for the baseline, for AVX2 and for AVX-512 (on x86-64) and chosen at run time.
 //! No lane types, no intrinsics but the prefetch: every level runs the same operations in the same order,
 //! without fused multiply-add, and so gives the same bits.
@@ -19,7 +19,8 @@
 
 use crate::math::Polynomials;
 use crate::real::Real;
-use fearless_simd::{Level, Simd};
+use crate::tile::{TILE, Tile, Tuples, TuplesMut};
+use fearless_simd::{Level, Simd, SimdBase, f32x4, f64x4};
 use std::ops::BitOr;
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -32,6 +33,9 @@ pub(crate) const TARGET_AHEAD: usize = 2048;
 
 /// A float type that arrays hold.
 pub trait Scalar: Real + Polynomials + Default + Send + Sync {
+    /// Four of them side by side.
+    type Four<S: Simd>: SimdBase<S, Element = Self, Array = [Self; 4]>;
+
     /// An unsigned integer of its size.
     type Word: Copy + Default + PartialEq + BitOr<Output = Self::Word>;
 
@@ -47,8 +51,9 @@ pub trait Scalar: Real + Polynomials + Default + Send + Sync {
 }
 
 macro_rules! scalar {
-    ($t:ty, $word:ty, $first:expr, $wild:expr) => {
+    ($t:ty, $four:ident, $word:ty, $first:expr, $wild:expr) => {
         impl Scalar for $t {
+            type Four<S: Simd> = $four<S>;
             type Word = $word;
 
             #[inline(always)]
@@ -72,8 +77,8 @@ macro_rules! scalar {
         }
     };
 }
-scalar!(f32, u32, 108 << 24, 0xe000_0000);
-scalar!(f64, u64, 983 << 53, 0xf800_0000_0000_0000);
+scalar!(f32, f32x4, u32, 108 << 24, 0xe000_0000);
+scalar!(f64, f64x4, u64, 983 << 53, 0xf800_0000_0000_0000);
 
 /// A formula from I numbers to O numbers.
 pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
@@ -258,6 +263,11 @@ pub fn packed<P: Packed>(work: P) {
             );
         }
     }
+    unpacked(work);
+}
+
+/// Runs it for the baseline only: what is seldom done is not worth its code three times.
+pub fn unpacked<P: Packed>(work: P) {
     fearless_simd::dispatch!(Level::baseline(), simd => work.run(simd));
 }
 
@@ -297,8 +307,8 @@ fn dispatch_narrow<J: Job>(job: J) -> J::Output {
 struct Run<'a, R, F, const I: usize, const O: usize> {
     point: F,
     frame: &'a Frame<R, I, O>,
-    input: &'a [[R; I]],
-    output: &'a mut [[R; O]],
+    input: Tuples<'a, R, I>,
+    output: TuplesMut<'a, R, O>,
     scratch: &'a mut Scratch<R, I, O>,
 }
 
@@ -317,24 +327,47 @@ impl<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize> Job for Run<'
     }
 }
 
-/// Takes `point` over `input`, I numbers a point, into `output`, O numbers a point.
+/// Takes `point` over `input`, I numbers a point, into `output`, O numbers for each of as many points.
 pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     point: F,
     frame: &Frame<R, I, O>,
-    input: &[R],
-    output: &mut [R],
+    input: Tuples<'_, R, I>,
+    mut output: TuplesMut<'_, R, O>,
 ) {
     let zero = R::default();
     let mut scratch = Scratch {
         input: Rows([[zero; W]; I]),
         output: Rows([[zero; W]; O]),
     };
+    // Of two that are in rows, whose ends mean nothing, or of one, the other tells how many there are.
+    let count = input.len().min(output.len());
+    let whole = count / W * W;
+    if whole > 0 {
+        chunks(point, frame, input, output.again(), &mut scratch);
+    }
+    if whole < count {
+        let mut padded = [[zero; I]; W];
+        let input = input.rest(whole, &mut padded);
+        output.rest(whole, |output| {
+            chunks(point, frame, input, output, &mut scratch);
+        });
+    }
+}
+
+/// The whole chunks among them.
+fn chunks<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
+    point: F,
+    frame: &Frame<R, I, O>,
+    input: Tuples<'_, R, I>,
+    output: TuplesMut<'_, R, O>,
+    scratch: &mut Scratch<R, I, O>,
+) {
     let job = Run {
         point,
         frame,
-        input: input.as_chunks().0,
-        output: output.as_chunks_mut().0,
-        scratch: &mut scratch,
+        input,
+        output,
+        scratch,
     };
     if const { F::EVERY_LEVEL } {
         dispatch(job);
@@ -343,48 +376,31 @@ pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     }
 }
 
-/// Points that are computed before they are taken on: small enough for the first-level cache.
-pub const BLOCK: usize = 256;
-
-/// The same in f64, for arrays of another type, block by block. Where f64 says that there is no result, the formula in
-/// the arrays' own type decides: a coordinate that was rounded to f32 may lie beyond a rim by more than f64 lets out.
+/// The same in f64, for numbers of another type, tile by tile. Where f64 says that there is no result, the formula in
+/// the numbers' own type decides: a coordinate that was rounded to f32 may lie beyond a rim by more than f64 lets out.
 pub fn run_in_double<R: Scalar, F, const I: usize, const O: usize>(
     point: F,
     frame: &Frame<f64, I, O>,
-    input: &[R],
-    output: &mut [R],
+    input: Tuples<'_, R, I>,
+    mut output: TuplesMut<'_, R, O>,
 ) where
     F: Point<f64, I, O> + Point<R, I, O>,
 {
     let own = frame.cast::<R>();
-    let (mut wide_in, mut wide_out) = ([[0.0; I]; BLOCK], [[0.0; O]; BLOCK]);
-    let (input, output) = (input.as_chunks::<I>().0, output.as_chunks_mut::<O>().0);
-    for (input, output) in input.chunks(BLOCK).zip(output.chunks_mut(BLOCK)) {
-        let (wide_in, wide_out) = (&mut wide_in[..input.len()], &mut wide_out[..output.len()]);
-        for (wide, x) in wide_in
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(input.as_flattened())
-        {
-            *wide = x.to_f64();
+    let (mut from, mut into) = (Tile::<f64, I>::new(), Tile::<f64, O>::new());
+    let count = input.len().min(output.len());
+    for first in (0..count).step_by(TILE) {
+        let n = TILE.min(count - first);
+        for k in 0..n {
+            from.set(k, input.at(first + k).map(Real::to_f64));
         }
-        run(
-            point,
-            frame,
-            wide_in.as_flattened(),
-            wide_out.as_flattened_mut(),
-        );
-        for (x, wide) in output
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(wide_out.as_flattened())
-        {
-            *x = R::new(*wide);
-        }
-        for (x, result) in input.iter().zip(output) {
+        run(point, frame, from.first(n), into.first_mut(n));
+        for k in 0..n {
+            let mut result = into.at(k).map(R::new);
             if result[0].is_nan() {
-                *result = one(point, &own, *x);
+                result = one(point, &own, input.at(first + k));
             }
+            output.set(first + k, result);
         }
     }
 }
@@ -438,24 +454,26 @@ fn turned<R: Real, const N: usize, const STEP: usize>(
 fn all<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     point: F,
     frame: &Frame<R, I, O>,
-    input: &[[R; I]],
-    output: &mut [[R; O]],
+    input: Tuples<'_, R, I>,
+    mut output: TuplesMut<'_, R, O>,
     scratch: &mut Scratch<R, I, O>,
 ) {
-    let (inputs, input_rest) = input.as_chunks::<W>();
-    let (outputs, output_rest) = output.as_chunks_mut::<W>();
-    for (source, target) in inputs.iter().zip(outputs) {
-        prefetch(source, SOURCE_AHEAD);
-        prefetch(target, TARGET_AHEAD);
-        chunk(point, frame, source, target, scratch);
+    let mut slot: [usize; I] = std::array::from_fn(|k| k);
+    if F::DIRECTION_IN {
+        for (k, &source) in frame.input.order.iter().enumerate() {
+            slot[source % I] = k;
+        }
     }
-    let rest = input_rest.len();
-    if rest > 0 {
-        let mut source = [[R::default(); I]; W];
-        let mut target = [[R::default(); O]; W];
-        source[..rest].copy_from_slice(input_rest);
-        chunk(point, frame, &source, &mut target, scratch);
-        output_rest.copy_from_slice(&target[..rest]);
+    let mut order: [usize; O] = std::array::from_fn(|k| k);
+    if F::DIRECTION_OUT {
+        order = frame.output.order;
+    }
+    // Copies: behind a reference they might change with each number that is stored.
+    let (flip_in, flip_out) = (frame.input.negative, frame.output.negative);
+    for number in 0..input.len().min(output.len()) / W {
+        input.load(number, slot, flip_in, &mut scratch.input.0);
+        chunk(point, frame, scratch);
+        output.store(number, order, flip_out, &scratch.output.0);
     }
 }
 
@@ -463,30 +481,12 @@ fn all<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
 fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     point: F,
     frame: &Frame<R, I, O>,
-    source: &[[R; I]; W],
-    target: &mut [[R; O]; W],
     scratch: &mut Scratch<R, I, O>,
 ) {
     let Scratch {
         input: Rows(input),
         output: Rows(output),
     } = scratch;
-    // Copies: behind a reference they might change with each number that is stored, and the compiler
-    // then keeps a scalar copy of the formula.
-    let (flip_in, flip_out) = (frame.input.negative, frame.output.negative);
-    let mut slot: [usize; I] = std::array::from_fn(|k| k);
-    if F::DIRECTION_IN {
-        for (k, &source) in frame.input.order.iter().enumerate() {
-            slot[source % I] = k;
-        }
-    }
-    // Known to be in range, where the compiler sees it.
-    let slot = slot.map(|k| k % I);
-    for i in 0..W {
-        for k in 0..I {
-            input[slot[k]][i] = source[i][k];
-        }
-    }
     if F::DIRECTION_IN
         && let Some(matrix) = &frame.rotate_input
     {
@@ -494,21 +494,14 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     }
     if F::TAMES && all_tame(input) {
         for i in 0..W {
-            let result =
-                point.apply_tame(std::array::from_fn(|k| input[k][i].negated_if(flip_in[k])));
+            let result = point.apply_tame(std::array::from_fn(|k| input[k][i]));
             for k in 0..O {
                 output[k][i] = result[k];
             }
         }
     } else {
         for i in 0..W {
-            let x: [R; I] = std::array::from_fn(|k| input[k][i]);
-            let x = if F::DIRECTION_IN {
-                std::array::from_fn(|k| x[k].negated_if(flip_in[k]))
-            } else {
-                x
-            };
-            let result = point.apply(x);
+            let result = point.apply(std::array::from_fn(|k| input[k][i]));
             for k in 0..O {
                 output[k][i] = result[k];
             }
@@ -522,19 +515,6 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
             rotate::<R, O, 2>(matrix, output, 1);
         } else {
             rotate::<R, O, 1>(matrix, output, 0);
-        }
-    }
-    let order = frame.output.order;
-    let rows: [&[R; W]; O] =
-        std::array::from_fn(|k| &output[if F::DIRECTION_OUT { order[k] % O } else { k }]);
-    for i in 0..W {
-        for k in 0..O {
-            let x = rows[k][i];
-            target[i][k] = if F::DIRECTION_OUT {
-                x.negated_if(flip_out[k])
-            } else {
-                x
-            };
         }
     }
 }

@@ -51,6 +51,7 @@ pub mod reflect;
 pub mod route;
 pub mod sample;
 pub mod threads;
+pub mod tile;
 pub mod trilinear;
 pub mod verbs;
 

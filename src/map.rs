@@ -8,13 +8,14 @@ use crate::convention::{self, Convention};
 use crate::error::Error;
 use crate::faces::{Arrangement, Cells, FaceTable};
 use crate::frame::{Axes, Turn};
-use crate::kernel::{BLOCK, Scalar};
+use crate::kernel::Scalar;
 use crate::light::solid_angle::Rect;
 use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::projections::{Kind, REGISTRY, Visitor};
 use crate::threads;
+use crate::tile::{TILE, Tile, Tuples};
 use crate::verbs::{
-    Beyond, DecodeOwn, DensityOwn, EncodeCanonical, EncodeOwn, JacobianOwn, ValidCanonical,
+    Beyond, DecodeOwn, DensityOwn, EncodeOwn, EncodeTile, JacobianOwn, ValidCanonical,
 };
 use glam::DMat3;
 
@@ -491,16 +492,15 @@ impl Map {
     ) {
         let turn = self.turn(rotation);
         threads::blocks(directions, 3, covered, 1, |directions, covered| {
-            let mut uv = [R::default(); 3 * BLOCK];
-            for (input, covered) in directions.chunks(3 * BLOCK).zip(covered.chunks_mut(BLOCK)) {
-                let uv = &mut uv[..input.len()];
-                self.visit_canonical(EncodeCanonical {
+            let mut uv = Tile::new();
+            for (input, covered) in directions.chunks(3 * TILE).zip(covered.chunks_mut(TILE)) {
+                self.visit_canonical(EncodeTile {
                     turn,
-                    input,
-                    output: uv,
+                    input: Tuples::of(input),
+                    output: &mut uv,
                 });
-                for (uv, covered) in uv.chunks_exact(3).zip(covered) {
-                    *covered = !uv[0].is_nan();
+                for (u, covered) in uv.0[0].iter().zip(covered) {
+                    *covered = !u.is_nan();
                 }
             }
         });

@@ -6,6 +6,7 @@
 use crate::kernel::{self, Frame, Point, Scalar};
 use crate::real::max;
 use crate::threads;
+use crate::tile::{TILE, Tile, TuplesMut};
 
 #[derive(Clone, Copy)]
 struct Reflect;
@@ -21,24 +22,25 @@ impl<R: Scalar> Point<R, 6, 3> for Reflect {
     }
 }
 
-/// Directions a tile.
-const TILE: usize = 256;
-
 /// Reflects `views` about `normals`, three numbers each; either may be a single one for all.
 pub fn reflect<R: Scalar>(views: &[R], normals: &[R], out: &mut [R]) {
     let points = out.len() / 3;
     threads::rows(out, 3 * 32 * TILE, points, |block, out| {
-        let mut pairs = [R::default(); 6 * TILE];
+        let mut pairs = Tile::<R, 6>::new();
         for (tile, out) in out.chunks_mut(3 * TILE).enumerate() {
             let first = (block * 32 + tile) * TILE;
             let n = out.len() / 3;
-            let pairs = &mut pairs[..6 * n];
-            for (k, pair) in pairs.chunks_exact_mut(6).enumerate() {
-                let of = |a: &[R]| if a.len() == 3 { 0 } else { 3 * (first + k) };
-                pair[..3].copy_from_slice(&views[of(views)..][..3]);
-                pair[3..].copy_from_slice(&normals[of(normals)..][..3]);
+            for (c, row) in pairs.0.iter_mut().enumerate() {
+                let (of, row) = (if c < 3 { views } else { normals }, &mut row[..n]);
+                if of.len() == 3 {
+                    row.fill(of[c % 3]);
+                    continue;
+                }
+                for (x, d) in row.iter_mut().zip(of[3 * first..].as_chunks::<3>().0) {
+                    *x = d[c % 3];
+                }
             }
-            kernel::run(Reflect, &Frame::<R, 6, 3>::plain(), pairs, out);
+            kernel::run(Reflect, &Frame::plain(), pairs.first(n), TuplesMut::of(out));
         }
     });
 }

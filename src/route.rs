@@ -5,8 +5,8 @@ use crate::kernel::Scalar;
 use crate::map::Map;
 use crate::projection::{Projection, Uv};
 use crate::projections::Visitor;
-use crate::sample::TILE;
-use crate::verbs::{DecodeCanonical, EncodeCanonical, JacobianCanonical};
+use crate::tile::Tile;
+use crate::verbs::{DecodeTile, EncodeTile, JacobianTile};
 use glam::DMat3;
 
 /// The way from a target's canonical (u, v, face) to a source's.
@@ -37,60 +37,57 @@ impl<'a> Route<'a> {
         self.same
     }
 
-    /// Takes at most [`TILE`] places along. NaN where either image holds nothing.
-    pub fn take<R: Scalar>(&self, uv: &mut [[R; 3]]) {
+    /// Takes the first `count` places of a tile along. NaN where either image holds nothing.
+    pub fn take<R: Scalar>(&self, uv: &mut Tile<R, 3>, count: usize) {
         if self.same {
-            return self.target.visit_canonical(OnlyValid(uv));
+            return self.target.visit_canonical(OnlyValid(uv, count));
         }
-        let mut directions = [[R::default(); 3]; TILE];
-        let directions = &mut directions[..uv.len()];
-        self.target.visit_canonical(DecodeCanonical {
+        let mut directions = Tile::new();
+        self.target.visit_canonical(DecodeTile {
             turn: self.from_target,
-            input: uv.as_flattened(),
-            output: directions.as_flattened_mut(),
+            input: uv,
+            output: directions.first_mut(count),
         });
-        self.source.visit_canonical(EncodeCanonical {
+        self.source.visit_canonical(EncodeTile {
             turn: self.into_source,
-            input: directions.as_flattened(),
-            output: uv.as_flattened_mut(),
+            input: directions.first(count),
+            output: uv,
         });
     }
 
-    /// The derivatives of world directions by (u, v) at places of the target, and at the places of the source that
-    /// show the same directions.
+    /// The derivatives of world directions by (u, v) at `count` places of the target, and at the places of the source
+    /// that show the same directions.
     pub fn jacobians(
         &self,
-        target: &[[f64; 3]],
-        source: &[[f64; 3]],
-        [by_target, by_source]: [&mut [[f64; 6]]; 2],
+        count: usize,
+        [target, source]: [&Tile<f64, 3>; 2],
+        [by_target, by_source]: [&mut Tile<f64, 6>; 2],
     ) {
-        self.target.visit_canonical(JacobianCanonical {
+        self.target.visit_canonical(JacobianTile {
             turn: self.from_target,
-            input: target.as_flattened(),
-            output: by_target.as_flattened_mut(),
+            input: target,
+            count,
+            output: by_target,
         });
-        self.source.visit_canonical(JacobianCanonical {
+        self.source.visit_canonical(JacobianTile {
             turn: self.into_source.inverse(),
-            input: source.as_flattened(),
-            output: by_source.as_flattened_mut(),
+            input: source,
+            count,
+            output: by_source,
         });
     }
 }
 
 /// Makes NaN of coordinates outside the valid image.
-struct OnlyValid<'a, R>(&'a mut [[R; 3]]);
+struct OnlyValid<'a, R>(&'a mut Tile<R, 3>, usize);
 
 impl<R: Scalar> Visitor for OnlyValid<'_, R> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
-        for [u, v, face] in self.0 {
-            let uv = Uv {
-                u: *u,
-                v: *v,
-                face: *face,
-            };
-            if !p.contains(uv) {
-                *u = R::new(f64::NAN);
+        for k in 0..self.1 {
+            let [u, v, face] = self.0.at(k);
+            if !p.contains(Uv { u, v, face }) {
+                self.0.0[0][k] = R::new(f64::NAN);
             }
         }
     }

@@ -15,8 +15,9 @@ use crate::map::Map;
 use crate::mips;
 use crate::real::Real;
 use crate::route::Route;
-use crate::sample::{Level, Source, TILE};
+use crate::sample::{Level, Source};
 use crate::threads;
+use crate::tile::{TILE, Tile};
 use glam::DMat3;
 use ndarray::ArrayView2;
 
@@ -72,7 +73,7 @@ pub fn convert<T: Texel>(
     let centres = Centres::new(&target);
     let width = target.columns * channels;
     threads::bands(out, width, target.texels() * 32, 1, |first, band| {
-        let mut uv = [[0.0; 3]; TILE];
+        let mut uv = Tile::new();
         let mut parts = [Part::default(); TILE];
         let mut footprints = [Footprint::default(); TILE];
         let mut values = vec![0.0; 2 * channels];
@@ -83,9 +84,9 @@ pub fn convert<T: Texel>(
                 return out.for_each(|out| out.copy_from_slice(fill));
             }
             let n = block.columns;
-            centres.of(&block, &mut uv[..n]);
-            for (part, uv) in parts.iter_mut().zip(&uv[..n]) {
-                *part = Part::of_texel(&target, *uv);
+            centres.of(&block, &mut uv);
+            for (k, part) in parts[..n].iter_mut().enumerate() {
+                *part = Part::of_texel(&target, uv.at(k));
             }
             measure(&route, source.raster(), &parts[..n], &mut footprints);
             for (footprint, out) in footprints[..n].iter().zip(out) {

@@ -2,17 +2,18 @@
 //!
 //! A formula is compiled once for each float type and level of instructions, and that is nearly all of the library's
 //! code and of the time to build it. So there is one kernel a verb, and it computes as many numbers as the projection's own
-//! coordinates have: what wants (u, v, face) of a map of one face gets the face from a loop that knows no projection
-//! ([`widen`], [`narrow`]), and arrangements of faces are a formula of their own (`arranged`). Projections that
+//! coordinates have: of (u, v, face) in rows it takes the first two, of interleaved ones what a loop that knows no
+//! projection leaves ([`narrow`]), and arrangements of faces are a formula of their own (`arranged`). Projections that
 //! are not [`COMMON`](Projection::COMMON) have kernels for f64 only, up to AVX2.
 //!
 //! Everything here runs on the caller's thread.
 
 use crate::frame::Turn;
-use crate::kernel::{self, BLOCK, Frame, Lanes, Point, Scalar, vectorize};
+use crate::kernel::{self, Frame, Lanes, Point, Scalar, vectorize};
 use crate::projection::{Projection, Uv};
 use crate::projections::Visitor;
 use crate::real::{Real, Tame, max};
+use crate::tile::{TILE, Tile, Tuples, TuplesMut};
 
 /// The direction with its largest component brought near 1, and whether it is a direction at all:
 /// finite and not zero.
@@ -142,8 +143,8 @@ fn frame_out<const I: usize, const O: usize>(turn: Turn) -> Frame<f64, I, O> {
 fn run<P: Projection, R: Scalar, F, const I: usize, const O: usize>(
     point: F,
     frame: &Frame<f64, I, O>,
-    input: &[R],
-    output: &mut [R],
+    input: Tuples<'_, R, I>,
+    output: TuplesMut<'_, R, O>,
 ) where
     F: Point<f64, I, O> + Point<R, I, O>,
 {
@@ -152,19 +153,6 @@ fn run<P: Projection, R: Scalar, F, const I: usize, const O: usize>(
     } else {
         kernel::run_in_double(point, frame, input, output);
     }
-}
-
-/// Puts face 0 behind (u, v); NaN behind NaN.
-fn widen<R: Scalar>(flat: &[R], canonical: &mut [R]) {
-    let (flat, canonical) = (flat.as_chunks::<2>().0, canonical.as_chunks_mut::<3>().0);
-    vectorize(
-        #[inline(always)]
-        || {
-            for (canonical, &[u, v]) in canonical.iter_mut().zip(flat) {
-                *canonical = [u, v, if u.is_nan() { u } else { R::default() }];
-            }
-        },
-    );
 }
 
 /// Leaves the face out of (u, v, face).
@@ -186,8 +174,8 @@ fn narrowed<R: Scalar, const O: usize>(
     out: &mut [R],
     work: impl Fn(&[R], &mut [R]),
 ) {
-    let mut flat = [R::default(); 2 * BLOCK];
-    for (canonical, out) in canonical.chunks(3 * BLOCK).zip(out.chunks_mut(O * BLOCK)) {
+    let mut flat = [R::default(); 2 * TILE];
+    for (canonical, out) in canonical.chunks(3 * TILE).zip(out.chunks_mut(O * TILE)) {
         let flat = &mut flat[..canonical.len() / 3 * 2];
         narrow(canonical, flat);
         work(flat, out);
@@ -212,9 +200,11 @@ macro_rules! own_verb {
             fn visit<P: Projection>(self, p: P) {
                 let (point, turn) = ($point(p), self.turn);
                 if const { P::INFO.faces == 1 } {
-                    run::<P, R, _, $flat, $out>(point, &$frame(turn), self.input, self.output);
+                    let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
+                    run::<P, R, _, $flat, $out>(point, &$frame(turn), input, output);
                 } else {
-                    run::<P, R, _, $wide, $wide_out>(point, &$frame(turn), self.input, self.output);
+                    let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
+                    run::<P, R, _, $wide, $wide_out>(point, &$frame(turn), input, output);
                 }
             }
         }
@@ -245,11 +235,11 @@ pub struct DensityOwn<'a, R> {
 impl<R: Scalar> Visitor for DensityOwn<'_, R> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
-        let (input, output) = (self.input, self.output);
+        let (input, output) = (self.input, TuplesMut::of(self.output));
         if const { P::INFO.faces == 1 } {
-            run::<P, R, _, 2, 1>(Density(p), &Frame::plain(), input, output);
+            run::<P, R, _, 2, 1>(Density(p), &Frame::plain(), Tuples::of(input), output);
         } else {
-            run::<P, R, _, 3, 1>(Density(p), &Frame::plain(), input, output);
+            run::<P, R, _, 3, 1>(Density(p), &Frame::plain(), Tuples::of(input), output);
         }
     }
 }
@@ -293,71 +283,6 @@ impl<R: Scalar> Visitor for Beyond<'_, R> {
     }
 }
 
-/// World directions to canonical (u, v, face).
-pub struct EncodeCanonical<'a, R> {
-    /// World to view.
-    pub turn: Turn,
-    /// Directions.
-    pub input: &'a [R],
-    /// Coordinates.
-    pub output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for EncodeCanonical<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        let turn = self.turn;
-        let own = |input: &[R], output: &mut [R]| {
-            EncodeOwn {
-                turn,
-                input,
-                output,
-            }
-            .visit(p)
-        };
-        if const { P::INFO.faces > 1 } {
-            return own(self.input, self.output);
-        }
-        let mut flat = [R::default(); 2 * BLOCK];
-        let blocks = self.input.chunks(3 * BLOCK);
-        for (directions, canonical) in blocks.zip(self.output.chunks_mut(3 * BLOCK)) {
-            let flat = &mut flat[..directions.len() / 3 * 2];
-            own(directions, flat);
-            widen(flat, canonical);
-        }
-    }
-}
-
-/// Canonical (u, v, face) to world directions.
-pub struct DecodeCanonical<'a, R> {
-    /// View to world.
-    pub turn: Turn,
-    /// Coordinates.
-    pub input: &'a [R],
-    /// Directions.
-    pub output: &'a mut [R],
-}
-
-impl<R: Scalar> Visitor for DecodeCanonical<'_, R> {
-    type Output = ();
-    fn visit<P: Projection>(self, p: P) {
-        let turn = self.turn;
-        let own = |input: &[R], output: &mut [R]| {
-            DecodeOwn {
-                turn,
-                input,
-                output,
-            }
-            .visit(p)
-        };
-        if const { P::INFO.faces > 1 } {
-            own(self.input, self.output);
-        } else {
-            narrowed::<R, 3>(self.input, self.output, own);
-        }
-    }
-}
-
 #[derive(Clone, Copy)]
 struct Continued<P>(P);
 
@@ -384,43 +309,89 @@ impl Visitor for ContinuedCanonical<'_> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
         if const { P::INFO.faces > 1 } {
-            let frame = Frame::<f64, 3, 3>::plain();
-            kernel::run(Continued(p), &frame, self.input, self.output);
+            let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
+            kernel::run::<f64, _, 3, 3>(Continued(p), &Frame::plain(), input, output);
         } else {
             narrowed::<f64, 3>(self.input, self.output, |input, output| {
-                kernel::run(Continued(p), &Frame::<f64, 2, 3>::plain(), input, output);
+                let (input, output) = (Tuples::of(input), TuplesMut::of(output));
+                kernel::run::<f64, _, 2, 3>(Continued(p), &Frame::plain(), input, output);
             });
         }
     }
 }
 
-/// Derivatives of world directions at canonical (u, v, face): ∂x/∂u, ∂x/∂v, ∂y/∂u and so on. NaN outside the valid
-/// image.
-pub struct JacobianCanonical<'a> {
+/// Directions to canonical (u, v, face), in rows.
+pub struct EncodeTile<'a, R> {
+    /// World to view.
+    pub turn: Turn,
+    /// At most [`TILE`] directions.
+    pub input: Tuples<'a, R, 3>,
+    /// Their coordinates. Where u is NaN the face means nothing.
+    pub output: &'a mut Tile<R, 3>,
+}
+
+impl<R: Scalar> Visitor for EncodeTile<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (point, turn, n) = (Encode(p), self.turn, self.input.len());
+        if const { P::INFO.faces > 1 } {
+            let output = self.output.first_mut(n);
+            run::<P, R, _, 3, 3>(point, &frame_in(turn), self.input, output);
+        } else {
+            let output = self.output.first_pairs_mut(n);
+            run::<P, R, _, 3, 2>(point, &frame_in(turn), self.input, output);
+            self.output.0[2][..n].fill(R::default());
+        }
+    }
+}
+
+/// Canonical (u, v, face), in rows, to directions.
+pub struct DecodeTile<'a, R> {
     /// View to world.
     pub turn: Turn,
     /// Coordinates.
-    pub input: &'a [f64],
-    /// Derivatives.
-    pub output: &'a mut [f64],
+    pub input: &'a Tile<R, 3>,
+    /// Room for at most [`TILE`] directions.
+    pub output: TuplesMut<'a, R, 3>,
 }
 
-impl Visitor for JacobianCanonical<'_> {
+impl<R: Scalar> Visitor for DecodeTile<'_, R> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
-        let turn = self.turn;
-        let own = |input: &[f64], output: &mut [f64]| {
-            JacobianOwn {
-                turn,
-                input,
-                output,
-            }
-            .visit(p)
-        };
+        let (point, turn, n) = (Decode(p), self.turn, self.output.len());
         if const { P::INFO.faces > 1 } {
-            own(self.input, self.output);
+            run::<P, R, _, 3, 3>(point, &frame_out(turn), self.input.first(n), self.output);
         } else {
-            narrowed::<f64, 6>(self.input, self.output, own);
+            let input = self.input.first_pairs(n);
+            run::<P, R, _, 2, 3>(point, &frame_out(turn), input, self.output);
+        }
+    }
+}
+
+/// Derivatives of world directions at canonical (u, v, face), in rows: ∂x/∂u, ∂x/∂v, ∂y/∂u and so on. NaN outside
+/// the valid image.
+pub struct JacobianTile<'a> {
+    /// View to world.
+    pub turn: Turn,
+    /// Coordinates.
+    pub input: &'a Tile<f64, 3>,
+    /// How many, at most [`TILE`].
+    pub count: usize,
+    /// Derivatives.
+    pub output: &'a mut Tile<f64, 6>,
+}
+
+impl Visitor for JacobianTile<'_> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (point, turn, n) = (Jacobian(p), self.turn, self.count);
+        let output = self.output.first_mut(n);
+        if const { P::INFO.faces > 1 } {
+            let input = self.input.first(n);
+            run::<P, f64, _, 3, 6>(point, &frame_out(turn), input, output);
+        } else {
+            let input = self.input.first_pairs(n);
+            run::<P, f64, _, 2, 6>(point, &frame_out(turn), input, output);
         }
     }
 }
@@ -482,24 +453,25 @@ impl<P: Projection> Point<f64, 7, 3> for Draw<P> {
 }
 
 /// World directions spread evenly, by solid angle, over small rectangles of faces: (u0, u1, v0, v1, face)
-/// and two numbers in [0, 1], seven a direction. The density is taken to be linear in each.
-pub struct DrawCanonical<'a> {
+/// and two numbers in [0, 1], in rows. The density is taken to be linear in each.
+pub struct DrawTile<'a> {
     /// View to world.
     pub turn: Turn,
     /// Rectangles, faces and numbers.
-    pub input: &'a [f64],
+    pub input: &'a Tile<f64, 7>,
+    /// How many, at most [`TILE`].
+    pub count: usize,
     /// Directions.
-    pub output: &'a mut [f64],
+    pub output: &'a mut Tile<f64, 3>,
 }
 
-impl Visitor for DrawCanonical<'_> {
+impl Visitor for DrawTile<'_> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
-        kernel::run(
-            Draw(p),
-            &frame_out::<7, 3>(self.turn),
-            self.input,
-            self.output,
+        let (input, output) = (
+            self.input.first(self.count),
+            self.output.first_mut(self.count),
         );
+        kernel::run(Draw(p), &frame_out(self.turn), input, output);
     }
 }

@@ -16,7 +16,8 @@ use super::sphere::{dot, sub};
 use crate::frame::Turn;
 use crate::kernel::{self, Job};
 use crate::projection::Outline;
-use crate::verbs::{ContinuedCanonical, EncodeCanonical};
+use crate::tile::{TILE, Tile, Tuples};
+use crate::verbs::{ContinuedCanonical, EncodeTile};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What an edge may err by, in source cells or in target cells, whichever are smaller.
@@ -311,15 +312,22 @@ impl<'l, 'a> Sweep<'l, 'a> {
             input: self.points.as_flattened(),
             output: self.directions.as_flattened_mut(),
         });
-        self.from.map.visit_canonical(EncodeCanonical {
-            turn: self.turn,
-            input: self.directions.as_flattened(),
-            output: self.points.as_flattened_mut(),
-        });
         let (along_u, along_v) = (self.from.scale(0), self.from.scale(1));
-        for point in &mut self.points {
-            point[0] = point[0] * along_u.0 + along_u.1;
-            point[1] = point[1] * along_v.0 + along_v.1;
+        let mut uv = Tile::new();
+        for (directions, points) in self
+            .directions
+            .chunks(TILE)
+            .zip(self.points.chunks_mut(TILE))
+        {
+            self.from.map.visit_canonical(EncodeTile {
+                turn: self.turn,
+                input: Tuples::Interleaved(directions),
+                output: &mut uv,
+            });
+            for (k, point) in points.iter_mut().enumerate() {
+                let [u, v, face] = uv.at(k);
+                *point = [u * along_u.0 + along_u.1, v * along_v.0 + along_v.1, face];
+            }
         }
         us.len()
     }

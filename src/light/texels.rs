@@ -19,7 +19,8 @@ use crate::light::rim;
 use crate::light::solid_angle::Rect;
 use crate::map::Map;
 use crate::threads;
-use crate::verbs::DecodeCanonical;
+use crate::tile::{TILE, Tile};
+use crate::verbs::DecodeTile;
 use std::sync::{Arc, Mutex};
 
 /// Numbers that packed sums go by.
@@ -27,6 +28,7 @@ pub const LANES: usize = 8;
 
 /// Texels along the side of a block.
 pub const SIDE: usize = 16;
+const _: () = assert!(SIDE * SIDE <= TILE);
 
 /// How many texels are remembered, over all images.
 const KEPT: usize = 1 << 21;
@@ -118,30 +120,32 @@ impl Texels {
         threads::rows(&mut points, room, faces * w * h, |number, points| {
             let face = number / (across * down);
             let (row, column) = (number % (across * down) / across, number % across);
-            let mut uv = [0.0; 3 * SIDE * SIDE];
-            let mut directions = [0.0; 3 * SIDE * SIDE];
+            let mut uv = Tile::new();
+            let mut directions = Tile::new();
             let mut places = [(0, 0); SIDE * SIDE];
             let mut n = 0;
             for j in row * SIDE..((row + 1) * SIDE).min(h) {
                 for i in column * SIDE..((column + 1) * SIDE).min(w) {
                     if weights[j * w + i] > 0.0 {
-                        uv[3 * n] = raster.along_u.centre(i as f64);
-                        uv[3 * n + 1] = raster.along_v.centre(j as f64);
-                        uv[3 * n + 2] = face as f64;
+                        let (u, v) = (
+                            raster.along_u.centre(i as f64),
+                            raster.along_v.centre(j as f64),
+                        );
+                        uv.set(n, [u, v, face as f64]);
                         places[n] = (i, j);
                         n += 1;
                     }
                 }
             }
-            map.visit_canonical(DecodeCanonical {
+            map.visit_canonical(DecodeTile {
                 turn,
-                input: &uv[..3 * n],
-                output: &mut directions[..3 * n],
+                input: &uv,
+                output: directions.first_mut(n),
             });
             for (k, &(i, j)) in places[..n].iter().enumerate() {
-                let d = &directions[3 * k..];
+                let [x, y, z] = directions.at(k);
                 let index = raster.view(face).index(i, j) as f64;
-                points[k] = [d[0], d[1], d[2], weights[j * w + i], index];
+                points[k] = [x, y, z, weights[j * w + i], index];
             }
         });
 

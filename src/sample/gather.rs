@@ -2,24 +2,26 @@
 //!
 //! Texels of a row lie one after the other, so a filter reads windows of a row and not texels: a pair of RGB
 //! texels is six numbers, read as two overlapping groups of four (three-float loads were 2–4× slower), a
-//! bicubic row is twelve. The texels of a lookup some way ahead are asked for from memory while this one
-//! is computed; without that, random lookups waited for memory one after the other.
+//! bicubic row is four groups. The texels of a lookup a tile ahead are asked for from memory while this one
+//! is computed; without that, conversions took 1.5 to 2 times as long and random lookups more.
+//!
+//! The wide filters are written in lanes ([`Packed`]): of a plain loop over a row's twelve numbers the compiler made
+//! shuffles and a gather of the weights (1.5 to 2 times slower), and weights lie in rows, for the same reason.
 //!
 //! Every filter adds weighted differences from one of its texels to that texel: a constant image stays
 //! constant to the bit.
 //!
 //! What did not help: a copy of the image in 2×2 tiles (a third faster on random lookups only, and the
-//! copy costs more).
+//! copy costs more); asking for the output's memory as well.
 
 use super::Area;
 use super::place::Places;
 use super::weights::Kernel;
-use crate::image::{Filtered, Raster, Texel};
-use crate::kernel::{prefetch_item, vectorize};
+use crate::image::{Filtered, Four, Raster, Texel};
+use crate::kernel::{Packed, packed, prefetch_item, unpacked};
+use crate::tile::TILE;
+use fearless_simd::{Simd, SimdBase};
 use std::marker::PhantomData;
-
-/// The most numbers in a window's row for which loops are unrolled.
-const ROW: usize = 24;
 
 /// Rows of SIDE texels and SLACK numbers.
 #[derive(Clone, Copy)]
@@ -43,12 +45,20 @@ pub(crate) trait Gather<T: Texel>: Copy {
     /// Numbers that are read after each row of the window.
     const SLACK: usize;
 
-    /// One lookup in a window whose texels have `channels` numbers. CHANNELS is 0 where their number is known at run time only. LANES numbers are written (0:
+    /// What the places of a tile share in computing.
+    type Weights;
+
+    /// That of the first `count` places.
+    fn weights(places: &Places<T::Float>, count: usize) -> Self::Weights;
+
+    /// Lookup k of a tile, in a window whose texels have `channels` numbers. CHANNELS is 0 where their number is known at run time only. LANES numbers are written (0:
     /// as many as there are channels); one more than those of the texel belongs to the next.
-    fn texel<O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+    fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+        simd: S,
         channels: usize,
         window: Window<'_, T>,
-        t: [T::Float; 2],
+        tile: (&Places<T::Float>, &Self::Weights),
+        k: usize,
         out: &mut [O],
     );
 }
@@ -59,15 +69,26 @@ pub(crate) struct Nearest;
 
 impl<T: Texel> Gather<T> for Nearest {
     const SIDE: usize = 1;
-    const SLACK: usize = 0;
+    const SLACK: usize = 1;
+    type Weights = ();
 
     #[inline(always)]
-    fn texel<O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+    fn weights(_: &Places<T::Float>, _: usize) {}
+
+    #[inline(always)]
+    fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+        _: S,
         channels: usize,
         window: Window<'_, T>,
-        _: [T::Float; 2],
+        _: (&Places<T::Float>, &()),
+        _: usize,
         out: &mut [O],
     ) {
+        if LANES == 4 {
+            let texel: [O; 4] = group(window.row(0), 0).map(O::exact);
+            out[..4].copy_from_slice(&texel);
+            return;
+        }
         for (out, &texel) in out[..channels].iter_mut().zip(&window.row(0)[..channels]) {
             *out = O::exact(texel);
         }
@@ -81,14 +102,21 @@ pub(crate) struct Bilinear;
 impl<T: Texel> Gather<T> for Bilinear {
     const SIDE: usize = 2;
     const SLACK: usize = 1;
+    type Weights = ();
 
     #[inline(always)]
-    fn texel<O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+    fn weights(_: &Places<T::Float>, _: usize) {}
+
+    #[inline(always)]
+    fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+        _: S,
         channels: usize,
         window: Window<'_, T>,
-        [tx, ty]: [T::Float; 2],
+        (places, ()): (&Places<T::Float>, &()),
+        k: usize,
         out: &mut [O],
     ) {
+        let (tx, ty) = (places.tx[k], places.ty[k]);
         let (upper, lower) = (window.row(0), window.row(1));
         if LANES > 0 {
             let (a, b) = (group(upper, 0), group(upper, CHANNELS));
@@ -126,41 +154,59 @@ pub(crate) struct Separable<K, const TAPS: usize>(PhantomData<K>);
 
 impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TAPS> {
     const SIDE: usize = TAPS;
-    const SLACK: usize = 0;
+    const SLACK: usize = if TAPS.is_multiple_of(4) { 1 } else { 2 };
+    /// Along u and along v, those of each texel of the window in a row.
+    type Weights = [[[T::Float; TILE]; TAPS]; 2];
 
     #[inline(always)]
-    fn texel<O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+    fn weights(places: &Places<T::Float>, count: usize) -> Self::Weights {
+        let mut weights = [[[T::Float::default(); TILE]; TAPS]; 2];
+        for (weights, t) in weights.iter_mut().zip([&places.tx, &places.ty]) {
+            for k in 0..count.min(TILE) {
+                let there = K::weights(t[k]);
+                for (weights, there) in weights.iter_mut().zip(there) {
+                    weights[k] = there;
+                }
+            }
+        }
+        weights
+    }
+
+    #[inline(always)]
+    fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+        simd: S,
         channels: usize,
         window: Window<'_, T>,
-        [tx, ty]: [T::Float; 2],
+        (_, weights): (&Places<T::Float>, &Self::Weights),
+        k: usize,
         out: &mut [O],
     ) {
-        let (across, down) = (K::weights(tx), K::weights(ty));
+        let [across, down]: [[T::Float; TAPS]; 2] =
+            std::array::from_fn(|axis| std::array::from_fn(|t| weights[axis][t][k]));
         let middle = TAPS / 2 - 1;
         if CHANNELS > 0 {
-            let width = TAPS * CHANNELS;
-            let base: [T::Float; CHANNELS] =
-                std::array::from_fn(|k| window.row(middle)[middle * CHANNELS + k].load());
-            let mut bases = [T::Float::default(); ROW];
-            for k in 0..width {
-                bases[k] = base[k % CHANNELS];
-            }
-            let mut sums = [T::Float::default(); ROW];
-            for (r, &weight) in down.iter().enumerate() {
-                let row = &window.row(r)[..width];
-                for k in 0..width {
-                    sums[k] = sums[k] + weight * (row[k].load() - bases[k]);
+            let zero = T::Float::default();
+            let mixed: [O; 4] = if CHANNELS == 1 {
+                // Four texels of a row at a time.
+                let base = window.row(middle)[middle].load();
+                let bases = Four::<T, S>::splat(simd, base);
+                let mut sum = zero;
+                for g in 0..TAPS.div_ceil(4) {
+                    let columns = column(simd, window, 4 * g, &down, bases).to_array();
+                    for t in 4 * g..TAPS.min(4 * g + 4) {
+                        sum = sum + across[t] * columns[t % 4];
+                    }
                 }
-            }
-            let lanes = if LANES > 0 { 4 } else { CHANNELS };
-            let mut mixed = [O::default(); 4];
-            for k in 0..lanes {
-                let mut sum = across[0] * sums[k];
-                for t in 1..TAPS {
-                    sum = sum + across[t] * sums[t * CHANNELS + k];
+                [O::filtered(base + sum); 4]
+            } else {
+                let base = four(simd, window.row(middle), middle * CHANNELS);
+                let mut sum = Four::<T, S>::splat(simd, zero);
+                for (t, across) in across.into_iter().enumerate() {
+                    let column = column(simd, window, t * CHANNELS, &down, base);
+                    sum += Four::<T, S>::splat(simd, across) * column;
                 }
-                mixed[k] = O::filtered(bases[k] + sum);
-            }
+                (base + sum).to_array().map(O::filtered)
+            };
             let stored = if LANES > 0 { LANES } else { CHANNELS };
             out[..stored].copy_from_slice(&mixed[..stored]);
         } else {
@@ -181,6 +227,32 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
     }
 }
 
+/// Four numbers of a row.
+#[inline(always)]
+fn four<S: Simd, T: Texel>(simd: S, row: &[T], first: usize) -> Four<T, S> {
+    match row[first..].first_chunk() {
+        Some(texels) => T::load_four(simd, texels),
+        None => Four::<T, S>::splat(simd, T::Float::default()),
+    }
+}
+
+/// Sums over a window's rows of what four numbers are more than `base`.
+#[inline(always)]
+fn column<S: Simd, T: Texel, const TAPS: usize>(
+    simd: S,
+    window: Window<'_, T>,
+    first: usize,
+    down: &[T::Float; TAPS],
+    base: Four<T, S>,
+) -> Four<T, S> {
+    let mut sum = Four::<T, S>::splat(simd, T::Float::default());
+    for (r, weight) in down.iter().enumerate() {
+        let weight = Four::<T, S>::splat(simd, *weight);
+        sum += weight * (four(simd, window.row(r), first) - base);
+    }
+    sum
+}
+
 /// The stored texels of an image, and how to get at them.
 #[derive(Clone, Copy)]
 pub(crate) struct Stored<'a, T> {
@@ -189,48 +261,112 @@ pub(crate) struct Stored<'a, T> {
     pub(crate) channels: usize,
 }
 
-/// Looks places up, one texel of `out` each, and asks for the texels of the first ones of another tile.
+/// Looks places up, one texel of `out` each, and asks for the texels of those of another tile.
 /// `edge` answers for those that are not inside.
 pub(crate) fn gather<T: Texel, O: Filtered<T>, G: Gather<T>>(
     stored: Stored<'_, T>,
     places: (&Places<T::Float>, bool),
-    ahead: (&Places<T::Float>, usize),
+    next: &Places<T::Float>,
     band: &mut [O],
     area: (Area, usize),
     edge: impl FnMut(usize, &mut [O]),
 ) {
     match stored.channels {
-        1 => rows::<T, O, G, 1>(stored, places, ahead, band, area, edge),
-        3 => rows::<T, O, G, 3>(stored, places, ahead, band, area, edge),
-        4 => rows::<T, O, G, 4>(stored, places, ahead, band, area, edge),
-        _ => rows::<T, O, G, 0>(stored, places, ahead, band, area, edge),
+        1 => rows::<T, O, G, 1>(stored, places, next, band, area, edge),
+        3 => rows::<T, O, G, 3>(stored, places, next, band, area, edge),
+        4 => rows::<T, O, G, 4>(stored, places, next, band, area, edge),
+        _ => rows::<T, O, G, 0>(stored, places, next, band, area, edge),
     }
 }
 
 fn rows<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     stored: Stored<'_, T>,
     places: (&Places<T::Float>, bool),
-    ahead: (&Places<T::Float>, usize),
+    next: &Places<T::Float>,
     band: &mut [O],
     area: (Area, usize),
-    mut edge: impl FnMut(usize, &mut [O]),
+    edge: impl FnMut(usize, &mut [O]),
 ) {
+    struct Straight<'a, T: Texel, O, E, G, const CHANNELS: usize> {
+        stored: Stored<'a, T>,
+        row: usize,
+        places: (&'a Places<T::Float>, bool),
+        next: &'a Places<T::Float>,
+        band: &'a mut [O],
+        area: (Area, usize),
+        edge: E,
+        filter: PhantomData<G>,
+    }
+    impl<T, O, E, G, const CHANNELS: usize> Packed for Straight<'_, T, O, E, G, CHANNELS>
+    where
+        T: Texel,
+        O: Filtered<T>,
+        E: FnMut(usize, &mut [O]),
+        G: Gather<T>,
+    {
+        #[inline(always)]
+        fn run<S: Simd>(mut self, simd: S) {
+            straight::<S, T, O, G, CHANNELS>(
+                simd,
+                (self.stored, self.row),
+                self.places,
+                self.next,
+                self.band,
+                self.area,
+                &mut self.edge,
+            );
+        }
+    }
+    struct Turned<'a, T: Texel, O, E, G, const CHANNELS: usize> {
+        stored: Stored<'a, T>,
+        places: &'a Places<T::Float>,
+        band: &'a mut [O],
+        area: (Area, usize),
+        edge: E,
+        filter: PhantomData<G>,
+    }
+    impl<T, O, E, G, const CHANNELS: usize> Packed for Turned<'_, T, O, E, G, CHANNELS>
+    where
+        T: Texel,
+        O: Filtered<T>,
+        E: FnMut(usize, &mut [O]),
+        G: Gather<T>,
+    {
+        #[inline(always)]
+        fn run<S: Simd>(mut self, simd: S) {
+            let (stored, edge) = (self.stored, &mut self.edge);
+            turned::<S, T, O, G, CHANNELS>(simd, stored, self.places, self.band, self.area, edge);
+        }
+    }
     match stored.raster.straight() {
-        Some(row) => vectorize(
-            #[inline(always)]
-            || straight::<T, O, G, CHANNELS>(stored, row, places, ahead, band, area, &mut edge),
-        ),
-        None => turned::<T, O, G, CHANNELS>(stored, places.0, band, area, &mut edge),
+        Some(row) => packed(Straight::<T, O, _, G, CHANNELS> {
+            stored,
+            row,
+            places,
+            next,
+            band,
+            area,
+            edge,
+            filter: PhantomData,
+        }),
+        None => unpacked(Turned::<T, O, _, G, CHANNELS> {
+            stored,
+            places: places.0,
+            band,
+            area,
+            edge,
+            filter: PhantomData,
+        }),
     }
 }
 
 /// Faces whose rows are stored as rows, `row` texels apart.
 #[inline(always)]
-fn straight<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
-    stored: Stored<'_, T>,
-    row: usize,
+fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
+    simd: S,
+    (stored, row): (Stored<'_, T>, usize),
     (places, all_inside): (&Places<T::Float>, bool),
-    (next, ahead): (&Places<T::Float>, usize),
+    next: &Places<T::Float>,
     band: &mut [O],
     (area, length): (Area, usize),
     edge: &mut impl FnMut(usize, &mut [O]),
@@ -240,48 +376,48 @@ fn straight<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     } else {
         stored.channels
     };
+    let texels = stored.texels;
     let step = row * channels;
-    let needed = (G::SIDE - 1) * step + G::SIDE * channels + G::SLACK;
-    let Some(last) = stored.texels.len().checked_sub(needed) else {
-        return each(band, area, length, channels, edge);
-    };
     let width = G::SIDE * channels + G::SLACK;
+    let needed = (G::SIDE - 1) * step + width;
+    let weights = G::weights(places, length);
+    let tile = (places, &weights);
     for top in (0..length).step_by(area.columns) {
         let columns = area.columns.min(length - top);
         let start = (area.start + top / area.columns * area.stride) * channels;
         let out = &mut band[start..][..columns * channels];
-        for k in 0..columns {
-            let n = top + k;
-            if n < ahead {
-                let at = next.first[n].wrapping_mul(channels);
-                for r in 0..G::SIDE {
-                    let at = at.wrapping_add(r * step);
-                    prefetch_item(stored.texels, at);
-                    if G::SIDE > 1 {
-                        prefetch_item(stored.texels, at.wrapping_add(G::SIDE * channels - 1));
-                    }
+        let lookups = places.first[top..top + columns].iter();
+        let lookups = lookups.zip(&places.inside[top..top + columns]);
+        for (k, ((&first, &inside), &ahead)) in lookups.zip(&next.first[top..]).enumerate() {
+            // What the next tile has not been told yet is a place of long ago: asking for it does no harm.
+            for r in 0..G::SIDE {
+                let at = ahead.wrapping_add(r * step);
+                prefetch_item(texels, at);
+                if G::SIDE > 1 {
+                    prefetch_item(texels, at.wrapping_add(G::SIDE * channels - 1));
                 }
             }
-            let at = places.first[n].wrapping_mul(channels);
-            let out = &mut out[k * channels..];
-            if !(all_inside || places.inside[n]) || at > last {
-                edge(n, &mut out[..channels]);
-                continue;
-            }
-            let window = &stored.texels[at..at + needed];
-            let t = [places.tx[n], places.ty[n]];
-            let window = Window {
-                numbers: window,
-                step,
-                width,
+            let window = match texels.get(first..first.wrapping_add(needed)) {
+                Some(numbers) if all_inside | inside => Window {
+                    numbers,
+                    step,
+                    width,
+                },
+                _ => {
+                    edge(top + k, &mut out[k * channels..][..channels]);
+                    continue;
+                }
             };
+            let out = &mut out[k * channels..];
             // Three numbers are written as four where another texel follows, which is then written over.
-            if CHANNELS == 4 || CHANNELS == 3 && k + 1 < columns {
-                G::texel::<O, CHANNELS, 4>(channels, window, t, out);
-            } else if CHANNELS == 3 {
-                G::texel::<O, CHANNELS, 3>(channels, window, t, out);
+            if CHANNELS == 3 || CHANNELS == 4 {
+                if let Some(out) = out.first_chunk_mut::<4>() {
+                    G::texel::<S, O, CHANNELS, 4>(simd, channels, window, tile, top + k, out);
+                } else {
+                    G::texel::<S, O, CHANNELS, 3>(simd, channels, window, tile, top + k, out);
+                }
             } else {
-                G::texel::<O, CHANNELS, 0>(channels, window, t, out);
+                G::texel::<S, O, CHANNELS, 0>(simd, channels, window, tile, top + k, out);
             }
         }
     }
@@ -306,7 +442,9 @@ fn each<T>(
 }
 
 /// Faces that are stored turned or mirrored: windows are put together texel by texel.
-fn turned<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
+#[inline(always)]
+fn turned<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
+    simd: S,
     stored: Stored<'_, T>,
     places: &Places<T::Float>,
     band: &mut [O],
@@ -316,6 +454,7 @@ fn turned<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     let channels = stored.channels;
     let width = G::SIDE * channels + G::SLACK;
     let mut window = vec![T::default(); G::SIDE * width];
+    let weights = G::weights(places, length);
     each(band, area, length, channels, |k, out| {
         if !places.inside[k] {
             return edge(k, out);
@@ -324,18 +463,21 @@ fn turned<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
         let [right, down] = stored.raster.view(places.face[k] as usize).steps();
         for (r, row) in window.chunks_exact_mut(width).enumerate() {
             for (t, texel) in row.chunks_exact_mut(channels).take(G::SIDE).enumerate() {
-                let at = (first + t as isize * right + r as isize * down) as usize * channels;
+                let step = (t as isize * right + r as isize * down) * channels as isize;
+                let at = (first + step) as usize;
                 texel.copy_from_slice(&stored.texels[at..at + channels]);
             }
         }
-        G::texel::<O, CHANNELS, 0>(
+        G::texel::<S, O, CHANNELS, 0>(
+            simd,
             channels,
             Window {
                 numbers: &window,
                 step: width,
                 width,
             },
-            [places.tx[k], places.ty[k]],
+            (places, &weights),
+            k,
             out,
         );
     });

@@ -28,7 +28,8 @@ use crate::projection::{Outline, Projection, Seam};
 use crate::projections::Visitor;
 use crate::real::Real;
 use crate::threads;
-use crate::verbs::EncodeCanonical;
+use crate::tile::{TILE, Tile, Tuples};
+use crate::verbs::EncodeTile;
 use border::Taps;
 use gather::{Bilinear, Gather, Nearest, Separable, Stored, gather};
 use glam::DMat3;
@@ -93,9 +94,6 @@ impl Filter {
         }
     }
 }
-
-/// Points that are encoded before they are looked up: small enough for the first-level cache.
-pub const TILE: usize = 256;
 
 /// An image that can be looked up.
 #[derive(Clone, Copy)]
@@ -171,21 +169,20 @@ impl<'a, T: Texel> Source<'a, T> {
     ) {
         let turn = self.map.turn(rotation);
         threads::blocks(directions, 3, out, self.channels, |directions, out| {
-            let mut uv = [[R::default(); 3]; TILE];
+            let mut uv = Tile::new();
             let mut lookups = Lookups::new(self, filter, fill);
             for (tile, directions) in directions.chunks(3 * TILE).enumerate() {
-                let uv = &mut uv[..directions.len() / 3];
-                self.map.visit_canonical(EncodeCanonical {
+                self.map.visit_canonical(EncodeTile {
                     turn,
-                    input: directions,
-                    output: uv.as_flattened_mut(),
+                    input: Tuples::of(directions),
+                    output: &mut uv,
                 });
                 let area = Area {
                     start: tile * TILE,
                     columns: TILE,
                     stride: TILE,
                 };
-                lookups.push(uv, out, area);
+                lookups.push(&uv, directions.len() / 3, out, area);
             }
             lookups.finish(out);
         });
@@ -259,14 +256,14 @@ pub struct Lookups<'s, 'a, T: Texel, O, R> {
     source: &'s Source<'a, T>,
     filter: Filter,
     fill: &'s [O],
-    tiles: [Tile<T::Float, R>; 2],
+    queue: [Queued<T::Float, R>; 2],
     current: usize,
 }
 
-struct Tile<F, R> {
+struct Queued<F, R> {
     places: Places<F>,
     all_inside: bool,
-    uv: [[R; 3]; TILE],
+    uv: Tile<R, 3>,
     area: Area,
     length: usize,
 }
@@ -285,10 +282,10 @@ pub struct Area {
 impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
     /// Lookups in an image. Where it holds nothing, the result is `fill`.
     pub fn new(source: &'s Source<'a, T>, filter: Filter, fill: &'s [O]) -> Self {
-        let tile = || Tile {
+        let queued = || Queued {
             places: Places::new(),
             all_inside: false,
-            uv: [[R::default(); 3]; TILE],
+            uv: Tile::new(),
             area: Area {
                 start: 0,
                 columns: 1,
@@ -300,59 +297,61 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
             source,
             filter,
             fill,
-            tiles: [tile(), tile()],
+            queue: [queued(), queued()],
             current: 0,
         }
     }
 
-    /// Looks up canonical (u, v, face), at most [`TILE`] of them, into an area of `band`: at the next
-    /// call.
-    pub fn push(&mut self, uv: &[[R; 3]], band: &mut [O], area: Area) {
+    /// Looks up the first `count` canonical (u, v, face) of a tile, into an area of `band`: at the next call.
+    pub fn push(&mut self, uv: &Tile<R, 3>, count: usize, band: &mut [O], area: Area) {
         let source = self.source;
         let reach = self.filter.reach();
-        let next = &mut self.tiles[1 - self.current];
-        next.all_inside = next
-            .places
-            .set(&source.raster, reach, source.safe(reach), uv);
+        let next = &mut self.queue[1 - self.current];
+        next.all_inside = next.places.set(
+            (&source.raster, source.channels),
+            reach,
+            source.safe(reach),
+            uv,
+            count,
+        );
         if source.raster.outline == Outline::Shape {
-            next.all_inside = next.places.leave_out_rim(&source.raster, reach, uv);
+            next.all_inside = next.places.leave_out_rim(&source.raster, reach, uv, count);
         }
-        next.uv[..uv.len()].copy_from_slice(uv);
-        (next.area, next.length) = (area, uv.len());
-        self.gather(band, uv.len());
+        next.uv = *uv;
+        (next.area, next.length) = (area, count);
+        self.gather(band);
         self.current = 1 - self.current;
     }
 
     /// Does what is left to do.
     pub fn finish(&mut self, band: &mut [O]) {
-        self.gather(band, 0);
-        self.tiles[self.current].length = 0;
+        self.gather(band);
+        self.queue[self.current].length = 0;
     }
 
-    /// Weights the texels of the current tile, and asks for those of the first `ahead` lookups of the
-    /// next.
-    fn gather(&self, band: &mut [O], ahead: usize) {
+    /// Weights the texels of the current tile, and asks for those of the next.
+    fn gather(&self, band: &mut [O]) {
         match self.filter {
-            Filter::Nearest => self.weigh::<Nearest>(band, ahead),
-            Filter::Bilinear => self.weigh::<Bilinear>(band, ahead),
-            Filter::CatmullRom => self.weigh::<Separable<CatmullRom, 4>>(band, ahead),
-            Filter::Mitchell => self.weigh::<Separable<Mitchell, 4>>(band, ahead),
-            Filter::Lanczos3 => self.weigh::<Separable<Lanczos3, 6>>(band, ahead),
+            Filter::Nearest => self.weigh::<Nearest>(band),
+            Filter::Bilinear => self.weigh::<Bilinear>(band),
+            Filter::CatmullRom => self.weigh::<Separable<CatmullRom, 4>>(band),
+            Filter::Mitchell => self.weigh::<Separable<Mitchell, 4>>(band),
+            Filter::Lanczos3 => self.weigh::<Separable<Lanczos3, 6>>(band),
         }
     }
 
-    fn weigh<G: Gather<T>>(&self, band: &mut [O], ahead: usize) {
+    fn weigh<G: Gather<T>>(&self, band: &mut [O]) {
         let source = self.source;
-        let tile = &self.tiles[self.current];
-        let next = &self.tiles[1 - self.current].places;
+        let tile = &self.queue[self.current];
+        let next = &self.queue[1 - self.current].places;
         gather::<T, O, G>(
             source.stored(),
             (&tile.places, tile.all_inside),
-            (next, ahead),
+            next,
             band,
             (tile.area, tile.length),
             |k, out| {
-                let [u, v, face] = tile.uv[k].map(Real::to_f64);
+                let [u, v, face] = tile.uv.at(k).map(Real::to_f64);
                 if u.is_nan() {
                     out.copy_from_slice(self.fill);
                 } else {

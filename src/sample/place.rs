@@ -1,17 +1,18 @@
 //! From image coordinates to texels: which ones, and how far between them.
 //!
-//! A block of coordinates becomes rows of indices and fractions in one vectorised loop, so that the loop that
-//! gathers does nothing else, and so that texels can be asked for before they are needed.
+//! A tile of coordinates becomes rows of indices and fractions in vectorised loops, so that the loop that
+//! gathers does nothing else, and so that texels can be asked for before they are needed. Each loop does one thing, and only
+//! for what needs it: fractions for filters, a disk's rim for disks, faces where there are several.
 
-use super::TILE;
 use crate::faces::MAX_FACES;
 use crate::image::{FaceView, Raster};
 use crate::kernel::{Scalar, vectorize};
 use crate::real::Real;
+use crate::tile::{TILE, Tile};
 
 /// Windows of texels for up to [`TILE`] coordinates.
 pub(crate) struct Places<F> {
-    /// The number, in the image, of the first texel of the window.
+    /// Where the window begins among the image's numbers.
     pub(crate) first: [usize; TILE],
     /// How far the place lies to the right of the texel that is meant or on its left.
     pub(crate) tx: [F; TILE],
@@ -44,6 +45,36 @@ impl Reach {
     };
 }
 
+/// How to get from the texel that a place is in, (i, j) of a face, to the first number of its window.
+#[derive(Clone, Copy, Default)]
+struct Steps {
+    start: i64,
+    right: i32,
+    down: i32,
+}
+
+impl Steps {
+    /// None for rows of more than 2³¹ numbers.
+    fn new(view: &FaceView, reach: Reach, channels: usize) -> Option<Steps> {
+        let channels = channels as i64;
+        let [right, down] = view.steps().map(|step| step as i64 * channels);
+        let start = view.index(0, 0) as i64 * channels;
+        Some(Steps {
+            start: start - reach.before as i64 * (right + down),
+            right: i32::try_from(right).ok()?,
+            down: i32::try_from(down).ok()?,
+        })
+    }
+
+    /// What lies off the face means nothing. (Products of two i32: CPUs have no quick one of two i64.)
+    #[inline(always)]
+    fn to(self, i: i32, j: i32) -> usize {
+        let right = i64::from(i) * i64::from(self.right);
+        let down = i64::from(j) * i64::from(self.down);
+        self.start.wrapping_add(right).wrapping_add(down) as usize
+    }
+}
+
 impl<F: Scalar> Places<F> {
     pub(crate) fn new() -> Self {
         let zero = F::default();
@@ -56,15 +87,25 @@ impl<F: Scalar> Places<F> {
         }
     }
 
-    /// Takes over canonical (u, v, face). Returns whether all are inside.
+    /// Takes over the first `count` canonical (u, v, face) of a tile, for an image with so many channels. Returns whether
+    /// all are inside.
     pub(crate) fn set<R: Scalar>(
         &mut self,
-        raster: &Raster,
+        (raster, channels): (&Raster, usize),
         reach: Reach,
         safe: f64,
-        uv: &[[R; 3]],
+        Tile([us, vs, faces]): &Tile<R, 3>,
+        count: usize,
     ) -> bool {
-        let uv = &uv[..uv.len().min(TILE)];
+        let count = count.min(TILE);
+        let mut steps = [Steps::default(); MAX_FACES];
+        for (steps, view) in steps.iter_mut().zip(&raster.views()[..raster.faces()]) {
+            let Some(new) = Steps::new(view, reach, channels) else {
+                self.inside.fill(false);
+                return false;
+            };
+            *steps = new;
+        }
         vectorize(
             #[inline(always)]
             || {
@@ -76,41 +117,54 @@ impl<F: Scalar> Places<F> {
                 let last =
                     |n: usize| R::new((n as f64 - 1.0 - reach.after as f64).min(0.25 / R::EPSILON));
                 let (right, bottom) = (last(raster.width), last(raster.height));
-                let safe = R::new(safe * safe);
-                let (one, two) = (R::new(1.0), R::new(2.0));
-                let mut all = true;
                 let (mut i, mut j) = ([0_i32; TILE], [0_i32; TILE]);
-                for (k, uv) in uv.iter().enumerate() {
-                    let (u, v) = (uv[0], uv[1]);
-                    let (x, y) = (u * su + ou, v * sv + ov);
-                    let (left, top) = (Real::floor(x), Real::floor(y));
-                    let (p, q) = (two * u - one, two * v - one);
-                    let inside = (left >= low)
-                        & (left <= right)
-                        & (top >= low)
-                        & (top <= bottom)
-                        & (p * p + q * q <= safe);
+                for k in 0..count {
+                    let left = Real::floor(us[k] * su + ou);
+                    let top = Real::floor(vs[k] * sv + ov);
                     i[k] = left.whole();
                     j[k] = top.whole();
-                    self.face[k] = uv[2].whole() as u8;
-                    self.tx[k] = F::new((x - left).to_f64());
-                    self.ty[k] = F::new((y - top).to_f64());
-                    self.inside[k] = inside;
-                    all &= inside;
+                    self.inside[k] =
+                        (left >= low) & (left <= right) & (top >= low) & (top <= bottom);
                 }
-                let (views, before) = (raster.views(), reach.before as isize);
-                let number = |view: &FaceView, k: usize| {
-                    view.number(i[k] as isize - before, j[k] as isize - before)
-                };
-                if raster.faces() == 1 {
-                    let view = views[0];
-                    for k in 0..uv.len() {
-                        self.first[k] = number(&view, k);
+                if reach.after > 0 {
+                    for k in 0..count {
+                        let (x, y) = (us[k] * su + ou, vs[k] * sv + ov);
+                        self.tx[k] = F::new((x - Real::floor(x)).to_f64());
+                        self.ty[k] = F::new((y - Real::floor(y)).to_f64());
+                    }
+                }
+                if safe < f64::INFINITY {
+                    let (safe, one, two) = (R::new(safe * safe), R::new(1.0), R::new(2.0));
+                    for k in 0..count {
+                        let (p, q) = (two * us[k] - one, two * vs[k] - one);
+                        self.inside[k] &= p * p + q * q <= safe;
+                    }
+                }
+                let mut face = 0;
+                let mut several = false;
+                if raster.faces() > 1 {
+                    for (face, number) in self.face[..count].iter_mut().zip(faces) {
+                        *face = number.whole() as u8;
+                    }
+                    face = self.face[0];
+                    for k in 0..count {
+                        several |= self.face[k] != face;
+                    }
+                }
+                if several {
+                    for k in 0..count {
+                        let face = usize::from(self.face[k]).min(MAX_FACES - 1);
+                        self.first[k] = steps[face].to(i[k], j[k]);
                     }
                 } else {
-                    for k in 0..uv.len() {
-                        self.first[k] = number(&views[self.face[k] as usize % MAX_FACES], k);
+                    let steps = steps[usize::from(face).min(MAX_FACES - 1)];
+                    for k in 0..count {
+                        self.first[k] = steps.to(i[k], j[k]);
                     }
+                }
+                let mut all = true;
+                for k in 0..count {
+                    all &= self.inside[k];
                 }
                 all
             },
@@ -123,17 +177,18 @@ impl<F: Scalar> Places<F> {
         &mut self,
         raster: &Raster,
         reach: Reach,
-        uv: &[[R; 3]],
+        Tile([us, vs, _]): &Tile<R, 3>,
+        count: usize,
     ) -> bool {
         let ((su, ou), (sv, ov)) = (raster.along_u.index(), raster.along_v.index());
         let (before, after) = (reach.before as isize, reach.after as isize);
         let mut all = true;
-        for (inside, uv) in self.inside.iter_mut().zip(uv) {
+        for (k, inside) in self.inside[..count].iter_mut().enumerate() {
             if *inside {
                 let at = |x: R, scale: f64, offset: f64| {
                     (x.to_f64() * scale + offset + reach.shift).floor() as isize
                 };
-                let (i, j) = (at(uv[0], su, ou), at(uv[1], sv, ov));
+                let (i, j) = (at(us[k], su, ou), at(vs[k], sv, ov));
                 let row = |j: isize| (i - before..=i + after).all(|i| raster.holds(i, j));
                 *inside = (j - before..=j + after).all(row);
             }

@@ -5,9 +5,9 @@ use super::straighten::Straighten;
 use super::{Distribution, Radiance};
 use crate::kernel::{Scalar, prefetch_item, vectorize};
 use crate::real::Real;
-use crate::sample::TILE;
 use crate::threads;
-use crate::verbs::DrawCanonical;
+use crate::tile::{TILE, Tile};
+use crate::verbs::DrawTile;
 
 /// Samples that one thread draws before it looks for more work.
 const JOB: usize = 16 * TILE;
@@ -77,18 +77,18 @@ impl Distribution {
         let (mut drafts, mut next) = ([Draft::default(); TILE], [Draft::default(); TILE]);
         let mut coming = xi.chunks(2 * TILE);
         self.draft(coming.next().unwrap_or_default(), &mut next);
+        let (mut cells, mut texels) = (Tile::new(), [0; TILE]);
         let tiles = directions.chunks_mut(3 * TILE).zip(pdf.chunks_mut(TILE));
         for (directions, pdf) in tiles {
             std::mem::swap(&mut drafts, &mut next);
             let drafts = &drafts[..pdf.len()];
-            let (mut cells, mut texels) = ([0.0; 7 * TILE], [0; TILE]);
-            let (cells, texels) = (&mut cells[..7 * pdf.len()], &mut texels[..pdf.len()]);
-            self.find_cells(drafts, cells, texels, each > 0);
+            let texels = &mut texels[..pdf.len()];
+            self.find_cells(drafts, &mut cells, texels, each > 0);
             // The next tile's part of the tables is on its way while this one is computed.
             self.draft(coming.next().unwrap_or_default(), &mut next);
             let (here, rest) = std::mem::take(&mut weights).split_at_mut(each * pdf.len());
             weights = rest;
-            self.finish(drafts, cells, texels, directions, pdf, here);
+            self.finish(drafts, &cells, texels, directions, pdf, here);
         }
     }
 
@@ -135,7 +135,7 @@ impl Distribution {
     fn find_cells(
         &self,
         drafts: &[Draft],
-        cells: &mut [f64],
+        cells: &mut Tile<f64, 7>,
         texels: &mut [usize],
         weighted: bool,
     ) {
@@ -149,17 +149,12 @@ impl Distribution {
     fn find_cells_here(
         &self,
         drafts: &[Draft],
-        cells: &mut [f64],
+        cells: &mut Tile<f64, 7>,
         texels: &mut [usize],
         weighted: bool,
     ) {
         let (stride, entries) = (self.columns + 1, self.buckets + 1);
-        let places = cells
-            .as_chunks_mut::<7>()
-            .0
-            .iter_mut()
-            .zip(texels.iter_mut());
-        for (draft, (cell, texel)) in drafts.iter().zip(places) {
+        for (k, (draft, texel)) in drafts.iter().zip(texels).enumerate() {
             let number = draft.row as usize;
             let function = &self.conditional[number * stride..][..stride];
             let guide = &self.guide[number * entries..][..entries];
@@ -176,7 +171,7 @@ impl Distribution {
             } else {
                 prefetch_item(&self.density, *texel);
             }
-            *cell = [
+            let mut cell = [
                 self.edges[column],
                 self.edges[column + 1],
                 row.v0,
@@ -186,14 +181,15 @@ impl Distribution {
                 draft.t,
             ];
             if !self.crooked.is_empty() && self.is_crooked(number, column) {
-                self.straighten(cell);
+                cell = self.straightened(cell);
             }
+            cells.set(k, cell);
         }
     }
 
     #[inline(never)]
-    fn straighten(&self, cell: &mut [f64; 7]) {
-        *cell = self.map.visit_canonical(Straighten(*cell));
+    fn straightened(&self, cell: [f64; 7]) -> [f64; 7] {
+        self.map.visit_canonical(Straighten(cell))
     }
 
     #[inline(always)]
@@ -210,22 +206,22 @@ impl Distribution {
     fn finish<R: Scalar>(
         &self,
         drafts: &[Draft],
-        cells: &[f64],
+        cells: &Tile<f64, 7>,
         texels: &[usize],
         directions: &mut [R],
         pdf: &mut [R],
         weights: &mut [R],
     ) {
-        let mut drawn = [0.0; 3 * TILE];
-        let drawn = &mut drawn[..3 * drafts.len()];
-        self.map.visit_canonical(DrawCanonical {
+        let mut drawn = Tile::new();
+        self.map.visit_canonical(DrawTile {
             turn: self.into_world,
             input: cells,
-            output: drawn,
+            count: drafts.len(),
+            output: &mut drawn,
         });
         vectorize(
             #[inline(always)]
-            || self.store(drawn, texels, directions, pdf, weights),
+            || self.store(&drawn, texels, directions, pdf, weights),
         );
         if drafts.iter().all(|draft| draft.valid) {
             return;
@@ -246,14 +242,14 @@ impl Distribution {
     #[inline(always)]
     fn store<R: Scalar>(
         &self,
-        drawn: &[f64],
+        Tile([x, y, z]): &Tile<f64, 3>,
         texels: &[usize],
         directions: &mut [R],
         pdf: &mut [R],
         weights: &mut [R],
     ) {
-        for (out, x) in directions.iter_mut().zip(drawn.iter()) {
-            *out = R::new(*x);
+        for (k, out) in directions.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            *out = [x[k], y[k], z[k]].map(R::new);
         }
         if weights.is_empty() {
             for (pdf, texel) in pdf.iter_mut().zip(texels.iter()) {

@@ -15,7 +15,7 @@
 //! computed, which is what a table larger than the cache needs.
 //!
 //! Within a cell the density of the *map* must be inverted as well. Where it is nearly a straight line in v, and
-//! then in u, the inverse is a root ([`crate::verbs::DrawCanonical`]). The grid of cells is the image's, cut into
+//! then in u, the inverse is a root ([`crate::verbs::DrawTile`]). The grid of cells is the image's, cut into
 //! whole parts until a face has 512 of them or more along each side, as many as it needs for a straight line to be off by less
 //! than [`STRAIGHT`] in most.
 //! The cells in which it is not (across a rim, beside a crease or a singular point) are halved, by exact solid angles of

@@ -15,7 +15,8 @@ use crate::light::texels::LANES;
 use crate::map::Map;
 use crate::real::Real;
 use crate::threads;
-use crate::verbs::DecodeCanonical;
+use crate::tile::{TILE, Tile, TuplesMut};
+use crate::verbs::DecodeTile;
 use fearless_simd::{Simd, SimdBase, f64x8};
 use std::f64::consts::PI;
 
@@ -75,23 +76,26 @@ impl Rings {
             Spacing::of(h, raster.along_v.centre(0.0)),
         );
         // The pole, the meridian of u = 0 and a quarter of a turn from it; then texels of every row and column.
-        let mut uv = vec![0.5, 0.0, 0.0, 0.0, 0.5, 0.0, 0.25, 0.5, 0.0];
+        let mut uv = vec![[0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.25, 0.5, 0.0]];
         let some = (0..h)
             .map(|j| (j * 7919 % w, j))
             .chain((0..w).map(|i| (i, i * 7919 % h)));
         for (i, j) in some {
-            uv.extend([along.place(i), across.place(j), 0.0]);
+            uv.push([along.place(i), across.place(j), 0.0]);
         }
-        let mut directions = vec![0.0; uv.len()];
-        map.visit_canonical(DecodeCanonical {
-            turn: map.turn(None).inverse(),
-            input: &uv,
-            output: &mut directions,
-        });
-        let directions = directions.as_chunks::<3>().0;
+        let mut directions = vec![[0.0; 3]; uv.len()];
+        let mut tile = Tile::new();
+        for (uv, directions) in uv.chunks(TILE).zip(directions.chunks_mut(TILE)) {
+            uv.iter().enumerate().for_each(|(k, uv)| tile.set(k, *uv));
+            map.visit_canonical(DecodeTile {
+                turn: map.turn(None).inverse(),
+                input: &tile,
+                output: TuplesMut::Interleaved(directions),
+            });
+        }
         let [pole, first, quarter] = [directions[0], directions[1], directions[2]];
         let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
-        let regular = uv.as_chunks::<3>().0.iter().zip(directions).all(|(uv, d)| {
+        let regular = uv.iter().zip(&directions).all(|(uv, d)| {
             let (sin, cos) = f64::sin_cos_half_turns(uv[1]);
             let (east, north) = f64::sin_cos_half_turns(2.0 * uv[0]);
             (0..3).all(|k| {

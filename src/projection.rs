@@ -287,6 +287,9 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// rare one has a third of the code: f32 is computed in f64 and rounded once, and AVX-512 runs what AVX2 does.
     const COMMON: bool = true;
 
+    /// Whether dω/(du dv) is the same all along a row, as where rows are parallels.
+    const EVEN_ROWS: bool = Self::INFO.equal_area;
+
     /// Whether these parameters, each within its range, go together; if not, what was expected and what came.
     fn check(_parameters: &[f64]) -> Result<(), String> {
         Ok(())

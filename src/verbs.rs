@@ -444,7 +444,7 @@ impl<P: Projection> Point<f64, 7, 3> for Draw<P> {
             t = share_of_line(density(middle, v0), density(middle, v1), t);
         }
         let v = v0 + t * (v1 - v0);
-        if !P::INFO.equal_area {
+        if !P::EVEN_ROWS {
             s = share_of_line(density(u0, v), density(u1, v), s);
         }
         let u = u0 + s * (u1 - u0);
@@ -473,5 +473,34 @@ impl Visitor for DrawTile<'_> {
             self.output.first_mut(self.count),
         );
         kernel::run(Draw(p), &frame_out(self.turn), input, output);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::{Map, Options};
+    use crate::projections::REGISTRY;
+
+    #[test]
+    fn rows_are_as_even_as_they_are_said_to_be() {
+        struct EvenRows;
+        impl Visitor for EvenRows {
+            type Output = (bool, bool);
+            fn visit<P: Projection>(self, p: P) -> (bool, bool) {
+                let us = [0.31, 0.37, 0.41, 0.57, 0.63];
+                let even = [0.23, 0.42, 0.71].into_iter().all(|v| {
+                    let of = us.map(|u| p.density(Uv::flat(u, v)));
+                    of.iter()
+                        .all(|x| (x / of[0] - 1.0).abs() <= 4.0 * f64::EPSILON)
+                });
+                (P::EVEN_ROWS, even)
+            }
+        }
+        for info in REGISTRY {
+            let map = Map::new(info.name, Options::default()).unwrap();
+            let (claimed, found) = map.visit_canonical(EvenRows);
+            assert_eq!(claimed, found, "{}", info.name);
+        }
     }
 }

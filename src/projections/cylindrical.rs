@@ -64,6 +64,7 @@ impl Projection for Cylindrical {
         ],
         ..Info::PLAIN
     };
+    const EVEN_ROWS: bool = true;
 
     fn with_parameters(parameters: &[f64]) -> Self {
         let (edge, aspect) = (parameters[0] / 360.0, parameters[1]);

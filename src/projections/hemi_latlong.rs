@@ -28,6 +28,7 @@ impl Projection for HemiLatlong {
         aspect: (4, 1),
         ..Info::PLAIN
     };
+    const EVEN_ROWS: bool = true;
 
     const COMMON: bool = false;
 

@@ -29,6 +29,7 @@ impl Projection for Latlong {
         aspect: (2, 1),
         ..Info::PLAIN
     };
+    const EVEN_ROWS: bool = true;
 
     fn with_parameters(_: &[f64]) -> Self {
         Latlong

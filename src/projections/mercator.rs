@@ -45,6 +45,7 @@ impl Projection for Mercator {
         }],
         ..Info::PLAIN
     };
+    const EVEN_ROWS: bool = true;
 
     const COMMON: bool = false;
 

@@ -40,6 +40,7 @@ impl Projection for Miller {
         aspect: (15, 11),
         ..Info::PLAIN
     };
+    const EVEN_ROWS: bool = true;
 
     const COMMON: bool = false;
 

@@ -3,25 +3,37 @@
 use super::search::{BELOW_ONE, WINDOW, bucket, position, search};
 use super::straighten::Straighten;
 use super::{Distribution, Radiance};
-use crate::kernel::{Scalar, prefetch_item, vectorize};
-use crate::real::Real;
+use crate::kernel::{Packed, Scalar, packed, prefetch_item, vectorize};
+use crate::real::{Real, min};
 use crate::threads;
 use crate::tile::{TILE, Tile};
 use crate::verbs::DrawTile;
+use fearless_simd::Simd;
 
 /// Samples that one thread draws before it looks for more work.
 const JOB: usize = 16 * TILE;
 
 /// What a tile of samples knows between two passes.
-#[derive(Clone, Copy, Default)]
-struct Draft {
-    row: u32,
-    guess: u32,
+struct Drafts {
+    row: [u32; TILE],
+    guess: [u32; TILE],
     /// The number that decides on the column.
-    x: f64,
+    x: [f64; TILE],
     /// Where in the row the sample lies, 0 to 1.
-    t: f64,
-    valid: bool,
+    t: [f64; TILE],
+    valid: [bool; TILE],
+}
+
+impl Drafts {
+    fn new() -> Self {
+        Drafts {
+            row: [0; TILE],
+            guess: [0; TILE],
+            x: [0.0; TILE],
+            t: [0.0; TILE],
+            valid: [false; TILE],
+        }
+    }
 }
 
 impl Distribution {
@@ -74,116 +86,137 @@ impl Distribution {
     ) {
         let each = if weights.is_empty() { 0 } else { self.channels };
         let mut weights = weights;
-        let (mut drafts, mut next) = ([Draft::default(); TILE], [Draft::default(); TILE]);
+        let (mut drafts, mut next) = (Drafts::new(), Drafts::new());
         let mut coming = xi.chunks(2 * TILE);
         self.draft(coming.next().unwrap_or_default(), &mut next);
         let (mut cells, mut texels) = (Tile::new(), [0; TILE]);
         let tiles = directions.chunks_mut(3 * TILE).zip(pdf.chunks_mut(TILE));
         for (directions, pdf) in tiles {
             std::mem::swap(&mut drafts, &mut next);
-            let drafts = &drafts[..pdf.len()];
             let texels = &mut texels[..pdf.len()];
-            self.find_cells(drafts, &mut cells, texels, each > 0);
+            self.find_cells(&drafts, &mut cells, texels, each > 0);
             // The next tile's part of the tables is on its way while this one is computed.
             self.draft(coming.next().unwrap_or_default(), &mut next);
             let (here, rest) = std::mem::take(&mut weights).split_at_mut(each * pdf.len());
             weights = rest;
-            self.finish(drafts, &cells, texels, directions, pdf, here);
+            self.finish(&drafts, &cells, texels, directions, pdf, here);
         }
     }
 
     /// Rows, and where the search for the column will begin.
-    #[inline(never)]
-    fn draft<R: Scalar>(&self, xi: &[R], drafts: &mut [Draft]) {
-        vectorize(
+    fn draft<R: Scalar>(&self, xi: &[R], drafts: &mut Drafts) {
+        struct Draft<'a, R>(&'a Distribution, &'a [R], &'a mut Drafts);
+        impl<R: Scalar> Packed for Draft<'_, R> {
             #[inline(always)]
-            || self.draft_here(xi, drafts),
-        );
+            fn run<S: Simd>(self, simd: S) {
+                self.0.draft_here(simd, self.1, self.2);
+            }
+        }
+        packed(Draft(self, xi, drafts));
     }
 
     #[inline(always)]
-    fn draft_here<R: Scalar>(&self, xi: &[R], drafts: &mut [Draft]) {
+    fn draft_here<S: Simd, R: Scalar>(&self, simd: S, xi: &[R], drafts: &mut Drafts) {
         let (stride, entries) = (self.columns + 1, self.buckets + 1);
-        let drafts = &mut drafts[..xi.len() / 2];
-        for (draft, xi) in drafts.iter_mut().zip(xi.as_chunks::<2>().0) {
-            let (x, y) = (xi[0].to_f64(), xi[1].to_f64());
+        let xi = xi.as_chunks::<2>().0;
+        let n = xi.len().min(TILE);
+        let (mut y, mut ends) = ([0.0; TILE], [[0.0; TILE]; 2]);
+        for (k, xi) in xi[..n].iter().enumerate() {
+            let [a, b] = xi.map(Real::to_f64);
             let unit = 0.0..=1.0;
-            draft.valid = unit.contains(&x) && unit.contains(&y);
-            let (x, y) = if draft.valid {
-                (x, y.min(BELOW_ONE))
-            } else {
-                (0.5, 0.5)
-            };
-            let guess = self.marginal_guide[bucket(y, self.marginal_guide.len())] as usize;
-            let row = search(&self.marginal, &self.marginal_guide, guess, y);
-            draft.row = row as u32;
-            draft.t = position(&self.marginal, row, y);
-            draft.x = x.min(BELOW_ONE);
-            prefetch_item(&self.guide, row * entries + bucket(draft.x, entries));
+            let valid = unit.contains(&a) & unit.contains(&b);
+            drafts.valid[k] = valid;
+            drafts.x[k] = min(f64::choose(valid, a, 0.5), BELOW_ONE);
+            y[k] = min(f64::choose(valid, b, 0.5), BELOW_ONE);
         }
-        for draft in drafts {
-            let row = draft.row as usize;
-            draft.guess = self.guide[row * entries + bucket(draft.x, entries)];
-            let at = row * stride + draft.guess as usize;
+        for k in 0..n {
+            let guess = self.marginal_guide[bucket(y[k], self.marginal_guide.len())] as usize;
+            let row = search(simd, &self.marginal, &self.marginal_guide, guess, y[k]);
+            (ends[0][k], ends[1][k]) = (self.marginal[row], self.marginal[row + 1]);
+            drafts.row[k] = row as u32;
+            prefetch_item(&self.guide, row * entries + bucket(drafts.x[k], entries));
+        }
+        for k in 0..n {
+            drafts.t[k] = position(y[k], [ends[0][k], ends[1][k]]);
+        }
+        for k in 0..n {
+            let row = drafts.row[k] as usize;
+            drafts.guess[k] = self.guide[row * entries + bucket(drafts.x[k], entries)];
+            let at = row * stride + drafts.guess[k] as usize;
             prefetch_item(&self.conditional, at);
             prefetch_item(&self.conditional, at + WINDOW);
         }
     }
 
     /// Rectangles with the two numbers that say where in them a sample lies, and their texels.
-    #[inline(never)]
     fn find_cells(
         &self,
-        drafts: &[Draft],
+        drafts: &Drafts,
         cells: &mut Tile<f64, 7>,
         texels: &mut [usize],
         weighted: bool,
     ) {
-        vectorize(
-            #[inline(always)]
-            || self.find_cells_here(drafts, cells, texels, weighted),
+        struct FindCells<'a>(
+            &'a Distribution,
+            &'a Drafts,
+            &'a mut Tile<f64, 7>,
+            &'a mut [usize],
+            bool,
         );
+        impl Packed for FindCells<'_> {
+            #[inline(always)]
+            fn run<S: Simd>(self, simd: S) {
+                self.0.find_cells_here(simd, self.1, self.2, self.3, self.4);
+            }
+        }
+        packed(FindCells(self, drafts, cells, texels, weighted));
     }
 
     #[inline(always)]
-    fn find_cells_here(
+    fn find_cells_here<S: Simd>(
         &self,
-        drafts: &[Draft],
+        simd: S,
+        drafts: &Drafts,
         cells: &mut Tile<f64, 7>,
         texels: &mut [usize],
         weighted: bool,
     ) {
         let (stride, entries) = (self.columns + 1, self.buckets + 1);
-        for (k, (draft, texel)) in drafts.iter().zip(texels).enumerate() {
-            let number = draft.row as usize;
+        let n = texels.len().min(TILE);
+        let (mut columns, mut ends) = ([0; TILE], [[0.0; TILE]; 2]);
+        let Tile([u0, u1, v0, v1, faces, s, t]) = cells;
+        for k in 0..n {
+            let (number, x) = (drafts.row[k] as usize, drafts.x[k]);
             let function = &self.conditional[number * stride..][..stride];
             let guide = &self.guide[number * entries..][..entries];
-            let column = search(function, guide, draft.guess as usize, draft.x);
+            let column = search(simd, function, guide, drafts.guess[k] as usize, x);
             let row = &self.rows[number];
             let i = if self.split == 1 {
                 column
             } else {
                 (column as u32 / self.split as u32) as usize
             };
-            *texel = row.texel + i;
+            texels[k] = row.texel + i;
             if weighted {
-                self.prefetch_record(*texel);
+                self.prefetch_record(texels[k]);
             } else {
-                prefetch_item(&self.density, *texel);
+                prefetch_item(&self.density, texels[k]);
             }
-            let mut cell = [
-                self.edges[column],
-                self.edges[column + 1],
-                row.v0,
-                row.v1,
-                row.face,
-                position(function, column, draft.x),
-                draft.t,
-            ];
-            if !self.crooked.is_empty() && self.is_crooked(number, column) {
-                cell = self.straightened(cell);
+            (ends[0][k], ends[1][k]) = (function[column], function[column + 1]);
+            (u0[k], u1[k]) = (self.edges[column], self.edges[column + 1]);
+            (v0[k], v1[k], faces[k]) = (row.v0, row.v1, row.face);
+            columns[k] = column;
+        }
+        for k in 0..n {
+            s[k] = position(drafts.x[k], [ends[0][k], ends[1][k]]);
+            t[k] = drafts.t[k];
+        }
+        if !self.crooked.is_empty() {
+            for (k, column) in columns[..n].iter().enumerate() {
+                if self.is_crooked(drafts.row[k] as usize, *column) {
+                    cells.set(k, self.straightened(cells.at(k)));
+                }
             }
-            cells.set(k, cell);
         }
     }
 
@@ -205,7 +238,7 @@ impl Distribution {
     #[inline(never)]
     fn finish<R: Scalar>(
         &self,
-        drafts: &[Draft],
+        drafts: &Drafts,
         cells: &Tile<f64, 7>,
         texels: &[usize],
         directions: &mut [R],
@@ -216,24 +249,23 @@ impl Distribution {
         self.map.visit_canonical(DrawTile {
             turn: self.into_world,
             input: cells,
-            count: drafts.len(),
+            count: pdf.len(),
             output: &mut drawn,
         });
         vectorize(
             #[inline(always)]
             || self.store(&drawn, texels, directions, pdf, weights),
         );
-        if drafts.iter().all(|draft| draft.valid) {
+        let valid = &drafts.valid[..pdf.len()];
+        if valid.iter().all(|valid| *valid) {
             return;
         }
-        for (k, draft) in drafts.iter().enumerate() {
-            if !draft.valid {
-                let nan = R::new(f64::NAN);
-                directions[3 * k..3 * k + 3].fill(nan);
-                pdf[k] = nan;
-                if !weights.is_empty() {
-                    weights[k * self.channels..][..self.channels].fill(nan);
-                }
+        let nan = R::new(f64::NAN);
+        for (k, _) in valid.iter().enumerate().filter(|(_, valid)| !**valid) {
+            directions[3 * k..3 * k + 3].fill(nan);
+            pdf[k] = nan;
+            if !weights.is_empty() {
+                weights[k * self.channels..][..self.channels].fill(nan);
             }
         }
     }

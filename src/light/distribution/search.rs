@@ -1,7 +1,9 @@
 //! Distribution functions, and their inverses by guide tables.
 
 use super::Row;
+use crate::real::{max, min};
 use crate::threads;
+use fearless_simd::{Simd, SimdBase, SimdMask, f64x8};
 
 /// How many edges a search looks at in one go.
 pub(super) const WINDOW: usize = 8;
@@ -62,7 +64,13 @@ pub(super) fn fill_guide(function: &[f64], guide: &mut [u32]) {
 
 /// The cell with function[cell] <= x < function[cell + 1], for x < 1, from the one that the guide gave.
 #[inline(always)]
-pub(super) fn search(function: &[f64], guide: &[u32], guess: usize, x: f64) -> usize {
+pub(super) fn search<S: Simd>(
+    simd: S,
+    function: &[f64],
+    guide: &[u32],
+    guess: usize,
+    x: f64,
+) -> usize {
     let mut cell = guess;
     // A product that rounds up to the next bucket may have led too far.
     while function[cell] > x {
@@ -70,7 +78,11 @@ pub(super) fn search(function: &[f64], guide: &[u32], guess: usize, x: f64) -> u
     }
     if let Some(window) = function.get(cell + 1..cell + 1 + WINDOW) {
         // Counted without a branch: where a search ends is what no CPU foresees.
-        let passed: u32 = window.iter().map(|edge| u32::from(*edge <= x)).sum();
+        let edges = f64x8::from_slice(simd, window);
+        let passed = edges
+            .simd_le(f64x8::splat(simd, x))
+            .to_bitmask()
+            .count_ones();
         cell += passed as usize;
         if passed < WINDOW as u32 {
             return cell;
@@ -81,11 +93,11 @@ pub(super) fn search(function: &[f64], guide: &[u32], guess: usize, x: f64) -> u
     cell + within.partition_point(|edge| *edge <= x)
 }
 
-/// Where x lies in its cell, 0 to 1, clear of the edges.
+/// Where x lies between two edges, 0 to 1, clear of them.
 #[inline(always)]
-pub(super) fn position(function: &[f64], cell: usize, x: f64) -> f64 {
-    let (from, to) = (function[cell], function[cell + 1]);
-    ((x - from) / (to - from)).clamp(MARGIN, 1.0 - MARGIN)
+pub(super) fn position(x: f64, [from, to]: [f64; 2]) -> f64 {
+    let place = (x - from) / (to - from);
+    min(max(place, MARGIN), 1.0 - MARGIN)
 }
 
 #[cfg(test)]
@@ -110,7 +122,11 @@ mod tests {
                 .flat_map(|x| [x.next_down(), *x, x.next_up()]);
             let even = (0..1000).map(|k| f64::from(k) / 1000.0);
             for x in edges.chain(even).filter(|x| (0.0..1.0).contains(x)) {
-                let cell = search(&function, &guide, guide[bucket(x, entries)] as usize, x);
+                let guess = guide[bucket(x, entries)] as usize;
+                let cell = fearless_simd::dispatch!(
+                    fearless_simd::Level::baseline(),
+                    simd => search(simd, &function, &guide, guess, x)
+                );
                 assert!(function[cell] <= x && x < function[cell + 1], "{x} {cell}");
             }
         }

@@ -1,4 +1,4 @@
-"""Time sums of light against numpy, numba and ducc0; write their section of BENCHMARKS.md.
+"""Time sums of light against numpy, numba, ducc0, healpy and pyshtools; rewrite their section.
 
     python benches/light.py            # rewrites the section
     python benches/light.py --print    # prints it only
@@ -16,8 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import ducc0
+import healpy
 import numba
 import numpy as np
+import pyshtools
 import spheremap as sm
 
 FILE = Path(__file__).resolve().parent.parent / "BENCHMARKS.md"
@@ -102,24 +104,43 @@ def harmonics() -> list[str]:
             for c in range(3)
         ]
 
+    # On their own grids: HEALPix, and Driscoll and Healy's with a row on a pole.
+    pixels = rng.random((3, healpy.nside2npix(209)))
+    rows_of_dh = np.ascontiguousarray(np.moveaxis(lat, -1, 0), np.float64)
+
+    def healpy_alm() -> list[np.ndarray]:
+        return [healpy.map2alm(channel, lmax=8, iter=0) for channel in pixels]
+
+    def pyshtools_dh() -> list[np.ndarray]:
+        expand = pyshtools.expand.SHExpandDH
+        return [expand(channel, sampling=2, lmax_calc=8) for channel in rows_of_dh]
+
     images: dict[str, Any] = {"latlong": lat}
     for name, shape in (
         ("cube", (6, 296, 296)),
         ("octahedral", (724, 724)),
         ("angular", (816, 816)),
+        ("healpix", (12, 209, 209)),
     ):
         images[name] = rng.random((*shape, 3)).astype(np.float32)
-    entrants: dict[str, Callable[[], Any]] = {"ducc0": ducc}
+    entrants: dict[str, Callable[[], Any]] = {
+        "ducc0": ducc,
+        "healpy": healpy_alm,
+        "pyshtools": pyshtools_dh,
+    }
     for name, image in images.items():
         entrants[name] = lambda image=image, name=name: sm.sh_project(image, name, order=8)
     ms = race(entrants, 15)
     rows = [
-        "Spherical harmonics of order 8, half a million texels × 3 (ducc0: the latlong, float32):",
+        "Spherical harmonics of order 8, half a million texels × 3 (ducc0: the latlong, float32; "
+        "healpy: nside 209, no iterations; pyshtools: Driscoll and Healy's grid; both float64):",
         "",
         "| | ms | of ducc0's time | target | reached |",
         "| --- | ---: | ---: | ---: | --- |",
         f"| ducc0 | {ms['ducc0']:.1f} | | | |",
     ]
+    for name in ("healpy", "pyshtools"):
+        rows.append(f"| {name} | {ms[name]:.1f} | {ms[name] / ms['ducc0']:.2f} | | |")
     for name in images:
         ratio, goal = ms[name] / ms["ducc0"], 1.2 if name == "latlong" else 3
         rows.append(f"| {name} | {ms[name]:.1f} | {ratio:.2f} | {goal} | {_reached(goal, ratio)} |")

@@ -120,7 +120,6 @@ def harmonics() -> list[str]:
         ("cube", (6, 296, 296)),
         ("octahedral", (724, 724)),
         ("angular", (816, 816)),
-        ("healpix", (12, 209, 209)),
     ):
         images[name] = rng.random((*shape, 3)).astype(np.float32)
     entrants: dict[str, Callable[[], Any]] = {

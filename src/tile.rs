@@ -106,20 +106,15 @@ impl<'a, R, const N: usize> TuplesMut<'a, R, N> {
 impl<'a, R: Real, const N: usize> Tuples<'a, R, N> {
     /// How many there are.
     #[inline(always)]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             Tuples::Interleaved(tuples) => tuples.len(),
             Tuples::Rows(rows) => rows[0].len(),
         }
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Number k.
-    pub fn at(&self, k: usize) -> [R; N] {
+    pub(crate) fn at(&self, k: usize) -> [R; N] {
         match self {
             Tuples::Interleaved(tuples) => tuples[k],
             Tuples::Rows(rows) => rows.map(|row| row[k]),
@@ -181,20 +176,15 @@ impl<'a, R: Real, const N: usize> Tuples<'a, R, N> {
 impl<R: Real, const N: usize> TuplesMut<'_, R, N> {
     /// How many there are.
     #[inline(always)]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             TuplesMut::Interleaved(tuples) => tuples.len(),
             TuplesMut::Rows(rows) => rows[0].len(),
         }
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Sets number k.
-    pub fn set(&mut self, k: usize, tuple: [R; N]) {
+    pub(crate) fn set(&mut self, k: usize, tuple: [R; N]) {
         match self {
             TuplesMut::Interleaved(tuples) => tuples[k] = tuple,
             TuplesMut::Rows(rows) => {

@@ -261,102 +261,56 @@ pub(crate) struct Stored<'a, T> {
     pub(crate) channels: usize,
 }
 
-/// Looks places up, one texel of `out` each, and asks for the texels of those of another tile.
-/// `edge` answers for those that are not inside.
-pub(crate) fn gather<T: Texel, O: Filtered<T>, G: Gather<T>>(
-    stored: Stored<'_, T>,
-    places: (&Places<T::Float>, bool),
-    next: &Places<T::Float>,
-    band: &mut [O],
-    area: (Area, usize),
-    edge: impl FnMut(usize, &mut [O]),
-) {
-    match stored.channels {
-        1 => rows::<T, O, G, 1>(stored, places, next, band, area, edge),
-        3 => rows::<T, O, G, 3>(stored, places, next, band, area, edge),
-        4 => rows::<T, O, G, 4>(stored, places, next, band, area, edge),
-        _ => rows::<T, O, G, 0>(stored, places, next, band, area, edge),
+/// Places of a tile to look up, one texel of an area of `band` each, and those of the next one, whose texels are asked for.
+pub(crate) struct Gathering<'a, T: Texel, O, E> {
+    pub(crate) stored: Stored<'a, T>,
+    pub(crate) places: &'a Places<T::Float>,
+    pub(crate) all_inside: bool,
+    pub(crate) next: &'a Places<T::Float>,
+    pub(crate) band: &'a mut [O],
+    pub(crate) area: Area,
+    pub(crate) length: usize,
+    /// Answers for the places that are not inside.
+    pub(crate) edge: E,
+}
+
+impl<T: Texel, O: Filtered<T>, E: FnMut(usize, &mut [O])> Gathering<'_, T, O, E> {
+    /// Does it, by a filter.
+    pub(crate) fn run<G: Gather<T>>(self) {
+        match self.stored.channels {
+            1 => self.rows::<G, 1>(),
+            3 => self.rows::<G, 3>(),
+            4 => self.rows::<G, 4>(),
+            _ => self.rows::<G, 0>(),
+        }
+    }
+
+    fn rows<G: Gather<T>, const CHANNELS: usize>(self) {
+        match self.stored.raster.straight() {
+            Some(row) => packed(Windows::<_, G, CHANNELS, true>(self, row, PhantomData)),
+            None => unpacked(Windows::<_, G, CHANNELS, false>(self, 0, PhantomData)),
+        }
     }
 }
 
-fn rows<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
-    stored: Stored<'_, T>,
-    places: (&Places<T::Float>, bool),
-    next: &Places<T::Float>,
-    band: &mut [O],
-    area: (Area, usize),
-    edge: impl FnMut(usize, &mut [O]),
-) {
-    struct Straight<'a, T: Texel, O, E, G, const CHANNELS: usize> {
-        stored: Stored<'a, T>,
-        row: usize,
-        places: (&'a Places<T::Float>, bool),
-        next: &'a Places<T::Float>,
-        band: &'a mut [O],
-        area: (Area, usize),
-        edge: E,
-        filter: PhantomData<G>,
-    }
-    impl<T, O, E, G, const CHANNELS: usize> Packed for Straight<'_, T, O, E, G, CHANNELS>
-    where
-        T: Texel,
-        O: Filtered<T>,
-        E: FnMut(usize, &mut [O]),
-        G: Gather<T>,
-    {
-        #[inline(always)]
-        fn run<S: Simd>(mut self, simd: S) {
-            straight::<S, T, O, G, CHANNELS>(
-                simd,
-                (self.stored, self.row),
-                self.places,
-                self.next,
-                self.band,
-                self.area,
-                &mut self.edge,
-            );
+/// A gathering by a filter, with how many texels rows lie apart where they are stored as rows.
+struct Windows<W, G, const CHANNELS: usize, const STRAIGHT: bool>(W, usize, PhantomData<G>);
+
+impl<T, O, E, G, const CHANNELS: usize, const STRAIGHT: bool> Packed
+    for Windows<Gathering<'_, T, O, E>, G, CHANNELS, STRAIGHT>
+where
+    T: Texel,
+    O: Filtered<T>,
+    E: FnMut(usize, &mut [O]),
+    G: Gather<T>,
+{
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        if STRAIGHT {
+            straight::<S, T, O, G, CHANNELS>(simd, self.0, self.1);
+        } else {
+            turned::<S, T, O, G, CHANNELS>(simd, self.0);
         }
-    }
-    struct Turned<'a, T: Texel, O, E, G, const CHANNELS: usize> {
-        stored: Stored<'a, T>,
-        places: &'a Places<T::Float>,
-        band: &'a mut [O],
-        area: (Area, usize),
-        edge: E,
-        filter: PhantomData<G>,
-    }
-    impl<T, O, E, G, const CHANNELS: usize> Packed for Turned<'_, T, O, E, G, CHANNELS>
-    where
-        T: Texel,
-        O: Filtered<T>,
-        E: FnMut(usize, &mut [O]),
-        G: Gather<T>,
-    {
-        #[inline(always)]
-        fn run<S: Simd>(mut self, simd: S) {
-            let (stored, edge) = (self.stored, &mut self.edge);
-            turned::<S, T, O, G, CHANNELS>(simd, stored, self.places, self.band, self.area, edge);
-        }
-    }
-    match stored.raster.straight() {
-        Some(row) => packed(Straight::<T, O, _, G, CHANNELS> {
-            stored,
-            row,
-            places,
-            next,
-            band,
-            area,
-            edge,
-            filter: PhantomData,
-        }),
-        None => unpacked(Turned::<T, O, _, G, CHANNELS> {
-            stored,
-            places: places.0,
-            band,
-            area,
-            edge,
-            filter: PhantomData,
-        }),
     }
 }
 
@@ -364,13 +318,19 @@ fn rows<T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
 #[inline(always)]
 fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     simd: S,
-    (stored, row): (Stored<'_, T>, usize),
-    (places, all_inside): (&Places<T::Float>, bool),
-    next: &Places<T::Float>,
-    band: &mut [O],
-    (area, length): (Area, usize),
-    edge: &mut impl FnMut(usize, &mut [O]),
+    work: Gathering<'_, T, O, impl FnMut(usize, &mut [O])>,
+    row: usize,
 ) {
+    let Gathering {
+        stored,
+        places,
+        all_inside,
+        next,
+        band,
+        area,
+        length,
+        mut edge,
+    } = work;
     let channels = if CHANNELS > 0 {
         CHANNELS
     } else {
@@ -445,12 +405,17 @@ fn each<T>(
 #[inline(always)]
 fn turned<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     simd: S,
-    stored: Stored<'_, T>,
-    places: &Places<T::Float>,
-    band: &mut [O],
-    (area, length): (Area, usize),
-    edge: &mut impl FnMut(usize, &mut [O]),
+    work: Gathering<'_, T, O, impl FnMut(usize, &mut [O])>,
 ) {
+    let Gathering {
+        stored,
+        places,
+        band,
+        area,
+        length,
+        mut edge,
+        ..
+    } = work;
     let channels = stored.channels;
     let width = G::SIDE * channels + G::SLACK;
     let mut window = vec![T::default(); G::SIDE * width];

@@ -31,7 +31,7 @@ use crate::threads;
 use crate::tile::{TILE, Tile, Tuples};
 use crate::verbs::EncodeTile;
 use border::Taps;
-use gather::{Bilinear, Gather, Nearest, Separable, Stored, gather};
+use gather::{Bilinear, Gather, Gathering, Nearest, Separable, Stored};
 use glam::DMat3;
 pub(crate) use level::Level;
 use ndarray::ArrayView2;
@@ -344,13 +344,15 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
         let source = self.source;
         let tile = &self.queue[self.current];
         let next = &self.queue[1 - self.current].places;
-        gather::<T, O, G>(
-            source.stored(),
-            (&tile.places, tile.all_inside),
+        let work = Gathering {
+            stored: source.stored(),
+            places: &tile.places,
+            all_inside: tile.all_inside,
             next,
             band,
-            (tile.area, tile.length),
-            |k, out| {
+            area: tile.area,
+            length: tile.length,
+            edge: |k: usize, out: &mut [O]| {
                 let [u, v, face] = tile.uv.at(k).map(Real::to_f64);
                 if u.is_nan() {
                     out.copy_from_slice(self.fill);
@@ -358,6 +360,7 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
                     source.at_edge(self.filter, face as usize, [u, v], out);
                 }
             },
-        );
+        };
+        work.run::<G>();
     }
 }

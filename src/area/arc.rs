@@ -51,6 +51,15 @@ impl Arc {
         }
     }
 
+    /// Its numbers: from, along, bend and twist.
+    #[cfg(test)]
+    pub fn numbers(&self) -> [f64; 8] {
+        let mut numbers = [0.0; 8];
+        let all = [self.from, self.along, self.bend, self.twist];
+        numbers.copy_from_slice(all.as_flattened());
+        numbers
+    }
+
     #[inline(always)]
     fn at(&self, axis: usize, t: f64) -> f64 {
         let s = 1.0 - t;
@@ -65,15 +74,22 @@ impl Arc {
             + (1.0 - 6.0 * t + 6.0 * t * t) * self.twist[axis]
     }
 
-    /// Where a coordinate turns back, if on the way; the twist is too small to matter.
+    /// Where a coordinate turns back, if on the way.
     #[inline(always)]
     fn turn(&self, axis: usize) -> f64 {
-        let (a, b) = (self.along[axis], self.bend[axis]);
-        if b.abs() > a.abs() {
-            0.5 + 0.5 * a / b
-        } else {
-            1.0
+        let (a, b, c) = (self.along[axis], self.bend[axis], self.twist[axis]);
+        if b.abs() <= a.abs() {
+            return 1.0;
         }
+        let mut turn = 0.5 + 0.5 * a / b;
+        // For the twist.
+        for _ in 0..2 {
+            let step = self.slope(axis, turn) / (12.0 * c * turn - 6.0 * c - 2.0 * b);
+            if step.abs() < 0.1 {
+                turn -= step;
+            }
+        }
+        turn.clamp(0.0, 1.0)
     }
 
     /// Where a coordinate that grows (`up`) or falls meets a line.
@@ -81,18 +97,26 @@ impl Arc {
     fn meets(&self, axis: usize, line: f64, up: bool) -> f64 {
         let sign = if up { 1.0 } else { -1.0 };
         let c = sign * (self.from[axis] - line);
-        let a = -sign * self.bend[axis];
-        let b = sign * (self.along[axis] + self.bend[axis]);
-        let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
-        let t = if b >= 0.0 {
-            -2.0 * c / (b + root)
-        } else {
-            (root - b) / (2.0 * a)
-        };
-        if self.twist[axis] == 0.0 {
-            return t;
+        // A parabola with the bend that the twist leaves it there: beside a turning point a step along the tangent goes astray.
+        let mut bend = self.bend[axis];
+        let mut t = 0.0;
+        for _ in 0..3 {
+            let a = -sign * bend;
+            let b = sign * (self.along[axis] + bend);
+            let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+            t = if b >= 0.0 {
+                -2.0 * c / (b + root)
+            } else {
+                (root - b) / (2.0 * a)
+            };
+            if self.twist[axis] == 0.0 {
+                break;
+            }
+            // NaN becomes 0.
+            t = if t > 0.0 { t.min(1.0) } else { 0.0 };
+            bend = self.bend[axis] + (1.0 - 2.0 * t) * self.twist[axis];
         }
-        t - (self.at(axis, t) - line) / self.slope(axis, t)
+        t
     }
 
     /// Appends its pieces in a plane of `columns` × `rows` cells.

@@ -1,7 +1,8 @@
-//! How much of the sphere each cell of a lattice holds, and how that is spread over the cell.
+//! How much of the sphere each cell of a lattice holds, and how that is spread over the cell, for cells that are followed one by
+//! one (for the others see `plane`).
 //!
 //! In a cell the density is the quadratic through its values at the corners, the sides' middles and the centre;
-//! with at least [`FEWEST`] cells along a face it is right to 2e-7 where the formula is smooth, in the row at a pole as well
+//! with 512 cells along a face it is right to 2e-7 where the formula is smooth, in the row at a pole as well
 //! (where the density's third derivative is largest beside it), and a whole cell to 1e-9.
 //! A cell with a crease through it has none, and is left to the general path: NaN.
 //! Cells are computed in tiles, which are kept while they are near. Where the density does not depend on a
@@ -9,9 +10,6 @@
 
 use super::lattice::Lattice;
 use crate::verbs::DensityCanonical;
-
-/// Cells along a side of a face from which on the quadratic serves.
-pub(super) const FEWEST: usize = 512;
 
 /// Cells along a side of a tile.
 const TILE: usize = 16;

@@ -3,7 +3,8 @@
 //!
 //! Where the border leaves a face of the source, across a seam or around a pole, the region goes on along the
 //! side of that face, in its own sense, to where the border enters next. So each face holds closed
-//! regions, and nothing need be known of what lies across.
+//! regions, and nothing need be known of what lies across. An edge that runs up to a pole goes from one column to any other
+//! beside it; what is between there and the pole is nothing, and so it goes by way of the row's end.
 
 use super::arc::{Arc, Piece, Place, differences, minus};
 use super::lattice::Lattice;
@@ -11,6 +12,15 @@ use crate::projection::Outline;
 
 /// Parts of an edge at which it is no longer halved: what lies between is a step across a seam.
 const SHORTEST: f64 = 1e-11;
+
+/// Parts of an edge below which it may run along a pole, from column to column.
+const SHORT: f64 = 1e-6;
+
+/// Rows from a pole within which that has no area.
+const POLAR: f64 = 1e-4;
+
+/// Places along a side of a face, a side being 1, that are the same.
+const BACK: f64 = 1e-9;
 
 /// A place on a face of the source.
 #[derive(Clone, Copy, Debug)]
@@ -89,6 +99,20 @@ impl Border {
         if self.places > MOST_PLACES {
             return false;
         }
+        if b.0 - a.0 < SHORT
+            && let Some(side) = beside_a_row(&a.1, &b.1, from)
+        {
+            for (spot, out) in [(&a.1, true), (&b.1, false)] {
+                let foot = [spot.at[0], side];
+                let (p, q) = if out {
+                    (spot.at, foot)
+                } else {
+                    (foot, spot.at)
+                };
+                self.arcs.push((spot.face, Arc::line(p, q)));
+            }
+            return true;
+        }
         if b.0 - a.0 < SHORTEST {
             // A rim is no side of a face that a region could go on along.
             if from.map.info().outline != Outline::Square {
@@ -117,13 +141,42 @@ impl Border {
                 return true;
             }
         }
+        if let Some([before, after]) = across_a_seam(locate, [a, p, m, q, b], from) {
+            self.places += 40;
+            return self.smooth(locate, [a, before], fine, from)
+                && self.follow(locate, [before, before, after], fine, from)
+                && self.smooth(locate, [after, b], fine, from);
+        }
         self.follow(locate, [a, p, m], fine, from) && self.follow(locate, [m, q, b], fine, from)
+    }
+
+    /// Follows what may well be smooth.
+    fn smooth(
+        &mut self,
+        locate: &impl Fn(f64) -> Option<Spot>,
+        [a, b]: [(f64, Spot); 2],
+        fine: f64,
+        from: &Lattice<'_>,
+    ) -> bool {
+        if b.0 <= a.0 {
+            return true;
+        }
+        let t = 0.5 * (a.0 + b.0);
+        match locate(t) {
+            Some(spot) => self.follow(locate, [a, (t, spot), b], fine, from),
+            None => false,
+        }
     }
 
     /// Goes from a side of a face to one of another, or to another side of the same.
     fn step(&mut self, a: &Spot, b: &Spot, from: &Lattice<'_>) {
-        for (spot, leaves) in [(a, true), (b, false)] {
-            let place = around(from, spot.at);
+        let ends = [a, b].map(|spot| around(from, spot.at));
+        if a.face == b.face && (ends[0] - ends[1]).abs() < BACK {
+            // Across and back again, or nearly so.
+            self.arcs.push((a.face, Arc::line(a.at, b.at)));
+            return;
+        }
+        for ((spot, leaves), place) in [(a, true), (b, false)].into_iter().zip(ends) {
             let side = side_place(from, place);
             let ends = if leaves {
                 (spot.at, side)
@@ -170,7 +223,10 @@ impl Border {
                 let step = to_corner.min(rest);
                 let on = if forward { place + step } else { place - step };
                 let ends = (side_place(from, place), side_place(from, on));
-                self.arcs.push((leave.face, Arc::line(ends.0, ends.1)));
+                // What runs along a row has no area on either side.
+                if ends.0[1] != ends.1[1] {
+                    self.arcs.push((leave.face, Arc::line(ends.0, ends.1)));
+                }
                 rest -= step;
                 if rest < 1e-15 {
                     break;
@@ -209,6 +265,45 @@ impl Border {
         }
         true
     }
+}
+
+/// The first or the last row's end, where both places lie next to it: the end is a pole if they are far apart, and if they
+/// are not it does no harm.
+fn beside_a_row(a: &Spot, b: &Spot, from: &Lattice<'_>) -> Option<f64> {
+    let near = |side: f64| [a, b].iter().all(|spot| (spot.at[1] - side).abs() < POLAR);
+    [0.0, from.rows as f64]
+        .into_iter()
+        .find(|side| a.face == b.face && near(*side))
+}
+
+/// Whether two places lie on both sides of a seam, as far as can be told: half a face apart, or on two faces.
+fn apart(a: &Spot, b: &Spot, from: &Lattice<'_>) -> bool {
+    let [x, y] = minus(a.at, b.at).map(f64::abs);
+    a.face != b.face || 2.0 * x > from.columns as f64 || 2.0 * y > from.rows as f64
+}
+
+/// Where one seam is crossed, the last place before it and the first behind.
+fn across_a_seam(
+    locate: &impl Fn(f64) -> Option<Spot>,
+    places: [(f64, Spot); 5],
+    from: &Lattice<'_>,
+) -> Option<[(f64, Spot); 2]> {
+    let mut steps = (1..5).filter(|&k| apart(&places[k - 1].1, &places[k].1, from));
+    let (Some(k), None) = (steps.next(), steps.next()) else {
+        return None;
+    };
+    let (mut before, mut after) = (places[k - 1], places[k]);
+    while after.0 - before.0 >= SHORTEST {
+        let t = 0.5 * (before.0 + after.0);
+        let spot = locate(t)?;
+        match (apart(&before.1, &spot, from), apart(&spot, &after.1, from)) {
+            (false, true) => before = (t, spot),
+            (true, false) => after = (t, spot),
+            // A corner, or a fold.
+            _ => return None,
+        }
+    }
+    Some([before, after])
 }
 
 /// The nearest place on the sides of a face: from the top left, in the sense of (u, v).

@@ -4,17 +4,17 @@ use super::arc::Piece;
 use super::density::{Density, mean};
 use super::lattice::Lattice;
 
-/// Cells of a region's bounding box, at most.
-const MOST_CELLS: usize = 1 << 20;
+/// Of a row's height, what is left by rounding where a border has closed.
+const EMPTY: f64 = 1e-11;
 
 /// Overlaps below this part of the smaller cell are no overlaps, as on the general path.
 const NOTHING: f64 = super::overlay::NOTHING;
 
-/// Sums for the cells of a bounding box, and the weights that come of them.
+/// The weights that come of a border's pieces.
 #[derive(Default)]
 pub(super) struct Shares {
-    /// As in [`Piece`], nine a cell.
-    sums: Vec<[f64; 9]>,
+    /// The pieces by row and column.
+    pieces: Vec<Piece>,
     /// Stored texels and how much of each.
     pub weights: Vec<(usize, f64)>,
     /// The sum of all weights, of those that were left out as well.
@@ -32,75 +32,96 @@ impl Shares {
     }
 
     /// Adds the cells of a face inside a closed border: its pieces and +1 or -1 for their sense. `size` is the solid
-    /// angle inside. False where the region is too large.
-    #[inline(always)]
+    /// angle inside. False where a density is not known.
     pub fn add(
         &mut self,
         lattice: &Lattice<'_>,
         density: &mut Density<'_, '_>,
         face: usize,
-        parts: &[(&[Piece], f64)],
+        pieces: &[Piece],
+        sense: f64,
         size: f64,
     ) -> bool {
-        let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
-        for piece in parts.iter().flat_map(|(pieces, _)| *pieces) {
-            for k in [0, 1] {
-                low[k] = low[k].min(piece.at[k]);
-                high[k] = high[k].max(piece.at[k]);
+        let mut pieces_in_order = std::mem::take(&mut self.pieces);
+        pieces_in_order.clear();
+        pieces_in_order.extend_from_slice(pieces);
+        pieces_in_order.sort_by_key(|piece| (piece.at[1], piece.at[0]));
+        let known = pieces_in_order
+            .chunk_by(|p, q| p.at[1] == q.at[1])
+            .all(|row| self.add_row(lattice, density, face, row, sense, size));
+        self.pieces = pieces_in_order;
+        known
+    }
+
+    /// The same for the pieces of one row, from left to right.
+    fn add_row(
+        &mut self,
+        lattice: &Lattice<'_>,
+        density: &mut Density<'_, '_>,
+        face: usize,
+        row: &[Piece],
+        sense: f64,
+        size: f64,
+    ) -> bool {
+        let y = row[0].at[1] as usize;
+        let mut across = [0.0_f64; 3];
+        let mut next = row[0].at[0] as usize;
+        for cell in row.chunk_by(|p, q| p.at[0] == q.at[0]) {
+            let x = cell[0].at[0] as usize;
+            // A border that touches two ends of a row closes on each of them: between, there is nothing.
+            if across[0].abs() > EMPTY {
+                for x in next..x {
+                    if !self.weigh(lattice, density, (face, [x, y]), [0.0; 6], across, size) {
+                        return false;
+                    }
+                }
             }
-        }
-        if low[0] > high[0] {
-            return true;
-        }
-        let columns = (high[0] - low[0]) as usize + 1;
-        let rows = (high[1] - low[1]) as usize + 1;
-        if columns * rows > MOST_CELLS {
-            return false;
-        }
-        self.sums.clear();
-        self.sums.resize(columns * rows, [0.0; 9]);
-        for (pieces, sense) in parts {
-            for piece in *pieces {
-                let x = (piece.at[0] - low[0]) as usize;
-                let y = (piece.at[1] - low[1]) as usize;
-                let sums = &mut self.sums[y * columns + x];
-                for (sum, share) in sums.iter_mut().zip(piece.own.iter().chain(&piece.right)) {
+            let (mut own, mut right) = ([0.0; 6], [0.0; 3]);
+            for piece in cell {
+                for (sum, share) in own.iter_mut().zip(piece.own) {
+                    *sum += sense * share;
+                }
+                for (sum, share) in right.iter_mut().zip(piece.right) {
                     *sum += sense * share;
                 }
             }
-        }
-        let first = low.map(|k| k as usize);
-        for row in 0..rows {
-            let y = first[1] + row;
-            let sums = &self.sums[row * columns..][..columns];
-            let [mut a, mut b, mut c] = [0.0; 3];
-            let mut x = 0;
-            while x < columns {
-                let cells = density.cells(face, [first[0] + x, y]);
-                for (sums, spread) in sums[x..].iter().zip(cells) {
-                    let [own, own_x, own_y, own_xx, own_xy, own_yy, ..] = *sums;
-                    let weight = spread[0] * (own + a)
-                        + spread[1] * own_x
-                        + spread[2] * (own_y + b)
-                        + spread[3] * (own_xx + a * (1.0 / 12.0))
-                        + spread[4] * own_xy
-                        + spread[5] * (own_yy + c);
-                    a += sums[6];
-                    b += sums[7];
-                    c += sums[8];
-                    self.total += weight;
-                    if weight > NOTHING * size.min(mean(spread)) {
-                        let at = [first[0] + x, y];
-                        self.weights.push((lattice.stored(face, at), weight));
-                    } else if weight < self.least {
-                        self.least = weight;
-                    } else if weight.is_nan() {
-                        return false;
-                    }
-                    x += 1;
-                }
+            if !self.weigh(lattice, density, (face, [x, y]), own, across, size) {
+                return false;
             }
+            for (sum, share) in across.iter_mut().zip(right) {
+                *sum += share;
+            }
+            next = x + 1;
         }
         true
+    }
+
+    /// Adds one cell: what its own pieces and those on its left say.
+    #[inline(always)]
+    fn weigh(
+        &mut self,
+        lattice: &Lattice<'_>,
+        density: &mut Density<'_, '_>,
+        (face, at): (usize, [usize; 2]),
+        own: [f64; 6],
+        [a, b, c]: [f64; 3],
+        size: f64,
+    ) -> bool {
+        let Some(spread) = density.cells(face, at).first() else {
+            return false;
+        };
+        let weight = spread[0] * (own[0] + a)
+            + spread[1] * own[1]
+            + spread[2] * (own[2] + b)
+            + spread[3] * (own[3] + a * (1.0 / 12.0))
+            + spread[4] * own[4]
+            + spread[5] * (own[5] + c);
+        self.total += weight;
+        if weight > NOTHING * size.min(mean(spread)) {
+            self.weights.push((lattice.stored(face, at), weight));
+        } else if weight < self.least {
+            self.least = weight;
+        }
+        !weight.is_nan()
     }
 }

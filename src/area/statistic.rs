@@ -51,6 +51,9 @@ pub(super) struct Tallies<'a, T> {
     covers: Vec<bool>,
     /// For means: each texel's channels.
     sums: Vec<Sum>,
+    /// For plain means, instead of them: Σ w·L of each texel's channels, and Σ w.
+    plain: Vec<f64>,
+    weights: Vec<f64>,
     /// For modes: each texel's source texels and how much of each.
     lists: Vec<Vec<(usize, f64)>>,
     values: Vec<(f64, f64)>,
@@ -59,16 +62,25 @@ pub(super) struct Tallies<'a, T> {
 impl<'a, T: Texel> Tallies<'a, T> {
     pub fn new(source: Source<'a, T>, statistic: Statistic, texels: usize) -> Self {
         let channels = source.texels.ncols();
+        // Rounding takes means of equal numbers beyond them by parts in 1e16, which only f64 has.
+        let plain = statistic == Statistic::Mean
+            && !source.skipna
+            && size_of::<T>() < 8
+            && source.texels.to_slice().is_some();
         let (sums, lists) = match statistic {
+            Statistic::Mean if plain => (0, 0),
             Statistic::Mean => (texels * channels, 0),
             Statistic::Mode => (0, texels),
         };
+        let plain = if plain { texels } else { 0 };
         Tallies {
             source,
             statistic,
             channels,
             covers: vec![false; texels],
             sums: vec![NONE; sums],
+            plain: vec![0.0; plain * channels],
+            weights: vec![0.0; plain],
             lists: vec![Vec::new(); lists],
             values: Vec::new(),
         }
@@ -77,6 +89,8 @@ impl<'a, T: Texel> Tallies<'a, T> {
     pub fn clear(&mut self) {
         self.covers.fill(false);
         self.sums.fill(NONE);
+        self.plain.fill(0.0);
+        self.weights.fill(0.0);
         self.lists.iter_mut().for_each(Vec::clear);
     }
 
@@ -86,6 +100,23 @@ impl<'a, T: Texel> Tallies<'a, T> {
         self.covers[number] |= !weights.is_empty();
         if self.statistic == Statistic::Mode {
             return self.lists[number].extend_from_slice(weights);
+        }
+        if let Some(weight) = self.weights.get_mut(number)
+            && let Some(texels) = self.source.texels.to_slice()
+        {
+            *weight += weights.iter().map(|(_, weight)| weight).sum::<f64>();
+            let sums = &mut self.plain[number * self.channels..][..self.channels];
+            return match self.channels {
+                1 => add_plain::<T, 1>(texels, weights, sums),
+                3 => add_plain::<T, 3>(texels, weights, sums),
+                4 => add_plain::<T, 4>(texels, weights, sums),
+                n => weights.iter().for_each(|&(index, weight)| {
+                    let texel = &texels[index * n..][..n];
+                    for (sum, value) in sums.iter_mut().zip(texel) {
+                        *sum += weight * value.load().to_f64();
+                    }
+                }),
+            };
         }
         let sums = &mut self.sums[number * self.channels..][..self.channels];
         let skipna = self.source.skipna;
@@ -107,7 +138,10 @@ impl<'a, T: Texel> Tallies<'a, T> {
         }
         for (channel, out) in out.iter_mut().enumerate() {
             let value = match self.statistic {
-                Statistic::Mean => self.sums[number * self.channels + channel].mean(),
+                Statistic::Mean => match self.weights.get(number) {
+                    Some(weight) => self.plain[number * self.channels + channel] / weight,
+                    None => self.sums[number * self.channels + channel].mean(),
+                },
                 Statistic::Mode => {
                     self.values.clear();
                     for &(index, weight) in &self.lists[number] {
@@ -121,6 +155,22 @@ impl<'a, T: Texel> Tallies<'a, T> {
             };
             *out = T::store(<T::Float as Real>::new(value));
         }
+    }
+}
+
+/// Adds texels of N channels.
+#[inline(always)]
+fn add_plain<T: Texel, const N: usize>(texels: &[T], weights: &[(usize, f64)], sums: &mut [f64]) {
+    let (texels, _) = texels.as_chunks::<N>();
+    let mut sum = [0.0; N];
+    for &(index, weight) in weights {
+        let texel = &texels[index];
+        for (sum, value) in sum.iter_mut().zip(texel) {
+            *sum += weight * value.load().to_f64();
+        }
+    }
+    for (to, sum) in sums.iter_mut().zip(sum) {
+        *to += sum;
     }
 }
 

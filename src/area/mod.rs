@@ -197,10 +197,13 @@ fn convert_by<T: Texel>(
         #[cfg(test)]
         Path::General => false,
     };
+    let mut coarse = None;
     let mut cost = COST;
     let mut varies = [[true; 2]; 2];
     if fast {
-        (from, into) = refined(from, into);
+        // The general path has texels as they are: around a blind spot it is the less exact the finer cells are.
+        coarse = Some(from);
+        (from, into) = refined(Lattice::new(source.map, source.shape, None)?, into);
         varies = [Density::varies(&from), Density::varies(&into)];
         cost = into.refined * into.refined;
     }
@@ -208,7 +211,8 @@ fn convert_by<T: Texel>(
     let side = (sweep::BLOCK / parts).max(1);
     let width = columns * channels;
     threads::bands(out, width, texels * cost, side, |first, band| {
-        let mut sweep = Sweep::new(&from, &into, varies, fast);
+        let coarse = coarse.as_ref().unwrap_or(&from);
+        let mut sweep = Sweep::new([&from, coarse], &into, varies, fast);
         let mut tallies = Tallies::new(source, statistic, side * side);
         let rows = band.len() / width;
         into.raster.blocks(first, rows, (side, side), |block| {

@@ -104,6 +104,7 @@ pub(super) struct Sweep<'l, 'a> {
     into: &'l Lattice<'a>,
     varies: [[bool; 2]; 2],
     overlay: Overlay<'l, 'a>,
+    coarse: &'l Lattice<'a>,
     source: Density<'l, 'a>,
     target: Density<'l, 'a>,
     shares: Shares,
@@ -129,8 +130,9 @@ pub(super) struct Sweep<'l, 'a> {
 }
 
 impl<'l, 'a> Sweep<'l, 'a> {
+    /// The source comes twice: in cells for the fast path and for the general one.
     pub fn new(
-        from: &'l Lattice<'a>,
+        [from, coarse]: [&'l Lattice<'a>; 2],
         into: &'l Lattice<'a>,
         varies: [[bool; 2]; 2],
         fast: bool,
@@ -140,7 +142,8 @@ impl<'l, 'a> Sweep<'l, 'a> {
             from,
             into,
             varies,
-            overlay: Overlay::new(from, into),
+            overlay: Overlay::new(coarse, into),
+            coarse,
             source: Density::new(from, varies[0]),
             target: Density::new(into, varies[1]),
             shares: Shares::default(),
@@ -614,7 +617,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
 
     /// Any cell. It counts where there is something to share: not outside a rim.
     fn general(&mut self, face: usize, at: [usize; 2]) {
-        let (from, weights) = (self.from, &mut self.shares.weights);
+        let (from, weights) = (self.coarse, &mut self.shares.weights);
         let before = weights.len();
         self.overlay.overlaps(face, at, |face, cell, area| {
             weights.push((from.stored(face, cell), area));

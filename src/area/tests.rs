@@ -108,9 +108,10 @@ fn worst_sun(a: &str, n: usize, b: &str, m: usize, rotation: Option<DMat3>) -> (
     let matrix = frame(&source, &target, rotation);
     let from = Lattice::new(&source, &from_shape, None).unwrap();
     let into = Lattice::new(&target, &into_shape, Some(matrix)).unwrap();
+    let coarse = Lattice::new(&source, &from_shape, None).unwrap();
     let (from, into) = refined(from, into);
     let varies = [Density::varies(&from), Density::varies(&into)];
-    let mut sweep = Sweep::new(&from, &into, varies, true);
+    let mut sweep = Sweep::new([&from, &coarse], &into, varies, true);
     let mut kept = vec![0.0; from.raster.texels()];
     let parts = into.refined;
     let solid_angle = |raster: &Raster, map: &Map, i: usize, j: usize| {

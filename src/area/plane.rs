@@ -4,6 +4,8 @@
 //! side that moves a border's share by 1e-7 of a cell at most where the formula is smooth, and what one side of
 //! it lacks the other has. One density a cell is computed, at its centre; the rest are differences. Where the density does
 //! not depend on a coordinate, one cell stands for all along it.
+//!
+//! A cell with a crease through it is not right here, and nothing says so but the sum of the shares of whoever covers it.
 
 use super::eight::{LANES, Lanes};
 use super::lattice::Lattice;

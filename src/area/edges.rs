@@ -6,7 +6,7 @@
 //! corners are too far apart for that, a cell's border is halved and quartered on its own.
 
 use super::arc::Place;
-use super::eight::LANES;
+use super::eight::{LANES, load};
 use super::lattice::Lattice;
 use crate::frame::Turn;
 use crate::kernel::{self, Packed};
@@ -104,7 +104,7 @@ impl Edges {
     /// Adds the edges from places `first`, `first` + 1 and so on to those `step` further, a row of them; some more to fill up
     /// mean nothing.
     pub fn push(&mut self, places: &Places, first: usize, step: usize, count: usize) {
-        let count = count.next_multiple_of(LANES);
+        let count = Self::stride(count);
         let start = self.wrong.len();
         self.rows
             .iter_mut()
@@ -205,21 +205,21 @@ impl Packed for Outline<'_> {
             for column in (0..self.columns).step_by(LANES) {
                 let k = self.first + row * self.width + column;
                 let [a, b, c, d] = [k, k + 1, k + self.width + 1, k + self.width];
-                let across = eight(simd, xs, c) - eight(simd, xs, a);
-                let along = eight(simd, xs, d) - eight(simd, xs, b);
-                let down = eight(simd, ys, c) - eight(simd, ys, a);
-                let up = eight(simd, ys, d) - eight(simd, ys, b);
+                let across = load(simd, xs, c) - load(simd, xs, a);
+                let along = load(simd, xs, d) - load(simd, xs, b);
+                let down = load(simd, ys, c) - load(simd, ys, a);
+                let up = load(simd, ys, d) - load(simd, ys, b);
                 let area = half * (across * up - down * along);
-                let face = eight(simd, faces, a);
-                let strange = (eight(simd, faces, b) - face).abs()
-                    + (eight(simd, faces, c) - face).abs()
-                    + (eight(simd, faces, d) - face).abs();
+                let face = load(simd, faces, a);
+                let strange = (load(simd, faces, b) - face).abs()
+                    + (load(simd, faces, c) - face).abs()
+                    + (load(simd, faces, d) - face).abs();
                 let to = row * stride + column;
                 let left = row * down_stride + column;
-                let wrong = eight(simd, self.across, to)
-                    + eight(simd, self.across, to + stride)
-                    + eight(simd, self.down, left)
-                    + eight(simd, self.down, left + 1);
+                let wrong = load(simd, self.across, to)
+                    + load(simd, self.across, to + stride)
+                    + load(simd, self.down, left)
+                    + load(simd, self.down, left + 1);
                 let area = strange
                     .simd_eq(zero)
                     .select(area, f64x8::splat(simd, f64::NAN));
@@ -294,18 +294,13 @@ impl Packed for ThroughSix<'_> {
 #[inline(always)]
 fn six<S: Simd>(simd: S, row: &[f64], first: usize, step: usize) -> [f64x8<S>; 6] {
     [
-        eight(simd, row, first),
-        eight(simd, row, first + step),
-        eight(simd, row, first + 2 * step),
-        eight(simd, row, first + 3 * step),
-        eight(simd, row, first + 4 * step),
-        eight(simd, row, first + 5 * step),
+        load(simd, row, first),
+        load(simd, row, first + step),
+        load(simd, row, first + 2 * step),
+        load(simd, row, first + 3 * step),
+        load(simd, row, first + 4 * step),
+        load(simd, row, first + 5 * step),
     ]
-}
-
-#[inline(always)]
-fn eight<S: Simd>(simd: S, row: &[f64], first: usize) -> f64x8<S> {
-    f64x8::from_slice(simd, &row[first..][..LANES])
 }
 
 /// One coordinate of eight edges.

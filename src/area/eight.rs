@@ -100,7 +100,7 @@ pub(super) struct Cells<'a> {
     /// Which lanes have a cell: a bit each.
     pub used: u32,
     /// +1 or -1 for the sense in which the edges go around.
-    pub senses: &'a Lanes,
+    pub sense: f64,
     /// Their solid angles.
     pub sizes: &'a Lanes,
     /// Columns and rows of the plane.
@@ -114,6 +114,12 @@ impl Eight {
         self.window = [0; 2];
         kernel::packed(Work { eight: self, cells });
         self.window[0] > 0
+    }
+
+    /// The first column and row of a lane's window.
+    #[inline(always)]
+    pub fn first(&self, lane: usize) -> [usize; 2] {
+        [0, 1].map(|k| self.base[k].0[lane] as i32 as usize)
     }
 }
 
@@ -261,8 +267,13 @@ fn numbers<S: Simd>(simd: S, cells: &Cells<'_>, edge: &Passed, axis: usize) -> [
 
 #[inline(always)]
 fn number<S: Simd>(simd: S, used: mask64x8<S>, row: &[f64], first: usize) -> f64x8<S> {
-    let all = f64x8::from_slice(simd, &row[first..][..LANES]);
-    used.select(all, f64x8::splat(simd, 0.0))
+    used.select(load(simd, row, first), f64x8::splat(simd, 0.0))
+}
+
+/// Eight numbers of a row.
+#[inline(always)]
+pub(super) fn load<S: Simd>(simd: S, row: &[f64], first: usize) -> f64x8<S> {
+    f64x8::from_slice(simd, &row[first..][..LANES])
 }
 
 impl Packed for Work<'_, '_> {
@@ -399,7 +410,7 @@ fn piece<S: Simd, const MOMENTS: usize>(
 fn weigh<S: Simd, const MOMENTS: usize>(simd: S, eight: &mut Eight, cells: &Cells<'_>) {
     let zero = f64x8::splat(simd, 0.0);
     let [columns, rows] = eight.window;
-    let (senses, sizes) = (cells.senses.load(simd), cells.sizes.load(simd));
+    let (sense, sizes) = (f64x8::splat(simd, cells.sense), cells.sizes.load(simd));
     let nothing = f64x8::splat(simd, NOTHING);
     let (mut total, mut least) = (zero, zero);
     eight.weights.clear();
@@ -427,7 +438,7 @@ fn weigh<S: Simd, const MOMENTS: usize>(simd: S, eight: &mut Eight, cells: &Cell
             if MOMENTS > 1 {
                 weight += along * sums[4].load(simd);
             }
-            weight = senses * weight;
+            weight = sense * weight;
             height += sums[1].load(simd);
             total += weight;
             least = least.min(weight);
@@ -519,7 +530,7 @@ mod tests {
                 edges: &passed,
                 lists: [&edges; 3],
                 used: 0xff,
-                senses: &ones,
+                sense: 1.0,
                 sizes: &ones,
                 limits: [lattice.columns, lattice.rows],
                 plane: &plane,
@@ -534,7 +545,7 @@ mod tests {
                 prop_assert!((eight.total.0[lane] - want.total).abs() < cut * bound, "total {} {} {:e}", lane, want.total / own, (eight.total.0[lane] - want.total) / own);
                 for &(index, weight) in &want.weights {
                     let (row, column) = (index / lattice.columns, index % lattice.columns);
-                    let [x, y] = [0, 1].map(|k| eight.base[k].0[lane] as usize);
+                    let [x, y] = eight.first(lane);
                     let got = eight.weights[(row - y) * eight.window[0] + column - x].0[lane];
                     prop_assert!((got - weight).abs() < bound, "{} {} {}", lane, got / own, weight / own);
                 }
@@ -561,7 +572,7 @@ mod tests {
             }],
             lists: [&edges; 3],
             used: 1 << 3,
-            senses: &ones,
+            sense: 1.0,
             sizes: &ones,
             limits: [2048, 1024],
             plane: &plane,

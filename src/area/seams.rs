@@ -142,6 +142,7 @@ impl Border {
             }
         }
         if let Some([before, after]) = across_a_seam(locate, [a, p, m, q, b], from) {
+            // As often as the search halves.
             self.places += 40;
             return self.smooth(locate, [a, before], fine, from)
                 && self.follow(locate, [before, before, after], fine, from)

@@ -51,7 +51,8 @@ pub(super) struct Tallies<'a, T> {
     covers: Vec<bool>,
     /// For means: each texel's channels.
     sums: Vec<Sum>,
-    /// For plain means, instead of them: Σ w·L of each texel's channels, and Σ w.
+    /// For plain means, instead of them: the source's numbers, Σ w·L of each texel's channels, and Σ w.
+    numbers: Option<&'a [T]>,
     plain: Vec<f64>,
     weights: Vec<f64>,
     /// For modes: each texel's source texels and how much of each.
@@ -63,22 +64,20 @@ impl<'a, T: Texel> Tallies<'a, T> {
     pub fn new(source: Source<'a, T>, statistic: Statistic, texels: usize) -> Self {
         let channels = source.texels.ncols();
         // Rounding takes means of equal numbers beyond them by parts in 1e16, which only f64 has.
-        let plain = statistic == Statistic::Mean
-            && !source.skipna
-            && size_of::<T>() < 8
-            && source.texels.to_slice().is_some();
-        let (sums, lists) = match statistic {
-            Statistic::Mean if plain => (0, 0),
-            Statistic::Mean => (texels * channels, 0),
-            Statistic::Mode => (0, texels),
+        let plain = statistic == Statistic::Mean && !source.skipna && size_of::<T>() < 8;
+        let numbers = source.texels.to_slice().filter(|_| plain);
+        let (plain, sums, lists) = match statistic {
+            Statistic::Mean if numbers.is_some() => (texels, 0, 0),
+            Statistic::Mean => (0, texels * channels, 0),
+            Statistic::Mode => (0, 0, texels),
         };
-        let plain = if plain { texels } else { 0 };
         Tallies {
             source,
             statistic,
             channels,
             covers: vec![false; texels],
             sums: vec![NONE; sums],
+            numbers,
             plain: vec![0.0; plain * channels],
             weights: vec![0.0; plain],
             lists: vec![Vec::new(); lists],
@@ -101,10 +100,8 @@ impl<'a, T: Texel> Tallies<'a, T> {
         if self.statistic == Statistic::Mode {
             return self.lists[number].extend_from_slice(weights);
         }
-        if let Some(weight) = self.weights.get_mut(number)
-            && let Some(texels) = self.source.texels.to_slice()
-        {
-            *weight += weights.iter().map(|(_, weight)| weight).sum::<f64>();
+        if let Some(texels) = self.numbers {
+            self.weights[number] += weights.iter().map(|(_, weight)| weight).sum::<f64>();
             let sums = &mut self.plain[number * self.channels..][..self.channels];
             return match self.channels {
                 1 => add_plain::<T, 1>(texels, weights, sums),
@@ -138,10 +135,10 @@ impl<'a, T: Texel> Tallies<'a, T> {
         }
         for (channel, out) in out.iter_mut().enumerate() {
             let value = match self.statistic {
-                Statistic::Mean => match self.weights.get(number) {
-                    Some(weight) => self.plain[number * self.channels + channel] / weight,
-                    None => self.sums[number * self.channels + channel].mean(),
-                },
+                Statistic::Mean if self.numbers.is_some() => {
+                    self.plain[number * self.channels + channel] / self.weights[number]
+                }
+                Statistic::Mean => self.sums[number * self.channels + channel].mean(),
                 Statistic::Mode => {
                     self.values.clear();
                     for &(index, weight) in &self.lists[number] {

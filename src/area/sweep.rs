@@ -25,6 +25,12 @@ const CLOSE: f64 = 5e-7;
 /// its neighbours in the same source cell have.
 const CLOSE_INSIDE: f64 = 2e-6;
 
+/// Whether shares with this sum and this least one are those of a cell, `close` to its solid angle.
+#[inline(always)]
+fn adds_up(total: f64, least: f64, size: f64, close: f64) -> bool {
+    (total / size - 1.0).abs() <= close && least >= -CLOSE * size
+}
+
 /// Which way cells went.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
@@ -73,8 +79,6 @@ struct Batch {
     ats: [[usize; 2]; LANES],
     /// The face of the source that holds each.
     on: [usize; LANES],
-    /// +1 or -1 for the sense in which its border goes around.
-    senses: Lanes,
     /// Its solid angle.
     sizes: Lanes,
 }
@@ -85,16 +89,14 @@ impl Batch {
             used: 0,
             ats: [[0; 2]; LANES],
             on: [0; LANES],
-            senses: Lanes([1.0; LANES]),
             sizes: Lanes([1.0; LANES]),
         }
     }
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, at: [usize; 2], on: usize, sense: f64, size: f64) {
+    fn set(&mut self, lane: usize, at: [usize; 2], on: usize, size: f64) {
         self.used |= 1 << lane;
-        (self.ats[lane], self.on[lane]) = (at, on);
-        (self.senses.0[lane], self.sizes.0[lane]) = (sense, size);
+        (self.ats[lane], self.on[lane], self.sizes.0[lane]) = (at, on, size);
     }
 }
 
@@ -323,7 +325,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
             let size = self.size(face, at);
             let fine = FINE * area.abs().min(1.0);
             if wrong <= fine {
-                batch.set(lane, at, on, area.signum(), size);
+                batch.set(lane, at, on, size);
             } else {
                 // What could not be told from the corners, or crosses a seam or a crease, may well be smooth.
                 let parts = (wrong / fine).sqrt().sqrt();
@@ -376,7 +378,6 @@ impl<'l, 'a> Sweep<'l, 'a> {
         let mut batch = Batch::new();
         for (lane, cell) in cells.iter().enumerate() {
             let mut found = Found::Smooth;
-            let mut twice = 0.0;
             let fine = FINE * cell.area.min(1.0) / (4 * parts) as f64;
             for k in 0..4 * parts {
                 let first = lane * (around + 1) + 4 * k;
@@ -391,14 +392,9 @@ impl<'l, 'a> Sweep<'l, 'a> {
                 if found != Found::Smooth {
                     break;
                 }
-                let (p, q) = (self.places.at(first), self.places.at(first + 4));
-                twice += p[0] * q[1] - p[1] * q[0];
-            }
-            if found == Found::Smooth {
-                batch.set(lane, cell.at, cell.on, f64::signum(twice), cell.size);
-                continue;
             }
             match found {
+                Found::Smooth => batch.set(lane, cell.at, cell.on, cell.size),
                 // A crease is as rough in parts as it was.
                 Found::Rough(more)
                     if parts < MOST_PARTS && (more <= 2 || 2 * more <= cell.wanted) =>
@@ -409,9 +405,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
                         ..*cell
                     });
                 }
-                _ => {
-                    self.any(face, cell.at, add);
-                }
+                _ => self.any(face, cell.at, add),
             }
         }
         self.finish(face, batch, add);
@@ -444,7 +438,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
                 edges: &self.edges,
                 lists: [&self.across, &self.down, &self.own],
                 used: here,
-                senses: &batch.senses,
+                sense: self.into.sense(face) * self.from.sense(source),
                 sizes: &batch.sizes,
                 limits,
                 plane,
@@ -466,12 +460,11 @@ impl<'l, 'a> Sweep<'l, 'a> {
     #[inline(always)]
     fn fits(&self, source: usize, lane: usize, size: f64) -> bool {
         let eight = &self.eight;
-        let first = [0, 1].map(|k| eight.base[k].0[lane] as i32 as usize);
-        let close = match self.source_planes[source].get(first) {
+        let close = match self.source_planes[source].get(eight.first(lane)) {
             Some(own) if own > size => CLOSE_INSIDE,
             _ => CLOSE,
         };
-        (eight.total.0[lane] / size - 1.0).abs() <= close && eight.least.0[lane] >= -CLOSE * size
+        adds_up(eight.total.0[lane], eight.least.0[lane], size, close)
     }
 
     /// Hands out the shares of the lanes whose bits are set.
@@ -490,8 +483,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
         let view = from.raster.view(source);
         let [along, down] = view.steps();
         let simple = from.refined == 1 && !from.raster.has_rim();
-        let firsts: [[usize; 2]; LANES] =
-            std::array::from_fn(|lane| [0, 1].map(|k| eight.base[k].0[lane] as i32 as usize));
+        let firsts: [[usize; 2]; LANES] = std::array::from_fn(|lane| eight.first(lane));
         let starts = firsts.map(|[x, y]| view.index(x, y) as isize);
         let mut counts = [0; LANES];
         let columns = eight.window[0].max(1);
@@ -593,8 +585,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
         let (shares, from, source) = (&mut self.shares, self.from, &mut self.source);
         self.border.faces(from, |on, pieces| {
             shares.add(from, source, on, pieces, sense * from.sense(on), size)
-        }) && (self.shares.total / size - 1.0).abs() <= CLOSE
-            && self.shares.least >= -CLOSE * size
+        }) && adds_up(self.shares.total, self.shares.least, size, CLOSE)
     }
 
     /// Whether a cell lies where the source holds nothing, as far as the general path looks.

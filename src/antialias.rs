@@ -57,18 +57,14 @@ pub struct Antialias<'s, 'a, T: Texel, R> {
     channels: usize,
     lookups: Lookups<'s, 'a, T, T::Float, R>,
     parts: Vec<(Part, u16)>,
-    samples: Samples<R>,
-    /// Of the samples that are being looked up, and of those whose values are there.
+    /// Of the samples that are being put together.
+    next: Owners,
+    /// Of those that are being looked up, and of those whose values are there.
     owners: [Owners; 2],
     values: Vec<T::Float>,
     current: usize,
     sums: Sums,
     done: Vec<(usize, T)>,
-}
-
-struct Samples<R> {
-    uv: Tile<R, 3>,
-    owners: Owners,
 }
 
 /// Which texel a sample belongs to, and how much it counts.
@@ -130,10 +126,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             channels,
             lookups: Lookups::new(source, filter, nothing),
             parts: Vec::new(),
-            samples: Samples {
-                uv: Tile::new(),
-                owners: Owners::NONE,
-            },
+            next: Owners::NONE,
             owners: [Owners::NONE; 2],
             values: vec![T::Float::default(); 2 * TILE * channels],
             current: 0,
@@ -250,14 +243,13 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         };
         for j in 0..counts[1] {
             for i in 0..counts[0] {
-                let samples = &mut self.samples;
-                let n = samples.owners.count;
-                samples
-                    .uv
-                    .set(n, [place(0, i), place(1, j), R::new(part.uv[2])]);
-                samples.owners.texel[n] = texel;
-                samples.owners.weight[n] = weight;
-                samples.owners.count = n + 1;
+                let owners = &mut self.next;
+                let n = owners.count;
+                let uv = [place(0, i), place(1, j), R::new(part.uv[2])];
+                self.lookups.tile().set(n, uv);
+                owners.texel[n] = texel;
+                owners.weight[n] = weight;
+                owners.count = n + 1;
                 if n + 1 == TILE {
                     self.look();
                 }
@@ -267,13 +259,13 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
 
     /// Looks the samples up, and adds the values of those before.
     fn look(&mut self) {
-        let n = self.samples.owners.count;
+        let n = self.next.count;
         if n == 0 {
             return;
         }
-        let Samples { uv, owners } = &mut self.samples;
+        let uv = self.lookups.tile();
         self.route.take(uv, n);
-        for (weight, u) in owners.weight.iter_mut().zip(&uv.0[0][..n]) {
+        for (weight, u) in self.next.weight.iter_mut().zip(&uv.0[0][..n]) {
             if u.is_nan() {
                 *weight = 0.0;
             }
@@ -284,10 +276,11 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             columns: TILE,
             stride: TILE,
         };
-        self.lookups.push(uv, n, &mut self.values, area);
+        self.lookups.place(n);
+        self.lookups.push(&mut self.values, area);
         self.collect();
-        self.owners[next] = self.samples.owners;
-        self.samples.owners.count = 0;
+        self.owners[next] = self.next;
+        self.next.count = 0;
         self.current = next;
     }
 

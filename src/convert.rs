@@ -1,10 +1,11 @@
 //! From one projection into another.
 //!
-//! The target is walked in tiles of a stored row: texel centres, their directions, the source's coordinates of
-//! those, the filter. Coordinates exist for one tile at a time. For images that are filtered in f32 they are f32 as
-//! well (f64 ones took half of the time) unless a side is so long that it would show, or the source ends somewhere and
-//! rounding would decide on which side of its border a texel lies; between two images of the same projection
-//! nothing is decoded, so that what stays where it is stays what it is.
+//! The target is walked in blocks: texel centres, their directions, the source's coordinates of those, the filter.
+//! Coordinates exist for one block at a time. For images that are filtered in f32, and are the whole sphere, most of them
+//! come from polynomials through a few (`patch`), and they are f32 as well (f64 ones took half of the time) unless a side
+//! is so long that it would show. Where the source ends somewhere, rounding would decide on which side of its border
+//! a texel lies, so that all are computed, in f64. Between two images of the same projection nothing is decoded, so that
+//! what stays where it is stays what it is.
 
 use crate::antialias::Antialias;
 use crate::error::Error;
@@ -13,6 +14,7 @@ use crate::image::{Centres, Raster, Texel};
 use crate::kernel::Scalar;
 use crate::light::solid_angle::Rect;
 use crate::map::Map;
+use crate::patch::{self, Patch, Patches};
 use crate::projection::Coverage;
 use crate::route::Route;
 use crate::sample::{Area, Filter, Lookups, Source};
@@ -25,10 +27,16 @@ use glam::DMat3;
 /// there.
 const SINGLE_SIDE: usize = 1 << 13;
 
+/// The longest for which polynomials do: by as much there.
+const PATCHED_SIDE: usize = 1 << 17;
+
 /// Columns and rows of the target that are looked up together. Square-like blocks see a compact part of the
 /// source: whole rows of a cube's top, for one, cross more of its rows than the CPU keeps page addresses for.
 const BLOCK: (usize, usize) = (64, 4);
-const _: () = assert!(BLOCK.0 * BLOCK.1 <= TILE);
+
+/// Those whose source coordinates one polynomial stands for.
+const PATCH: (usize, usize) = patch::BLOCK;
+const _: () = assert!(BLOCK.0 == PATCH.0 && BLOCK.0 * BLOCK.1 <= TILE);
 
 /// Fills an image of `map` with what `source` shows when turned by `rotation`. With `antialias`, texels that see more than
 /// one texel of the source are means of what they see.
@@ -46,18 +54,21 @@ pub fn convert<T: Texel>(
     let target = Raster::new(map, shape)?;
     let route = Route::new(source.map(), map, rotation);
     let single = size_of::<T::Float>() == size_of::<f32>();
-    let short = [source.raster(), &target]
+    let rounds = single && !route.same() && source.map().coverage() == Coverage::Sphere;
+    let longest = [source.raster(), &target]
         .iter()
-        .all(|raster| raster.width.max(raster.height) <= SINGLE_SIDE);
+        .map(|raster| raster.width.max(raster.height))
+        .fold(0, usize::max);
     let job = Job {
         source,
         target,
         route,
+        patches: rounds && longest <= PATCHED_SIDE,
         filter,
         antialias,
         fill,
     };
-    if single && short && !route.same() && source.map().coverage() == Coverage::Sphere {
+    if rounds && longest <= SINGLE_SIDE {
         job.run::<f32>(out);
     } else {
         job.run::<f64>(out);
@@ -69,6 +80,8 @@ struct Job<'s, 'a, T> {
     source: &'s Source<'a, T>,
     target: Raster,
     route: Route<'s>,
+    /// Whether polynomials serve for coordinates.
+    patches: bool,
     filter: Filter,
     antialias: bool,
     fill: &'s [T],
@@ -82,34 +95,48 @@ impl<T: Texel> Job<'_, '_, T> {
         let channels = self.fill.len();
         let width = target.columns * channels;
         let nothing = vec![T::Float::default(); channels];
-        threads::bands(out, width, target.texels(), BLOCK.1, |first, band| {
+        let patches = self
+            .patches
+            .then(|| Patches::new(self.route, self.source.raster(), target))
+            .flatten();
+        threads::bands(out, width, target.texels(), PATCH.1, |first, band| {
             let mut lookups = Lookups::new(self.source, self.filter, self.fill);
             let mut means = self
                 .antialias
                 .then(|| Antialias::new(self.source, target, self.route, self.filter, &nothing));
-            let mut uv = Tile::<R, 3>::new();
             let rows = band.len() / width;
-            target.blocks(first, rows, BLOCK, |block| {
-                let area = Area {
-                    start: block.start,
-                    columns: block.columns,
-                    stride: target.columns,
-                };
-                if block.face.is_none() {
-                    for row in 0..block.rows {
-                        let out = &mut band[(area.start + row * area.stride) * channels..];
-                        fill_texels(&mut out[..area.columns * channels], self.fill);
+            target.blocks(first, rows, PATCH, |whole| {
+                let patches = patches.as_ref().filter(|_| !target.misses(&whole));
+                let patch = patches.and_then(|patches| patches.of(&whole));
+                for (row, block) in whole.bands(BLOCK.1, target.columns) {
+                    let area = Area {
+                        start: block.start,
+                        columns: block.columns,
+                        stride: target.columns,
+                    };
+                    if target.misses(&block) {
+                        for row in 0..block.rows {
+                            let out = &mut band[(area.start + row * area.stride) * channels..];
+                            fill_texels(&mut out[..area.columns * channels], self.fill);
+                        }
+                        continue;
                     }
-                    return;
-                }
-                let count = block.columns * block.rows;
-                centres.of(&block, &mut uv);
-                self.route.take(&mut uv, count);
-                lookups.push(&uv, count, band, area);
-                if let Some(means) = &mut means {
-                    // Texels of the block before, which are there since this one was pushed.
-                    means.write(band);
-                    means.block(&centres, &block, &uv, area);
+                    let count = block.columns * block.rows;
+                    let patched = patch.as_ref().is_some_and(|patch: &Patch<R>| {
+                        patch.write(row, &block, lookups.tile());
+                        lookups.place(count) || patch.holds(lookups.tile(), count)
+                    });
+                    if !patched {
+                        centres.of(&block, lookups.tile());
+                        self.route.take(lookups.tile(), count);
+                        lookups.place(count);
+                    }
+                    lookups.push(band, area);
+                    if let Some(means) = &mut means {
+                        // Texels of the block before, which are there since this one was pushed.
+                        means.write(band);
+                        means.block(&centres, &block, lookups.pushed(), area);
+                    }
                 }
             });
             lookups.finish(band);

@@ -12,7 +12,9 @@ use crate::map::{Grid, GridAxis, Map};
 use crate::projection::{Outline, Projection, Uv};
 use crate::projections::{Kind, Visitor};
 use crate::tile::Tile;
-use fearless_simd::{Simd, SimdBase, f32x4, f64x4};
+use fearless_simd::{
+    Bytes, Select, Simd, SimdBase, SimdCvtFloat, f32x4, f64x4, i32x4, u8x16, u16x8, u32x4,
+};
 use half::f16;
 
 /// A texel type. Filters run in `Float` and round once.
@@ -28,6 +30,11 @@ pub trait Texel: Copy + Default + Send + Sync + Filtered<Self> + 'static {
     }
     /// The nearest texel; integers saturate, and NaN is 0 there.
     fn store(x: Self::Float) -> Self;
+    /// Those of four numbers.
+    #[inline(always)]
+    fn store_four<S: Simd>(_: S, numbers: Four<Self, S>) -> [Self; 4] {
+        numbers.to_array().map(Self::store)
+    }
     /// The texel for a number of the caller's.
     fn from_f64(x: f64) -> Self;
     /// What stands for "nothing": NaN, or 0 where there is none.
@@ -44,6 +51,11 @@ pub trait Filtered<T: Texel>: Copy + Default + Send + Sync {
     fn exact(texel: T) -> Self;
     /// A filtered value.
     fn filtered(x: T::Float) -> Self;
+    /// Four of them.
+    #[inline(always)]
+    fn filtered_four<S: Simd>(_: S, numbers: Four<T, S>) -> [Self; 4] {
+        numbers.to_array().map(Self::filtered)
+    }
 }
 
 impl<T: Texel> Filtered<T> for T {
@@ -54,6 +66,10 @@ impl<T: Texel> Filtered<T> for T {
     #[inline(always)]
     fn filtered(x: T::Float) -> T {
         T::store(x)
+    }
+    #[inline(always)]
+    fn filtered_four<S: Simd>(simd: S, numbers: Four<T, S>) -> [T; 4] {
+        T::store_four(simd, numbers)
     }
 }
 
@@ -76,7 +92,7 @@ macro_rules! filtered_as_f32 {
 filtered_as_f32!(u8, u16, f16);
 
 macro_rules! integer_texel {
-    ($t:ty) => {
+    ($t:ty, $widen:ident, $narrow:ident) => {
         impl Texel for $t {
             type Float = f32;
             const NOTHING: f64 = 0.0;
@@ -85,14 +101,25 @@ macro_rules! integer_texel {
                 self as f32
             }
             #[inline(always)]
+            fn load_four<S: Simd>(simd: S, texels: &[$t; 4]) -> f32x4<S> {
+                f32x4::float_from($widen(simd, *texels).bitcast::<i32x4<S>>())
+            }
+            #[inline(always)]
             fn store(x: f32) -> $t {
                 // NaN goes to 0 with the negative ones. The sum leaves the nearest integer in its last
                 // bits; `as` would check the range again, number by number.
                 const LARGEST: f32 = <$t>::MAX as f32;
-                const MAGIC: f32 = 8_388_608.0;
                 let x = if x > 0.0 { x } else { 0.0 };
                 let x = if x < LARGEST { x } else { LARGEST };
                 (x + MAGIC).to_bits() as $t
+            }
+            #[inline(always)]
+            fn store_four<S: Simd>(simd: S, x: f32x4<S>) -> [$t; 4] {
+                let number = |x| f32x4::splat(simd, x);
+                let (zero, largest) = (number(0.0), number(<$t>::MAX as f32));
+                let x = x.simd_gt(zero).select(x, zero);
+                let x = x.simd_lt(largest).select(x, largest);
+                $narrow(simd, (x + number(MAGIC)).bitcast())
             }
             fn from_f64(x: f64) -> $t {
                 x.round_ties_even() as $t
@@ -100,8 +127,44 @@ macro_rules! integer_texel {
         }
     };
 }
-integer_texel!(u8);
-integer_texel!(u16);
+integer_texel!(u8, widen_u8, narrow_u8);
+integer_texel!(u16, widen_u16, narrow_u16);
+
+/// What leaves the nearest integer of a small number in the last bits of their sum.
+const MAGIC: f32 = 8_388_608.0;
+
+/// Four bytes as words. Of four conversions one by one the compiler made no better.
+#[inline(always)]
+fn widen_u8<S: Simd>(simd: S, bytes: [u8; 4]) -> u32x4<S> {
+    let bytes: u8x16<S> = u32x4::splat(simd, u32::from_ne_bytes(bytes)).bitcast();
+    let zero = u8x16::splat(simd, 0);
+    let halves: u16x8<S> = simd.zip_low_u8x16(bytes, zero).bitcast();
+    simd.zip_low_u16x8(halves, zero.bitcast()).bitcast()
+}
+
+/// The lowest bytes of four words.
+#[inline(always)]
+fn narrow_u8<S: Simd>(simd: S, words: u32x4<S>) -> [u8; 4] {
+    let bytes: u8x16<S> = words.bitcast();
+    let pairs = simd.unzip_low_u8x16(bytes, bytes);
+    let lowest: u32x4<S> = simd.unzip_low_u8x16(pairs, pairs).bitcast();
+    lowest.to_array()[0].to_ne_bytes()
+}
+
+/// Four halves as words.
+#[inline(always)]
+fn widen_u16<S: Simd>(simd: S, [a, b, c, d]: [u16; 4]) -> u32x4<S> {
+    let halves = u16x8::load_array(simd, [a, b, c, d, 0, 0, 0, 0]);
+    simd.zip_low_u16x8(halves, u16x8::splat(simd, 0)).bitcast()
+}
+
+/// The lower halves of four words.
+#[inline(always)]
+fn narrow_u16<S: Simd>(simd: S, words: u32x4<S>) -> [u16; 4] {
+    let halves: u16x8<S> = words.bitcast();
+    let [a, b, c, d, ..] = simd.unzip_low_u16x8(halves, halves).to_array();
+    [a, b, c, d]
+}
 
 macro_rules! float_texel {
     ($t:ty, $float:ty, $load:expr, $store:expr, $from:expr $(, $four:ident)?) => {
@@ -178,6 +241,48 @@ pub struct Block {
     pub columns: usize,
     /// Rows.
     pub rows: usize,
+}
+
+impl Raster {
+    /// Whether a block holds nothing for certain: it lies on no face, or outside the disk that is the valid image.
+    pub fn misses(&self, block: &Block) -> bool {
+        let Some((_, texel, [along, down])) = block.face else {
+            return true;
+        };
+        let (columns, rows) = (block.columns as isize - 1, block.rows as isize - 1);
+        // From the middle to the nearest centre, along u and along v; more than a rim is ever let out.
+        let [p, q] = [(0, self.along_u), (1, self.along_v)].map(|(axis, grid)| {
+            let last = texel[axis] + along[axis] * columns + down[axis] * rows;
+            let [a, b] = [texel[axis], last].map(|i| 2.0 * grid.centre(i as f64) - 1.0);
+            if a * b <= 0.0 {
+                0.0
+            } else {
+                a.abs().min(b.abs())
+            }
+        });
+        self.outline == Outline::Disk && p * p + q * q > 1.0 + 1e-5
+    }
+}
+
+impl Block {
+    /// The blocks of at most so many rows that it is made of, each with the number of its first row, in an image of
+    /// so many columns.
+    pub fn bands(self, rows: usize, columns: usize) -> impl Iterator<Item = (usize, Block)> {
+        (0..self.rows).step_by(rows).map(move |first| {
+            let face = self.face.map(|(face, [i, j], [along, down])| {
+                let moved = first as isize;
+                let texel = [i + moved * down[0], j + moved * down[1]];
+                (face, texel, [along, down])
+            });
+            let band = Block {
+                face,
+                start: self.start + first * columns,
+                rows: rows.min(self.rows - first),
+                ..self
+            };
+            (first, band)
+        })
+    }
 }
 
 /// The longest side that an image may have; products of two sides then fit any counter.

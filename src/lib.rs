@@ -44,6 +44,7 @@ pub mod math;
 pub mod mips;
 pub mod pack;
 pub mod pages;
+pub mod patch;
 pub mod projection;
 pub mod projections;
 pub mod real;

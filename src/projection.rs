@@ -254,6 +254,9 @@ pub struct Info {
     pub equal_area: bool,
     /// Small circles stay circles.
     pub conformal: bool,
+    /// Both formulas of a face are analytic inside it, but at singular points, and its encoding, continued across its
+    /// border, leaves the square or the disk: so a polynomial may stand for them.
+    pub smooth: bool,
     /// The numbers it takes.
     pub parameters: &'static [Parameter],
 }
@@ -274,6 +277,7 @@ impl Info {
         outline: Outline::Square,
         equal_area: false,
         conformal: false,
+        smooth: false,
         parameters: &[],
     };
 }

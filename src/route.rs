@@ -37,6 +37,11 @@ impl<'a> Route<'a> {
         self.same
     }
 
+    /// Whether both formulas are smooth.
+    pub fn smooth(&self) -> bool {
+        self.source.info().smooth && self.target.info().smooth
+    }
+
     /// Takes the first `count` places of a tile along. NaN where either image holds nothing.
     pub fn take<R: Scalar>(&self, uv: &mut Tile<R, 3>, count: usize) {
         if self.same {

@@ -33,6 +33,7 @@ impl Projection for Angular {
         axes: "+x -y -z",
         outline: Outline::Disk,
         parameters: &[lens::fov(360.0, 360.0)],
+        smooth: true,
         ..Info::PLAIN
     };
 

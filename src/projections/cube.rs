@@ -81,6 +81,7 @@ impl Projection for Cube {
         axes: "+x -y +z",
         faces: 6,
         layouts: LAYOUTS,
+        smooth: true,
         ..Info::PLAIN
     };
 

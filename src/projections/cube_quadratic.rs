@@ -25,6 +25,7 @@ impl Warp for Quadratic {
         known_as: &["s2"],
         source: "Google S2 geometry library, S2_QUADRATIC_PROJECTION",
         summary: "Six faces, nearly even texels without trigonometry; cells of S2.",
+        smooth: false,
     };
 
     fn density_range() -> (f64, f64) {

@@ -62,6 +62,7 @@ impl Projection for Cylindrical {
                 doc: "the picture's width over its height, which gives its vertical angle",
             },
         ],
+        smooth: true,
         ..Info::PLAIN
     };
     const EVEN_ROWS: bool = true;

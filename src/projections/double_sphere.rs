@@ -97,6 +97,7 @@ impl Projection for DoubleSphere {
                 doc: "where the pinhole lies, as alpha/(1 - alpha) behind the second sphere's centre",
             },
         ],
+        smooth: true,
         ..Info::PLAIN
     };
 

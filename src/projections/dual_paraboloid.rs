@@ -30,6 +30,7 @@ impl Projection for DualParaboloid {
         layouts: LAYOUTS,
         outline: Outline::Disk,
         conformal: true,
+        smooth: true,
         ..Info::PLAIN
     };
 

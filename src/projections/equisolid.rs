@@ -34,6 +34,7 @@ impl Projection for Equisolid {
         outline: Outline::Disk,
         equal_area: true,
         parameters: &[lens::fov(180.0, 360.0)],
+        smooth: true,
         ..Info::PLAIN
     };
 

@@ -26,6 +26,7 @@ impl Projection for HemiLatlong {
         singular: "The zenith, where u = 1/2; at the seam u = 0.",
         axes: "+x -y -z",
         aspect: (4, 1),
+        smooth: true,
         ..Info::PLAIN
     };
     const EVEN_ROWS: bool = true;

@@ -153,6 +153,7 @@ impl Projection for KannalaBrandt {
             coefficient("k3", "the coefficient of its seventh power"),
             coefficient("k4", "the coefficient of its ninth power"),
         ],
+        smooth: true,
         ..Info::PLAIN
     };
 

@@ -28,6 +28,7 @@ impl Projection for LambertCylindrical {
         axes: "+x -y -z",
         aspect: (22, 7),
         equal_area: true,
+        smooth: true,
         ..Info::PLAIN
     };
 

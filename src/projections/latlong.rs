@@ -27,6 +27,7 @@ impl Projection for Latlong {
         singular: "The poles, where u = 1/2; at the seam u = 0.",
         axes: "+x -y -z",
         aspect: (2, 1),
+        smooth: true,
         ..Info::PLAIN
     };
     const EVEN_ROWS: bool = true;

@@ -54,6 +54,7 @@ impl Projection for Matcap {
         singular: "The density grows without bound toward the rim.",
         axes: "+x -y +z",
         outline: Outline::Disk,
+        smooth: true,
         ..Info::PLAIN
     };
 

@@ -43,6 +43,7 @@ impl Projection for Mercator {
             unit: "degrees",
             doc: "the latitude of the bottom and top edges",
         }],
+        smooth: true,
         ..Info::PLAIN
     };
     const EVEN_ROWS: bool = true;

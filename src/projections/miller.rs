@@ -38,6 +38,7 @@ impl Projection for Miller {
         singular: "The poles, where u = 1/2; at the seam u = 0.",
         axes: "+x -y -z",
         aspect: (15, 11),
+        smooth: true,
         ..Info::PLAIN
     };
     const EVEN_ROWS: bool = true;

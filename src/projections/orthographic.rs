@@ -39,6 +39,7 @@ impl Projection for Orthographic {
         axes: "+x -y -z",
         outline: Outline::Disk,
         parameters: &[lens::fov(180.0, 180.0)],
+        smooth: true,
         ..Info::PLAIN
     };
 

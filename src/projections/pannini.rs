@@ -97,6 +97,7 @@ impl Projection for Pannini {
                 doc: "the picture's width over its height, which gives its vertical angle",
             },
         ],
+        smooth: true,
         ..Info::PLAIN
     };
 

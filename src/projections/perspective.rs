@@ -75,6 +75,7 @@ impl Projection for Perspective {
                 doc: "how far below the middle the axis is",
             },
         ],
+        smooth: true,
         ..Info::PLAIN
     };
 

@@ -64,6 +64,7 @@ impl Projection for Sphere {
         axes: "+x -y +z",
         outline: Outline::Disk,
         equal_area: true,
+        smooth: true,
         ..Info::PLAIN
     };
 

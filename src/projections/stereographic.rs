@@ -33,6 +33,7 @@ impl Projection for Stereographic {
         outline: Outline::Disk,
         conformal: true,
         parameters: &[lens::fov(180.0, 359.0)],
+        smooth: true,
         ..Info::PLAIN
     };
 

@@ -62,6 +62,7 @@ impl Projection for Unified {
                 doc: "how far behind the sphere's centre the point of view lies",
             },
         ],
+        smooth: true,
         ..Info::PLAIN
     };
 

@@ -46,6 +46,8 @@ pub struct Names {
     pub source: &'static str,
     /// [`Info::summary`].
     pub summary: &'static str,
+    /// [`Info::smooth`].
+    pub smooth: bool,
 }
 
 /// A cube map with a warp.
@@ -66,6 +68,7 @@ impl<W: Warp> Projection for Warped<W> {
         axes: "+x -y +z",
         faces: 6,
         layouts: CUBE_LAYOUTS,
+        smooth: W::NAMES.smooth,
         ..Info::PLAIN
     };
 

@@ -109,7 +109,7 @@ impl<T: Texel> Gather<T> for Bilinear {
 
     #[inline(always)]
     fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
-        _: S,
+        simd: S,
         channels: usize,
         window: Window<'_, T>,
         (places, ()): (&Places<T::Float>, &()),
@@ -119,10 +119,18 @@ impl<T: Texel> Gather<T> for Bilinear {
         let (tx, ty) = (places.tx[k], places.ty[k]);
         let (upper, lower) = (window.row(0), window.row(1));
         if LANES > 0 {
-            let (a, b) = (group(upper, 0), group(upper, CHANNELS));
-            let (c, d) = (group(lower, 0), group(lower, CHANNELS));
-            let mixed: [O; 4] =
-                std::array::from_fn(|k| O::filtered(mix::<T>([a[k], b[k], c[k], d[k]], tx, ty)));
+            let (a, b) = (
+                four::<S, T>(simd, upper, 0),
+                four::<S, T>(simd, upper, CHANNELS),
+            );
+            let (c, d) = (
+                four::<S, T>(simd, lower, 0),
+                four::<S, T>(simd, lower, CHANNELS),
+            );
+            let (tx, ty) = (Four::<T, S>::splat(simd, tx), Four::<T, S>::splat(simd, ty));
+            let above = a + tx * (b - a);
+            let below = c + tx * (d - c);
+            let mixed = O::filtered_four(simd, above + ty * (below - above));
             out[..LANES].copy_from_slice(&mixed[..LANES]);
         } else {
             for k in 0..channels {
@@ -205,7 +213,7 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
                     let column = column(simd, window, t * CHANNELS, &down, base);
                     sum += Four::<T, S>::splat(simd, across) * column;
                 }
-                (base + sum).to_array().map(O::filtered)
+                O::filtered_four(simd, base + sum)
             };
             let stored = if LANES > 0 { LANES } else { CHANNELS };
             out[..stored].copy_from_slice(&mixed[..stored]);
@@ -353,9 +361,7 @@ fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usi
             for r in 0..G::SIDE {
                 let at = ahead.wrapping_add(r * step);
                 prefetch_item(texels, at);
-                if G::SIDE > 1 {
-                    prefetch_item(texels, at.wrapping_add(G::SIDE * channels - 1));
-                }
+                prefetch_item(texels, at.wrapping_add(G::SIDE * channels - 1));
             }
             let window = match texels.get(first..first.wrapping_add(needed)) {
                 Some(numbers) if all_inside | inside => Window {

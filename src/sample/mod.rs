@@ -169,20 +169,20 @@ impl<'a, T: Texel> Source<'a, T> {
     ) {
         let turn = self.map.turn(rotation);
         threads::blocks(directions, 3, out, self.channels, |directions, out| {
-            let mut uv = Tile::new();
             let mut lookups = Lookups::new(self, filter, fill);
             for (tile, directions) in directions.chunks(3 * TILE).enumerate() {
                 self.map.visit_canonical(EncodeTile {
                     turn,
                     input: Tuples::of(directions),
-                    output: &mut uv,
+                    output: lookups.tile(),
                 });
+                lookups.place(directions.len() / 3);
                 let area = Area {
                     start: tile * TILE,
                     columns: TILE,
                     stride: TILE,
                 };
-                lookups.push(&uv, directions.len() / 3, out, area);
+                lookups.push(out, area);
             }
             lookups.finish(out);
         });
@@ -302,8 +302,19 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
         }
     }
 
-    /// Looks up the first `count` canonical (u, v, face) of a tile, into an area of `band`: at the next call.
-    pub fn push(&mut self, uv: &Tile<R, 3>, count: usize, band: &mut [O], area: Area) {
+    /// The canonical (u, v, face) of the next tile, to be written.
+    pub fn tile(&mut self) -> &mut Tile<R, 3> {
+        &mut self.queue[1 - self.current].uv
+    }
+
+    /// Those of the tile that was pushed last.
+    pub fn pushed(&self) -> &Tile<R, 3> {
+        &self.queue[self.current].uv
+    }
+
+    /// Finds the texels around the first `count` places of the next tile. Returns whether none of them lies at an edge or
+    /// nowhere.
+    pub fn place(&mut self, count: usize) -> bool {
         let source = self.source;
         let reach = self.filter.reach();
         let next = &mut self.queue[1 - self.current];
@@ -311,14 +322,21 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
             (&source.raster, source.channels),
             reach,
             source.safe(reach),
-            uv,
+            &next.uv,
             count,
         );
         if source.raster.outline == Outline::Shape {
-            next.all_inside = next.places.leave_out_rim(&source.raster, reach, uv, count);
+            next.all_inside = next
+                .places
+                .leave_out_rim(&source.raster, reach, &next.uv, count);
         }
-        next.uv = *uv;
-        (next.area, next.length) = (area, count);
+        next.length = count;
+        next.all_inside
+    }
+
+    /// Looks the places that were found up, into an area of `band`: at the next call.
+    pub fn push(&mut self, band: &mut [O], area: Area) {
+        self.queue[1 - self.current].area = area;
         self.gather(band);
         self.current = 1 - self.current;
     }

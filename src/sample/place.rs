@@ -6,7 +6,7 @@
 
 use crate::faces::MAX_FACES;
 use crate::image::{FaceView, Raster};
-use crate::kernel::{Scalar, vectorize};
+use crate::kernel::{Scalar, W, vectorize};
 use crate::real::Real;
 use crate::tile::{TILE, Tile};
 
@@ -118,19 +118,22 @@ impl<F: Scalar> Places<F> {
                     |n: usize| R::new((n as f64 - 1.0 - reach.after as f64).min(0.25 / R::EPSILON));
                 let (right, bottom) = (last(raster.width), last(raster.height));
                 let (mut i, mut j) = ([0_i32; TILE], [0_i32; TILE]);
-                for k in 0..count {
-                    let left = Real::floor(us[k] * su + ou);
-                    let top = Real::floor(vs[k] * sv + ov);
-                    i[k] = left.whole();
-                    j[k] = top.whole();
-                    self.inside[k] =
-                        (left >= low) & (left <= right) & (top >= low) & (top <= bottom);
+                // Whole chunks, for a loop without an end of its own; what lies behind the places means nothing.
+                let whole = count.next_multiple_of(W);
+                let into = i[..whole].iter_mut().zip(&mut j[..whole]);
+                let into = into.zip(&mut self.inside[..whole]);
+                for (((i, j), inside), (&u, &v)) in into.zip(us.iter().zip(vs)) {
+                    let left = Real::floor(u * su + ou);
+                    let top = Real::floor(v * sv + ov);
+                    (*i, *j) = (left.whole(), top.whole());
+                    *inside = (left >= low) & (left <= right) & (top >= low) & (top <= bottom);
                 }
                 if reach.after > 0 {
-                    for k in 0..count {
-                        let (x, y) = (us[k] * su + ou, vs[k] * sv + ov);
-                        self.tx[k] = F::new((x - Real::floor(x)).to_f64());
-                        self.ty[k] = F::new((y - Real::floor(y)).to_f64());
+                    let into = self.tx[..whole].iter_mut().zip(&mut self.ty[..whole]);
+                    for ((tx, ty), (&u, &v)) in into.zip(us.iter().zip(vs)) {
+                        let (x, y) = (u * su + ou, v * sv + ov);
+                        *tx = F::new((x - Real::floor(x)).to_f64());
+                        *ty = F::new((y - Real::floor(y)).to_f64());
                     }
                 }
                 if safe < f64::INFINITY {
@@ -151,15 +154,15 @@ impl<F: Scalar> Places<F> {
                         several |= self.face[k] != face;
                     }
                 }
+                let into = self.first[..whole].iter_mut().zip(i.iter().zip(&j));
                 if several {
-                    for k in 0..count {
-                        let face = usize::from(self.face[k]).min(MAX_FACES - 1);
-                        self.first[k] = steps[face].to(i[k], j[k]);
+                    for ((first, (&i, &j)), &face) in into.zip(&self.face) {
+                        *first = steps[usize::from(face).min(MAX_FACES - 1)].to(i, j);
                     }
                 } else {
                     let steps = steps[usize::from(face).min(MAX_FACES - 1)];
-                    for k in 0..count {
-                        self.first[k] = steps.to(i[k], j[k]);
+                    for (first, (&i, &j)) in into {
+                        *first = steps.to(i, j);
                     }
                 }
                 let mut all = true;

@@ -11,6 +11,8 @@
 //! - Places are spread over min(r, √(2(r² - 1))) source texels: from nothing at r = 1, where one lookup
 //!   already is as wide as a texel, to the whole side from r = √2 on. So nothing jumps where the target turns from finer
 //!   to coarser.
+//! - Where a polynomial stands for a block's coordinates (`patch`), its slopes are the Jacobian, and a texel is a parallelogram
+//!   in the source, of one density, if it is small.
 //! - A texel that covers much is halved, again and again, until one Jacobian describes each part: a part has at
 //!   most [`MOST`] places and spans at most [`WIDEST`]. Near a pole halving ends with the rows.
 //! - What the source does not hold has no part in a mean. A texel whose own centre sees nothing is `fill`, as without.
@@ -24,6 +26,8 @@
 use crate::footprint::{Footprint, Part, measure};
 use crate::image::{Block, Centres, Raster, Texel};
 use crate::kernel::{Scalar, vectorize};
+use crate::patch::Patch;
+use crate::projection::Outline;
 use crate::real::Real;
 use crate::route::Route;
 use crate::sample::{Area, Filter, Lookups, Source};
@@ -37,6 +41,10 @@ const WIDEST: f64 = 0.035;
 
 /// Places are spread over this share of a side at least: over nothing that could be seen.
 const NARROW: f64 = 1e-3;
+
+/// By how many source texels a texel may differ from a parallelogram that is taken for it: as little as f32
+/// coordinates are off.
+const BEND: f64 = 1.0 / 350.0;
 
 /// Sides are not halved below this, in u or v.
 const SHORTEST: f64 = 1e-6;
@@ -61,26 +69,56 @@ pub struct Antialias<'s, 'a, T: Texel, R> {
     next: Owners,
     /// Of those that are being looked up, and of those whose values are there.
     owners: [Owners; 2],
+    /// Whether the texels of the present patch are small; none where nobody asked yet.
+    small: Option<bool>,
     values: Vec<T::Float>,
     current: usize,
     sums: Sums,
     done: Vec<(usize, T)>,
 }
 
-/// Which texel a sample belongs to, and how much it counts.
+/// Which texels the samples of a tile belong to, and how much they count: those of one follow each other.
 #[derive(Clone, Copy)]
 struct Owners {
-    texel: [u16; TILE],
-    weight: [f64; TILE],
+    /// One more than samples: the first may go on from the tile before, and have no more.
+    runs: [Run; TILE + 1],
+    length: usize,
+    /// How many samples there are.
     count: usize,
+    /// Whether the source holds anything there.
+    seen: [bool; TILE],
+}
+
+#[derive(Clone, Copy)]
+struct Run {
+    texel: u16,
+    /// The first sample; the last is the one before the next run's.
+    first: u16,
+    /// Of each sample.
+    weight: f64,
 }
 
 impl Owners {
     const NONE: Owners = Owners {
-        texel: [0; TILE],
-        weight: [0.0; TILE],
+        runs: [Run {
+            texel: 0,
+            first: 0,
+            weight: 0.0,
+        }; TILE + 1],
+        length: 0,
         count: 0,
+        seen: [false; TILE],
     };
+
+    /// What comes next belongs to this texel.
+    fn begin(&mut self, texel: u16, weight: f64) {
+        self.runs[self.length] = Run {
+            texel,
+            first: self.count as u16,
+            weight,
+        };
+        self.length += 1;
+    }
 }
 
 /// Sums for the texels of a block. Differences from a texel's first value are added, so that a constant stays
@@ -92,19 +130,48 @@ struct Sums {
 }
 
 impl Sums {
-    fn add<F: Real>(&mut self, texel: usize, weight: f64, values: &[F]) {
-        let channels = values.len();
+    /// Adds the samples of a run that were seen. CHANNELS is 0 where their number is known at run time only.
+    #[inline(always)]
+    fn add<F: Real, const CHANNELS: usize>(
+        &mut self,
+        run: Run,
+        channels: usize,
+        values: &[F],
+        seen: &[bool],
+    ) {
+        let texel = usize::from(run.texel);
         let own = texel * channels..(texel + 1) * channels;
         let (first, sums) = (&mut self.first[own.clone()], &mut self.sums[own]);
-        if self.weights[texel] == 0.0 {
-            for (first, value) in first.iter_mut().zip(values) {
+        let samples = values.chunks_exact(channels).zip(seen);
+        let mut samples = samples.filter(|(_, seen)| **seen).peekable();
+        if self.weights[texel] == 0.0
+            && let Some((values, _)) = samples.peek()
+        {
+            for (first, value) in first.iter_mut().zip(*values) {
                 *first = value.to_f64();
             }
             sums.fill(0.0);
         }
-        self.weights[texel] += weight;
-        for ((sum, first), value) in sums.iter_mut().zip(first).zip(values) {
-            *sum += weight * (value.to_f64() - *first);
+        if CHANNELS > 0 {
+            let (mut sum, mut base, mut count) = ([0.0; CHANNELS], [0.0; CHANNELS], 0.0);
+            base.copy_from_slice(first);
+            for (values, _) in samples {
+                for k in 0..CHANNELS {
+                    sum[k] += values[k].to_f64() - base[k];
+                }
+                count += 1.0;
+            }
+            for (total, sum) in sums.iter_mut().zip(sum) {
+                *total += run.weight * sum;
+            }
+            self.weights[texel] += run.weight * count;
+        } else {
+            for (values, _) in samples {
+                for ((sum, first), value) in sums.iter_mut().zip(&*first).zip(values) {
+                    *sum += run.weight * (value.to_f64() - *first);
+                }
+                self.weights[texel] += run.weight;
+            }
         }
     }
 }
@@ -128,6 +195,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             parts: Vec::new(),
             next: Owners::NONE,
             owners: [Owners::NONE; 2],
+            small: None,
             values: vec![T::Float::default(); 2 * TILE * channels],
             current: 0,
             sums: Sums {
@@ -139,26 +207,51 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         }
     }
 
-    /// Averages those texels of a block that need it: `places` are where they lie in the source.
-    /// [`Antialias::write`] puts them where they belong.
-    pub fn block(&mut self, centres: &Centres<R>, block: &Block, places: &Tile<R, 3>, area: Area) {
+    /// What follows are blocks of another patch.
+    pub fn next_patch(&mut self) {
+        self.small = None;
+    }
+
+    /// Averages those texels of a block that need it: `places` are where they lie in the source, and `patch` is where
+    /// these come from, with the number of the block's first row in it. [`Antialias::write`] puts the means where they belong.
+    pub fn block(
+        &mut self,
+        centres: &Centres<R>,
+        block: &Block,
+        places: &Tile<R, 3>,
+        patch: Option<(&Patch<R>, usize)>,
+        area: Area,
+    ) {
         if !coarse(self.source.raster(), places, block) {
             return;
         }
         let n = block.columns * block.rows;
         let mut uv = Tile::new();
         centres.of(block, &mut uv);
-        for k in 0..n {
-            let part = Part::of_texel(self.target, uv.at(k).map(Real::to_f64));
-            self.parts.push((part, k as u16));
-        }
         self.sums.weights = [0.0; TILE];
+        let patch = patch.filter(|(patch, _)| self.flat(patch, block, &uv));
+        let mut slopes = Tile::new();
+        if let Some((patch, row)) = patch {
+            patch.slopes(row, block, &mut slopes);
+        }
+        vectorize(
+            #[inline(always)]
+            || {
+                for k in 0..n {
+                    if patch.is_none() || !self.near(places.at(k), slopes.at(k), k as u16) {
+                        let part = Part::of_texel(self.target, uv.at(k).map(Real::to_f64));
+                        self.parts.push((part, k as u16));
+                    }
+                }
+            },
+        );
+        self.look(false);
         let mut whole = true;
         while !self.parts.is_empty() {
             self.divide(whole);
             whole = false;
         }
-        self.look();
+        self.look(true);
         self.lookups.finish(&mut self.values);
         self.collect();
         for (k, weight) in self.sums.weights[..n].iter().enumerate() {
@@ -171,6 +264,98 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
                         .push((at * self.channels + c % self.channels, value));
                 }
             }
+        }
+    }
+
+    /// Whether a texel of a patch is as good as a parallelogram in the source, and needs no weights by solid angle.
+    fn flat(&mut self, patch: &Patch<R>, block: &Block, uv: &Tile<R, 3>) -> bool {
+        let raster = self.source.raster();
+        let scale = [raster.along_u.index().0, raster.along_v.index().0];
+        if self.target.cut_in_half() || patch.bend(scale) > BEND {
+            return false;
+        }
+        if self.small.is_none() {
+            let mut footprints = [Footprint::default(); 2];
+            let parts = [0, block.columns * block.rows - 1]
+                .map(|k| Part::of_texel(self.target, uv.at(k).map(Real::to_f64)));
+            measure(&self.route, raster, &parts, &mut footprints);
+            let small = |footprint: &Footprint| {
+                let [a, b] = footprint.angles;
+                a.max(b) < 0.5 * WIDEST
+            };
+            self.small = Some(footprints.iter().all(small));
+        }
+        self.small == Some(true)
+    }
+
+    /// Looks up places in a texel that is a parallelogram about a place of the source, with the sides `slopes`, if it needs
+    /// several. False where something is in the way.
+    #[inline(always)]
+    fn near(&mut self, [u, v, face]: [R; 3], slopes: [R; 4], texel: u16) -> bool {
+        let raster = self.source.raster();
+        let scale = [raster.along_u.index().0, raster.along_v.index().0];
+        let [a, b] = [[slopes[0], slopes[1]], [slopes[2], slopes[3]]]
+            .map(|side| [side[0].to_f64(), side[1].to_f64()]);
+        let squares = [a, b].map(|[x, y]| {
+            let (x, y) = (x * scale[0], y * scale[1]);
+            x * x + y * y
+        });
+        if squares[0].max(squares[1]) <= NEAR {
+            return true;
+        }
+        let lengths = squares.map(f64::sqrt);
+        let shares = lengths.map(share);
+        let counts = [0, 1].map(|k| count(lengths[k] * shares[k]));
+        let [u, v] = [u.to_f64(), v.to_f64()];
+        let reach = [0, 1].map(|k| 0.5 * (shares[0] * a[k].abs() + shares[1] * b[k].abs()));
+        let held = match raster.outline {
+            Outline::Square => {
+                let beyond = |x: f64, reach: f64| x < reach || x > 1.0 - reach;
+                !beyond(u, reach[0]) && !beyond(v, reach[1])
+            }
+            _ => {
+                let (p, q) = ((2.0 * u - 1.0).abs(), (2.0 * v - 1.0).abs());
+                let (p, q) = (p + 2.0 * reach[0], q + 2.0 * reach[1]);
+                p * p + q * q < 1.0
+            }
+        };
+        if !held || counts[0] * counts[1] > MOST {
+            return false;
+        }
+        let step = [0, 1].map(|k| shares[k] / counts[k] as f64);
+        let across = a.map(|x| x * step[0]);
+        self.next.begin(texel, 1.0);
+        let mut t = 0.5 * (step[1] - shares[1]);
+        for _ in 0..counts[1] {
+            let s = 0.5 * (step[0] - shares[0]);
+            let first = [0, 1].map(|k| [u, v][k] + t * b[k] + s * a[k]);
+            self.row(false, (texel, 1.0), counts[0], (first, across, face));
+            t += step[1];
+        }
+        true
+    }
+
+    /// Looks a row of at most [`MOST`] places up for a texel, sooner or later. They lie in the target or in the source.
+    #[inline(always)]
+    fn row(
+        &mut self,
+        in_target: bool,
+        (texel, weight): (u16, f64),
+        count: usize,
+        ([mut u, mut v], [du, dv], face): ([f64; 2], [f64; 2], R),
+    ) {
+        if self.next.count + count > TILE {
+            self.look(in_target);
+            self.next.begin(texel, weight);
+        }
+        let own = self.next.count..self.next.count + count;
+        self.next.count = own.end;
+        let Tile([us, vs, faces]) = self.lookups.tile();
+        faces[own.clone()].fill(face);
+        for (at_u, at_v) in us[own.clone()].iter_mut().zip(&mut vs[own]) {
+            (*at_u, *at_v) = (R::new(u), R::new(v));
+            u += du;
+            v += dv;
         }
     }
 
@@ -238,37 +423,29 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         }
         let weight = footprint.solid_angle / (counts[0] * counts[1]) as f64;
         let step = [0, 1].map(|k| part.size[k] / counts[k] as f64);
-        let place = |k: usize, i: usize| {
-            R::new(part.uv[k] + (i as f64 + 0.5 - 0.5 * counts[k] as f64) * step[k])
-        };
-        for j in 0..counts[1] {
-            for i in 0..counts[0] {
-                let owners = &mut self.next;
-                let n = owners.count;
-                let uv = [place(0, i), place(1, j), R::new(part.uv[2])];
-                self.lookups.tile().set(n, uv);
-                owners.texel[n] = texel;
-                owners.weight[n] = weight;
-                owners.count = n + 1;
-                if n + 1 == TILE {
-                    self.look();
-                }
-            }
+        let face = R::new(part.uv[2]);
+        self.next.begin(texel, weight);
+        let [u, mut v] = [0, 1].map(|k| part.uv[k] + 0.5 * (step[k] - part.size[k]));
+        for _ in 0..counts[1] {
+            let places = ([u, v], [step[0], 0.0], face);
+            self.row(true, (texel, weight), counts[0], places);
+            v += step[1];
         }
     }
 
-    /// Looks the samples up, and adds the values of those before.
-    fn look(&mut self) {
+    /// Looks the samples up, whose places are in the target or in the source, and adds the values of those before.
+    fn look(&mut self, in_target: bool) {
         let n = self.next.count;
         if n == 0 {
+            self.next.length = 0;
             return;
         }
         let uv = self.lookups.tile();
-        self.route.take(uv, n);
-        for (weight, u) in self.next.weight.iter_mut().zip(&uv.0[0][..n]) {
-            if u.is_nan() {
-                *weight = 0.0;
-            }
+        if in_target {
+            self.route.take(uv, n);
+        }
+        for (seen, u) in self.next.seen.iter_mut().zip(&uv.0[0][..n]) {
+            *seen = !u.is_nan();
         }
         let next = 1 - self.current;
         let area = Area {
@@ -279,23 +456,44 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         self.lookups.place(n);
         self.lookups.push(&mut self.values, area);
         self.collect();
-        self.owners[next] = self.next;
-        self.next.count = 0;
+        std::mem::swap(&mut self.owners[next], &mut self.next);
+        (self.next.count, self.next.length) = (0, 0);
         self.current = next;
     }
 
     /// Adds the values that are there to their texels.
     fn collect(&mut self) {
+        vectorize(
+            #[inline(always)]
+            || match self.channels {
+                1 => self.add::<1>(),
+                3 => self.add::<3>(),
+                4 => self.add::<4>(),
+                _ => self.add::<0>(),
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn add<const CHANNELS: usize>(&mut self) {
+        let channels = if CHANNELS > 0 {
+            CHANNELS
+        } else {
+            self.channels
+        };
         let owners = &mut self.owners[self.current];
-        let values = &self.values[self.current * TILE * self.channels..];
-        let values = values.chunks_exact(self.channels);
-        for (k, values) in values.take(owners.count).enumerate() {
-            if owners.weight[k] > 0.0 {
-                let texel = owners.texel[k] as usize;
-                self.sums.add(texel, owners.weight[k], values);
-            }
+        let values = &self.values[self.current * TILE * channels..][..TILE * channels];
+        let runs = &owners.runs[..owners.length];
+        for (k, run) in runs.iter().enumerate() {
+            let end = runs
+                .get(k + 1)
+                .map_or(owners.count, |run| usize::from(run.first));
+            let own = usize::from(run.first)..end;
+            let seen = &owners.seen[own.clone()];
+            let values = &values[own.start * channels..own.end * channels];
+            self.sums.add::<_, CHANNELS>(*run, channels, values, seen);
         }
-        owners.count = 0;
+        (owners.count, owners.length) = (0, 0);
     }
 }
 

@@ -108,6 +108,9 @@ impl<T: Texel> Job<'_, '_, T> {
             target.blocks(first, rows, PATCH, |whole| {
                 let patches = patches.as_ref().filter(|_| !target.misses(&whole));
                 let patch = patches.and_then(|patches| patches.of(&whole));
+                if let Some(means) = &mut means {
+                    means.next_patch();
+                }
                 for (row, block) in whole.bands(BLOCK.1, target.columns) {
                     let area = Area {
                         start: block.start,
@@ -135,7 +138,8 @@ impl<T: Texel> Job<'_, '_, T> {
                     if let Some(means) = &mut means {
                         // Texels of the block before, which are there since this one was pushed.
                         means.write(band);
-                        means.block(&centres, &block, lookups.pushed(), area);
+                        let patch = patch.as_ref().filter(|_| patched).map(|patch| (patch, row));
+                        means.block(&centres, &block, lookups.pushed(), patch, area);
                     }
                 }
             });

@@ -167,6 +167,7 @@ impl<'a> Patches<'a> {
         near.then_some(Patch {
             coefficients,
             along,
+            half_columns,
             half_rows,
             face: R::new(face),
             disk: self.disk,
@@ -262,7 +263,8 @@ pub struct Patch<R> {
     coefficients: [Coefficients; 2],
     /// Where the texels of a row lie, from -1 to 1.
     along: [R; BLOCK.0],
-    /// Half of the way from the first row to the last.
+    /// Half of the way from the first column to the last, and from the first row to the last.
+    half_columns: f64,
     half_rows: f64,
     face: R,
     disk: bool,
@@ -288,6 +290,95 @@ impl<R: Scalar> Patch<R> {
             in_square & (!self.disk | (p * p + q * q <= one))
         })
     }
+}
+
+impl<R: Scalar> Patch<R> {
+    /// Writes, for the same texels, ∂u and ∂v from one column to the next, and from one row to the next.
+    pub fn slopes(&self, first: usize, block: &Block, slopes: &mut Tile<R, 4>) {
+        packed(Slopes {
+            patch: self,
+            first,
+            block,
+            slopes,
+        });
+    }
+
+    /// The most by which a texel's border differs from a parallelogram, in source texels, `scale` an image.
+    pub fn bend(&self, scale: [f64; 2]) -> f64 {
+        let mut most: f64 = 0.0;
+        for (coefficients, scale) in self.coefficients.iter().zip(scale) {
+            let mut bend = 0.0;
+            for (j, row) in coefficients.iter().enumerate() {
+                for (k, coefficient) in row.iter().enumerate() {
+                    let (j, k) = (j as f64, k as f64);
+                    // A half of a second derivative at half a texel from the centre along both.
+                    let [x, y] = [k / self.half_columns, j / self.half_rows];
+                    let twice = (x * (x - 1.0 / self.half_columns)).max(0.0)
+                        + 2.0 * x * y
+                        + (y * (y - 1.0 / self.half_rows)).max(0.0);
+                    bend += coefficient.abs() * twice / 8.0;
+                }
+            }
+            most = most.max(bend * scale);
+        }
+        most
+    }
+}
+
+struct Slopes<'a, R> {
+    patch: &'a Patch<R>,
+    first: usize,
+    block: &'a Block,
+    slopes: &'a mut Tile<R, 4>,
+}
+
+impl<R: Scalar> Packed for Slopes<'_, R> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Slopes {
+            patch,
+            first,
+            block,
+            slopes: Tile([us_across, vs_across, us_down, vs_down]),
+        } = self;
+        let along = &patch.along[..block.columns];
+        let into = [us_across, vs_across].into_iter().zip([us_down, vs_down]);
+        for ((across, down), coefficients) in into.zip(&patch.coefficients) {
+            let across = across.chunks_exact_mut(along.len());
+            let down = down.chunks_exact_mut(along.len());
+            for (row, (across, down)) in across.zip(down).take(block.rows).enumerate() {
+                let y = (first + row) as f64 / patch.half_rows - 1.0;
+                let by_x = along_x(at_y(simd, coefficients, y), 1.0 / patch.half_columns);
+                let by_y: [R; ALONG] = at_y(simd, &along_y(coefficients, 1.0 / patch.half_rows), y);
+                for ((&x, across), down) in along.iter().zip(across).zip(down) {
+                    *across = at_x(&by_x, x);
+                    *down = at_x(&by_y, x);
+                }
+            }
+        }
+    }
+}
+
+/// The derivative of a polynomial in x, times a number.
+#[inline(always)]
+fn along_x<R: Real>(c: [R; ALONG], times: f64) -> [R; ALONG] {
+    let mut derivative = [R::new(0.0); ALONG];
+    for k in 1..ALONG {
+        derivative[k - 1] = c[k] * R::new(k as f64 * times);
+    }
+    derivative
+}
+
+/// The derivative of a polynomial in x and y by y, times a number.
+#[inline(always)]
+fn along_y(c: &Coefficients, times: f64) -> Coefficients {
+    let mut derivative = [[0.0; ALONG]; DOWN];
+    for j in 1..DOWN {
+        for k in 0..ALONG {
+            derivative[j - 1][k] = c[j][k] * (j as f64 * times);
+        }
+    }
+    derivative
 }
 
 struct Write<'a, R> {

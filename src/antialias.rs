@@ -69,8 +69,8 @@ pub struct Antialias<'s, 'a, T: Texel, R> {
     next: Owners,
     /// Of those that are being looked up, and of those whose values are there.
     owners: [Owners; 2],
-    /// Whether the texels of the present patch are small; none where nobody asked yet.
-    small: Option<bool>,
+    /// Whether the texels of the present patch are parallelograms in the source; none where nobody asked yet.
+    flat: Option<bool>,
     values: Vec<T::Float>,
     current: usize,
     sums: Sums,
@@ -80,7 +80,7 @@ pub struct Antialias<'s, 'a, T: Texel, R> {
 /// Which texels the samples of a tile belong to, and how much they count: those of one follow each other.
 #[derive(Clone, Copy)]
 struct Owners {
-    /// One more than samples: the first may go on from the tile before, and have no more.
+    /// One more than samples: those of the last may not fit any more.
     runs: [Run; TILE + 1],
     length: usize,
     /// How many samples there are.
@@ -195,7 +195,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             parts: Vec::new(),
             next: Owners::NONE,
             owners: [Owners::NONE; 2],
-            small: None,
+            flat: None,
             values: vec![T::Float::default(); 2 * TILE * channels],
             current: 0,
             sums: Sums {
@@ -209,7 +209,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
 
     /// What follows are blocks of another patch.
     pub fn next_patch(&mut self) {
-        self.small = None;
+        self.flat = None;
     }
 
     /// Averages those texels of a block that need it: `places` are where they lie in the source, and `patch` is where
@@ -267,25 +267,25 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         }
     }
 
-    /// Whether a texel of a patch is as good as a parallelogram in the source, and needs no weights by solid angle.
+    /// Whether texels of a patch are as good as parallelograms in the source, and need no weights by solid angle. `uv` are the
+    /// centres of one of its blocks.
     fn flat(&mut self, patch: &Patch<R>, block: &Block, uv: &Tile<R, 3>) -> bool {
+        if let Some(flat) = self.flat {
+            return flat;
+        }
         let raster = self.source.raster();
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
-        if self.target.cut_in_half() || patch.bend(scale) > BEND {
-            return false;
-        }
-        if self.small.is_none() {
-            let mut footprints = [Footprint::default(); 2];
-            let parts = [0, block.columns * block.rows - 1]
-                .map(|k| Part::of_texel(self.target, uv.at(k).map(Real::to_f64)));
-            measure(&self.route, raster, &parts, &mut footprints);
-            let small = |footprint: &Footprint| {
-                let [a, b] = footprint.angles;
-                a.max(b) < 0.5 * WIDEST
-            };
-            self.small = Some(footprints.iter().all(small));
-        }
-        self.small == Some(true)
+        let mut footprints = [Footprint::default(); 2];
+        let parts = [0, block.columns * block.rows - 1]
+            .map(|k| Part::of_texel(self.target, uv.at(k).map(Real::to_f64)));
+        measure(&self.route, raster, &parts, &mut footprints);
+        let small = footprints.iter().all(|footprint| {
+            let [a, b] = footprint.angles;
+            a.max(b) < 0.5 * WIDEST
+        });
+        let flat = small && patch.bend(scale) <= BEND && !self.target.cut_in_half();
+        self.flat = Some(flat);
+        flat
     }
 
     /// Looks up places in a texel that is a parallelogram about a place of the source, with the sides `slopes`, if it needs
@@ -306,6 +306,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         let lengths = squares.map(f64::sqrt);
         let shares = lengths.map(share);
         let counts = [0, 1].map(|k| count(lengths[k] * shares[k]));
+        if counts == [1, 1] {
+            return true;
+        }
         let [u, v] = [u.to_f64(), v.to_f64()];
         let reach = [0, 1].map(|k| 0.5 * (shares[0] * a[k].abs() + shares[1] * b[k].abs()));
         let held = match raster.outline {

@@ -243,27 +243,6 @@ pub struct Block {
     pub rows: usize,
 }
 
-impl Raster {
-    /// Whether a block holds nothing for certain: it lies on no face, or outside the disk that is the valid image.
-    pub fn misses(&self, block: &Block) -> bool {
-        let Some((_, texel, [along, down])) = block.face else {
-            return true;
-        };
-        let (columns, rows) = (block.columns as isize - 1, block.rows as isize - 1);
-        // From the middle to the nearest centre, along u and along v; more than a rim is ever let out.
-        let [p, q] = [(0, self.along_u), (1, self.along_v)].map(|(axis, grid)| {
-            let last = texel[axis] + along[axis] * columns + down[axis] * rows;
-            let [a, b] = [texel[axis], last].map(|i| 2.0 * grid.centre(i as f64) - 1.0);
-            if a * b <= 0.0 {
-                0.0
-            } else {
-                a.abs().min(b.abs())
-            }
-        });
-        self.outline == Outline::Disk && p * p + q * q > 1.0 + 1e-5
-    }
-}
-
 impl Block {
     /// The blocks of at most so many rows that it is made of, each with the number of its first row, in an image of
     /// so many columns.
@@ -548,6 +527,25 @@ impl Raster {
         self.kind.visit(Get(rect))
     }
 
+    /// Whether a block holds nothing for certain: it lies on no face, or outside the disk that is the valid image.
+    pub fn misses(&self, block: &Block) -> bool {
+        let Some((_, texel, [along, down])) = block.face else {
+            return true;
+        };
+        let (columns, rows) = (block.columns as isize - 1, block.rows as isize - 1);
+        // From the middle to the nearest centre, along u and along v; more than a rim is ever let out.
+        let [p, q] = [(0, self.along_u), (1, self.along_v)].map(|(axis, grid)| {
+            let last = texel[axis] + along[axis] * columns + down[axis] * rows;
+            let [a, b] = [texel[axis], last].map(|i| 2.0 * grid.centre(i as f64) - 1.0);
+            if a * b <= 0.0 {
+                0.0
+            } else {
+                a.abs().min(b.abs())
+            }
+        });
+        self.outline == Outline::Disk && p * p + q * q > 1.0 + 1e-5
+    }
+
     /// Whether texels at its edges are halves or quarters of others: where the first and last centres lie on edges.
     pub fn cut_in_half(&self) -> bool {
         self.along_u.cell(0).0 == self.along_u.centre(0.0)
@@ -650,5 +648,67 @@ pub fn tuple(shape: &[usize]) -> String {
                 .collect::<Vec<_>>()
                 .join(", ")
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::{Packed, packed, unpacked};
+
+    /// Four numbers as texels, and these as numbers, side by side.
+    struct Both<'a, T>([f32; 4], &'a mut [T; 4], &'a mut [f32; 4]);
+
+    impl<T: Texel<Float = f32>> Packed for Both<'_, T> {
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) {
+            let Both(numbers, texels, loaded) = self;
+            *texels = T::store_four(simd, Four::<T, S>::load_array(simd, numbers));
+            *loaded = T::load_four(simd, texels).to_array();
+        }
+    }
+
+    fn four_are_four_times_one<T: Texel<Float = f32> + PartialEq + std::fmt::Debug>(most: f32) {
+        let hard = [
+            f32::NAN,
+            -0.0,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            -1e-30,
+            -1.5,
+            1e30,
+            most,
+        ];
+        let some = (0..4 * 512).map(|k| k as f32 * (most + 2.0) / 2040.5);
+        let halves = [
+            0.5,
+            1.5,
+            2.5,
+            most - 0.5,
+            most - 1.5,
+            most + 0.25,
+            most + 0.5,
+            127.5,
+        ];
+        let all: Vec<f32> = hard.into_iter().chain(halves).chain(some).collect();
+        for numbers in all.as_chunks::<4>().0 {
+            let (mut texels, mut loaded) = ([T::default(); 4], [0.0; 4]);
+            for best in [true, false] {
+                let both = Both(*numbers, &mut texels, &mut loaded);
+                if best {
+                    packed(both);
+                } else {
+                    unpacked(both);
+                }
+                assert_eq!(texels, numbers.map(T::store), "{numbers:?}");
+                assert_eq!(loaded, texels.map(T::load));
+            }
+        }
+    }
+
+    #[test]
+    fn four_integers_are_stored_and_loaded_as_one_is() {
+        four_are_four_times_one::<u8>(255.0);
+        four_are_four_times_one::<u16>(65535.0);
     }
 }

@@ -1,10 +1,10 @@
 //! Where the texels of a block lie in another image, from where a few places of the block lie.
 //!
-//! Between two images whose formulas are smooth ([`Info::smooth`](crate::projection::Info::smooth)) source coordinates hardly bend within a block of
-//! texels. So they are computed at [`PLACES`] places only, in f64: at Chebyshev's points, [`ALONG`] × [`DOWN`] of them,
-//! whose values a polynomial takes on, and at a few others, at which the polynomial is compared with the formula. Texels take
-//! their coordinates from the polynomial, within 2⁻²³ of an image if they are f32 ([`TOLERANCE`], and the rounding of the
-//! result): nearer to the truth than a formula in f32, for a quarter of its time.
+//! Between two images whose formulas are smooth ([`Info::smooth`](crate::projection::Info::smooth)) source coordinates
+//! hardly bend within a block of texels. So they are computed at [`PLACES`] places only, in f64: at Chebyshev's points,
+//! [`ALONG`] × [`DOWN`] of them, whose values a polynomial takes on, and at a few others, at which the polynomial is
+//! compared with the formula. Texels take their coordinates from the polynomial, within 2⁻²³ of an image if they are f32
+//! ([`TOLERANCE`], and the rounding of the result): nearer to the truth than a formula in f32, for a quarter of its time.
 //!
 //! What a polynomial cannot follow shows. A pole or a rim of the source spoils all of its block. The edge of a face, or a
 //! seam, is no singular point of the formula of the face on one side: continued across it, coordinates leave the face.
@@ -290,9 +290,7 @@ impl<R: Scalar> Patch<R> {
             in_square & (!self.disk | (p * p + q * q <= one))
         })
     }
-}
 
-impl<R: Scalar> Patch<R> {
     /// Writes, for the same texels, ∂u and ∂v from one column to the next, and from one row to the next.
     pub fn slopes(&self, first: usize, block: &Block, slopes: &mut Tile<R, 4>) {
         packed(Slopes {

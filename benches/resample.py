@@ -366,7 +366,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="a smoke test with small images")
     parser.add_argument("--figures", action="store_true", help="write the pictures of the docs")
     parser.add_argument("--threads", type=int, default=min(2, os.cpu_count() or 1))
-    parser.add_argument("--rounds", type=int, default=11)
+    parser.add_argument("--rounds", type=int, default=25)
     args = parser.parse_args()
     if args.quick:
         args.rounds = 3

@@ -283,7 +283,8 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             let [a, b] = footprint.angles;
             a.max(b) < 0.5 * WIDEST
         });
-        let flat = small && patch.bend(scale) <= BEND && !self.target.cut_in_half();
+        let halves = self.target.along_u.on_edges() || self.target.along_v.on_edges();
+        let flat = small && !halves && patch.bend(scale) <= BEND;
         self.flat = Some(flat);
         flat
     }

@@ -546,12 +546,6 @@ impl Raster {
         self.outline == Outline::Disk && p * p + q * q > 1.0 + 1e-5
     }
 
-    /// Whether texels at its edges are halves or quarters of others: where the first and last centres lie on edges.
-    pub fn cut_in_half(&self) -> bool {
-        self.along_u.cell(0).0 == self.along_u.centre(0.0)
-            || self.along_v.cell(0).0 == self.along_v.centre(0.0)
-    }
-
     /// Whether texels may lie outside the valid image, all of them or in part.
     pub fn has_rim(&self) -> bool {
         self.outline != Outline::Square

@@ -62,6 +62,11 @@ pub struct GridAxis {
 }
 
 impl GridAxis {
+    /// Whether the first and last texels' centres lie on the edges, so that these texels are cut in half.
+    pub fn on_edges(self) -> bool {
+        self.corners
+    }
+
     /// The coordinate of texel i's centre.
     pub fn centre(self, i: f64) -> f64 {
         if self.corners {

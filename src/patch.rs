@@ -18,7 +18,7 @@
 use crate::image::{Block, Raster};
 use crate::kernel::{Packed, Scalar, packed};
 use crate::map::GridAxis;
-use crate::projection::Outline;
+use crate::projection::{Outline, Uv};
 use crate::real::Real;
 use crate::route::Route;
 use crate::tile::Tile;
@@ -90,9 +90,8 @@ pub struct Patches<'a> {
     route: Route<'a>,
     along: [GridAxis; 2],
     disk: bool,
-    places: [[f64; 2]; PLACES],
-    /// Those at which it is compared: x and y.
-    between: [[f64; BETWEEN.len()]; 2],
+    /// x and y, first of the points and then of the places at which the polynomial is compared.
+    places: [[f64; PLACES]; 2],
     powers_along: [[f64; ALONG]; ALONG],
     powers_down: [[f64; DOWN]; DOWN],
 }
@@ -100,26 +99,22 @@ pub struct Patches<'a> {
 impl<'a> Patches<'a> {
     /// For a route between images; none where a formula is not smooth.
     pub fn new(route: Route<'a>, source: &Raster, target: &Raster) -> Option<Self> {
-        let mut places = [[0.0; 2]; PLACES];
-        let mut between = [[0.0; BETWEEN.len()]; 2];
-        for (k, place) in places.iter_mut().enumerate() {
-            *place = if k < ALONG * DOWN {
+        let mut places = [[0.0; PLACES]; 2];
+        for k in 0..PLACES {
+            let [x, y] = if k < ALONG * DOWN {
                 [POINTS_ALONG[k % ALONG], POINTS_DOWN[k / ALONG]]
             } else {
                 let (i, j) = BETWEEN[k - ALONG * DOWN];
                 let middle = |points: &[f64], k: usize| 0.5 * (points[k] + points[k + 1]);
-                let [x, y] = [middle(&POINTS_ALONG, i), middle(&POINTS_DOWN, j)];
-                between[0][k - ALONG * DOWN] = x;
-                between[1][k - ALONG * DOWN] = y;
-                [x, y]
+                [middle(&POINTS_ALONG, i), middle(&POINTS_DOWN, j)]
             };
+            (places[0][k], places[1][k]) = (x, y);
         }
         route.smooth().then(|| Patches {
             route,
             along: [target.along_u, target.along_v],
             disk: source.outline == Outline::Disk,
             places,
-            between,
             powers_along: powers(POINTS_ALONG),
             powers_down: powers(POINTS_DOWN),
         })
@@ -139,7 +134,8 @@ impl<'a> Patches<'a> {
             let step = self.along[axis].centre(1.0) - self.along[axis].centre(0.0);
             let across = step * right[axis] as f64 * half_columns;
             let along = step * down[axis] as f64 * half_rows;
-            for (at, [x, y]) in row.iter_mut().zip(self.places) {
+            let [xs, ys] = &self.places;
+            for ((at, x), y) in row.iter_mut().zip(xs).zip(ys) {
                 *at = first + (across * (x + 1.0) + along * (y + 1.0));
             }
         }
@@ -160,7 +156,7 @@ impl<'a> Patches<'a> {
         let (mut coefficients, mut near) = ([[[0.0; ALONG]; DOWN]; 2], false);
         packed(Fit {
             patches: self,
-            values: [us, vs],
+            values: [&us[..PLACES], &vs[..PLACES]],
             coefficients: &mut coefficients,
             near: &mut near,
         });
@@ -216,9 +212,9 @@ impl Packed for Fit<'_> {
                 }
                 *coefficients = sum.to_array();
             }
-            let [x, y] = &patches.between;
-            let x = f64x8::load_array_ref(simd, x);
-            let y = f64x8::load_array_ref(simd, y);
+            let [x, y] = &patches.places;
+            let x = f64x8::from_slice(simd, &x[ALONG * DOWN..]);
+            let y = f64x8::from_slice(simd, &y[ALONG * DOWN..]);
             let mut there = number(0.0);
             for row in coefficients.iter().rev() {
                 let mut sum = number(row[ALONG - 1]);
@@ -227,7 +223,7 @@ impl Packed for Fit<'_> {
                 }
                 there = there * y + sum;
             }
-            let off = (there - f64x8::from_slice(simd, &between[..BETWEEN.len()])).abs();
+            let off = (there - f64x8::from_slice(simd, between)).abs();
             // What is no number is not near.
             *near &= off.simd_le(tolerance).all_true();
         }
@@ -271,6 +267,26 @@ pub struct Patch<R> {
 }
 
 impl<R: Scalar> Patch<R> {
+    /// Writes two polynomials in x along so many rows of texels from row `first` on: those that `at` has for a row's y.
+    #[inline(always)]
+    fn rows(
+        &self,
+        (first, block): (usize, &Block),
+        [one, other]: [&mut [R]; 2],
+        at: impl Fn(f64) -> [[R; ALONG]; 2],
+    ) {
+        let along = &self.along[..block.columns];
+        let ones = one.chunks_exact_mut(along.len());
+        let others = other.chunks_exact_mut(along.len());
+        for (row, (one, other)) in ones.zip(others).take(block.rows).enumerate() {
+            let [a, b] = at((first + row) as f64 / self.half_rows - 1.0);
+            for ((&x, one), other) in along.iter().zip(one).zip(other) {
+                *one = at_x(&a, x);
+                *other = at_x(&b, x);
+            }
+        }
+    }
+
     /// Writes the canonical (u, v, face) of the texels of some of its rows, a block whose first row is number `first`.
     pub fn write(&self, first: usize, block: &Block, uv: &mut Tile<R, 3>) {
         packed(Write {
@@ -283,11 +299,10 @@ impl<R: Scalar> Patch<R> {
 
     /// Whether the first `count` places of a tile lie on the face.
     pub fn holds(&self, Tile([us, vs, _]): &Tile<R, 3>, count: usize) -> bool {
-        let (zero, one, two) = (R::new(0.0), R::new(1.0), R::new(2.0));
         us[..count].iter().zip(vs).all(|(&u, &v)| {
-            let (p, q) = (two * u - one, two * v - one);
-            let in_square = (u >= zero) & (u <= one) & (v >= zero) & (v <= one);
-            in_square & (!self.disk | (p * p + q * q <= one))
+            let at = Uv::flat(u, v);
+            let (p, q) = at.pq();
+            at.in_bounds(1) & (!self.disk | (p * p + q * q <= R::new(1.0)))
         })
     }
 
@@ -339,20 +354,19 @@ impl<R: Scalar> Packed for Slopes<'_, R> {
             block,
             slopes: Tile([us_across, vs_across, us_down, vs_down]),
         } = self;
-        let along = &patch.along[..block.columns];
         let into = [us_across, vs_across].into_iter().zip([us_down, vs_down]);
         for ((across, down), coefficients) in into.zip(&patch.coefficients) {
-            let across = across.chunks_exact_mut(along.len());
-            let down = down.chunks_exact_mut(along.len());
-            for (row, (across, down)) in across.zip(down).take(block.rows).enumerate() {
-                let y = (first + row) as f64 / patch.half_rows - 1.0;
-                let by_x = along_x(at_y(simd, coefficients, y), 1.0 / patch.half_columns);
-                let by_y: [R; ALONG] = at_y(simd, &along_y(coefficients, 1.0 / patch.half_rows), y);
-                for ((&x, across), down) in along.iter().zip(across).zip(down) {
-                    *across = at_x(&by_x, x);
-                    *down = at_x(&by_y, x);
-                }
-            }
+            let by_y = along_y(coefficients, 1.0 / patch.half_rows);
+            patch.rows(
+                (first, block),
+                [across, down],
+                #[inline(always)]
+                |y| {
+                    let across = at_y(simd, coefficients, y);
+                    let down = at_y(simd, &by_y, y);
+                    [along_x(across, 1.0 / patch.half_columns), down]
+                },
+            );
         }
     }
 }
@@ -395,18 +409,13 @@ impl<R: Scalar> Packed for Write<'_, R> {
             block,
             uv: Tile([us, vs, faces]),
         } = self;
-        let along = &patch.along[..block.columns];
-        let us = us.chunks_exact_mut(along.len());
-        let vs = vs.chunks_exact_mut(along.len());
-        for (row, (us, vs)) in us.zip(vs).take(block.rows).enumerate() {
-            let y = (first + row) as f64 / patch.half_rows - 1.0;
-            let u: [R; ALONG] = at_y(simd, &patch.coefficients[0], y);
-            let v: [R; ALONG] = at_y(simd, &patch.coefficients[1], y);
-            for ((&x, at_u), at_v) in along.iter().zip(us).zip(vs) {
-                *at_u = at_x(&u, x);
-                *at_v = at_x(&v, x);
-            }
-        }
+        let [u, v] = &patch.coefficients;
+        patch.rows(
+            (first, block),
+            [us, vs],
+            #[inline(always)]
+            |y| [at_y(simd, u, y), at_y(simd, v, y)],
+        );
         faces[..block.columns * block.rows].fill(patch.face);
     }
 }

@@ -104,12 +104,13 @@ pub fn blocks<A: Sync, B: Send>(
     let blocks = input
         .chunks(BLOCK * per_input)
         .zip(output.chunks_mut(BLOCK * per_output));
-    share(blocks, |(input, output)| work(input, output));
+    share(points, blocks, |(input, output)| work(input, output));
 }
 
-/// Calls `work` on each item, on the caller's thread and on those of the pool.
-fn share<I: Iterator<Item: Send> + Send>(items: I, work: impl Fn(I::Item) + Sync) {
-    let Some(pool) = pool() else {
+/// Calls `work` on each item, on the caller's thread and, where there are enough points, on those of the pool.
+fn share<I: Iterator<Item: Send> + Send>(points: usize, items: I, work: impl Fn(I::Item) + Sync) {
+    let pool = (points >= PARALLEL_FROM).then(pool).flatten();
+    let Some(pool) = pool else {
         return items.for_each(work);
     };
     let items = Mutex::new(items);
@@ -139,11 +140,7 @@ pub fn rows<T: Send>(
         return;
     }
     let rows = output.chunks_mut(width).enumerate();
-    if points < PARALLEL_FROM {
-        rows.for_each(|(row, out)| work(row, out));
-    } else {
-        share(rows, |(row, out)| work(row, out));
-    }
+    share(points, rows, |(row, out)| work(row, out));
 }
 
 /// Calls `work(first, band)` on bands of rows of `width` items, spread over threads where there are enough

@@ -22,6 +22,7 @@ use crate::kernel::{Packed, packed, prefetch_item, unpacked};
 use crate::tile::TILE;
 use fearless_simd::{Simd, SimdBase};
 use std::marker::PhantomData;
+use std::ops::{Add, Mul, Sub};
 
 /// Rows of SIDE texels and SLACK numbers.
 #[derive(Clone, Copy)]
@@ -128,15 +129,13 @@ impl<T: Texel> Gather<T> for Bilinear {
                 four::<S, T>(simd, lower, CHANNELS),
             );
             let (tx, ty) = (Four::<T, S>::splat(simd, tx), Four::<T, S>::splat(simd, ty));
-            let above = a + tx * (b - a);
-            let below = c + tx * (d - c);
-            let mixed = O::filtered_four(simd, above + ty * (below - above));
+            let mixed = O::filtered_four(simd, mix([a, b, c, d], tx, ty));
             out[..LANES].copy_from_slice(&mixed[..LANES]);
         } else {
             for k in 0..channels {
                 let next = k + channels;
                 let corners = [upper[k], upper[next], lower[k], lower[next]];
-                out[k] = O::filtered(mix(corners, tx, ty));
+                out[k] = O::filtered(mix(corners.map(T::load), tx, ty));
             }
         }
     }
@@ -148,9 +147,12 @@ fn group<T: Texel>(row: &[T], at: usize) -> [T; 4] {
     [row[at], row[at + 1], row[at + 2], row[at + 3]]
 }
 
+/// Between four corners, by one number or several at once.
 #[inline(always)]
-fn mix<T: Texel>(corners: [T; 4], tx: T::Float, ty: T::Float) -> T::Float {
-    let [a, b, c, d] = corners.map(T::load);
+fn mix<X>([a, b, c, d]: [X; 4], tx: X, ty: X) -> X
+where
+    X: Copy + Add<Output = X> + Sub<Output = X> + Mul<Output = X>,
+{
     let above = a + tx * (b - a);
     let below = c + tx * (d - c);
     above + ty * (below - above)

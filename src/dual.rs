@@ -233,6 +233,16 @@ impl<R: Real> Real for Dual<R> {
     }
 
     #[inline(always)]
+    fn with_slope_of(self, condition: bool, limit: impl FnOnce() -> Self) -> Self {
+        let limit = limit();
+        Self {
+            re: self.re,
+            du: R::choose(condition, limit.du, self.du),
+            dv: R::choose(condition, limit.dv, self.dv),
+        }
+    }
+
+    #[inline(always)]
     fn vanishes(self) -> bool {
         self.re.vanishes()
     }

@@ -68,6 +68,13 @@ pub trait Real:
     /// make a branch of it, which keeps a loop from being vectorized.
     fn choose(condition: bool, a: Self, b: Self) -> Self;
 
+    /// `self`, and where the condition holds the derivatives of `limit`: at a tip, where creases meet and the formula's own
+    /// derivatives are those of a quotient 0/0. A number without derivatives stays as it is.
+    #[inline(always)]
+    fn with_slope_of(self, _condition: bool, _limit: impl FnOnce() -> Self) -> Self {
+        self
+    }
+
     /// Whether a number that is not negative is zero.
     fn vanishes(self) -> bool;
 

@@ -11,7 +11,7 @@ use super::equal_area::radius;
 use crate::light::solid_angle::Rect;
 use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::real::{Real, max, min};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_4, PI, SQRT_2};
 
 /// The hemisphere in equal areas.
 #[derive(Clone, Copy, Debug)]
@@ -72,11 +72,15 @@ impl Projection for Concentric {
         let (p, q) = uv.pq();
         let (a, b) = (p.abs(), q.abs());
         let along_x = a >= b;
-        let (r, minor) = (max(a, b), min(a, b));
-        let divisor = R::choose(r > zero, r, one);
+        // One condition tells all four apart: `max` and `min` would both take b where they are equal, and its derivatives.
+        let (r, minor) = (R::choose(along_x, a, b), R::choose(along_x, b, a));
+        let outside = r > zero;
+        let divisor = R::choose(outside, r, one);
         let (sin, cos) = R::sin_cos_half_turns(minor / (divisor * R::new(4.0)));
         let flat = r * (R::new(2.0) - r * r).sqrt();
-        let (near, far) = (cos * flat, sin * flat);
+        let near = cos * flat;
+        // At the centre the derivatives are those along the p axis.
+        let far = (sin * flat).with_slope_of(!outside, || minor * R::new(FRAC_PI_4 * SQRT_2));
         let x = R::choose(along_x, near, far);
         let y = R::choose(along_x, far, near);
         [

@@ -83,8 +83,10 @@ impl Projection for CubeEqualArea {
         let (p, q) = uv.pq();
         let (ap, aq) = (p.abs(), q.abs());
         let along_p = ap >= aq;
-        let (major, minor) = (max(ap, aq), min(ap, aq));
-        let divisor = R::choose(major > zero, major, one);
+        // One condition tells all four apart: `max` and `min` would both take q where they are equal, and its derivatives.
+        let (major, minor) = (R::choose(along_p, ap, aq), R::choose(along_p, aq, ap));
+        let outside = major > zero;
+        let divisor = R::choose(outside, major, one);
         let (s, c) = R::sin_cos_half_turns(minor / (divisor * R::new(24.0)));
         // cos t - 1/√2 from half the angle, which rounds less.
         let a = R::new(1.0 - FRAC_1_SQRT_2) - two * s * s;
@@ -94,8 +96,11 @@ impl Projection for CubeEqualArea {
         let across = (aa + flat).sqrt();
         let square = across * (across + a);
         let versine = major * major * flat / square;
-        let out = major * (max(two - versine, zero) / square).sqrt();
-        let (far, near) = (a * out, b * out);
+        let slope = (max(two - versine, zero) / square).sqrt();
+        let out = major * slope;
+        let far = a * out;
+        // At a face's centre the derivatives are those along the p axis.
+        let near = (b * out).with_slope_of(!outside, || minor * slope * R::new(PI / 12.0));
         let x = R::choose(along_p, far, near);
         let y = R::choose(along_p, near, far);
         axis_of_face([x.negated_if(p < zero), y.negated_if(q < zero), one - versine], uv.face)

@@ -14,7 +14,7 @@
 use crate::light::solid_angle::Rect;
 use crate::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::real::{Real, sign};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_4, PI};
 
 /// √((x² + y²)/L(L + |z|)): the radius √(1 - |z|/L) of a direction in the equal-area disk of its hemisphere.
 #[inline(always)]
@@ -80,14 +80,15 @@ impl Projection for EqualArea {
         let n = R::choose(below, one - a, b);
         let m = R::choose(below, one - b, a);
         let r = n + m;
-        let divisor = R::choose(r > zero, r, one);
+        let outside = r > zero;
+        let divisor = R::choose(outside, r, one);
         let (sin, cos) = R::sin_cos_half_turns(n / (divisor * two));
         let flat = r * (two - r * r).sqrt();
-        [
-            cos * flat * sign(p),
-            sin * flat * sign(q),
-            distance * (one + r),
-        ]
+        // At the poles, tips of four creases, the derivatives are those along the middle of a quadrant, n = m.
+        let (along, across) = (R::new(1.0 + FRAC_PI_4), R::new(1.0 - FRAC_PI_4));
+        let x = (cos * flat).with_slope_of(!outside, || m * along + n * across);
+        let y = (sin * flat).with_slope_of(!outside, || n * along + m * across);
+        [x * sign(p), y * sign(q), distance * (one + r)]
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

@@ -21,13 +21,13 @@ def nearest_inside(r: reference.Reference, shape: tuple[int, ...]) -> Array:
     flat = uv.reshape(-1, uv.shape[-1])
     inside = r.valid(flat)
     index = np.arange(len(flat))
+    place = np.stack(np.unravel_index(index, uv.shape[:-1]), -1)[:, -2:]
     valid = index[inside]
     for k in index[~inside]:
         same = valid[np.all(flat[valid, 2:] == flat[k, 2:], axis=-1)]
         if len(same):
-            square = ((flat[same, :2] - flat[k, :2]) ** 2).sum(-1)
-            # The first of equally near ones, whatever rounding says.
-            index[k] = same[np.argmax(square <= square.min() * (1 + 1e-9))]
+            # In texels, so that ties are exact; the first of equally near ones by row and column.
+            index[k] = same[np.argmin(((place[same] - place[k]) ** 2).sum(-1))]
     return index.reshape(uv.shape[:-1])
 
 

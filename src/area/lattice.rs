@@ -12,6 +12,7 @@
 use super::sphere::{Curve, Direction, dot, normalized, sub, triangle};
 use crate::error::Error;
 use crate::image::Raster;
+use crate::light::rim::holder;
 use crate::map::Map;
 use crate::projection::{Coverage, Outline, Projection, Uv};
 use crate::projections::Visitor;
@@ -363,7 +364,8 @@ impl<'a> Lattice<'a> {
             texel = cell.map(|k| k / self.refined);
         }
         if self.raster.has_rim() {
-            texel = super::valid_texel(&self.raster, texel);
+            let (i, j) = holder(&self.raster, texel[0], texel[1]);
+            texel = [i, j];
         }
         self.raster.view(face).index(texel[0], texel[1])
     }

@@ -320,38 +320,6 @@ fn fetch<T>(
 /// Points that a texel counts for when threads are handed out.
 const COST: usize = 256;
 
-/// The texel itself, or the nearest one whose centre lies in the valid image.
-fn valid_texel(raster: &Raster, [i, j]: [usize; 2]) -> [usize; 2] {
-    if raster.holds(i as isize, j as isize) {
-        return [i, j];
-    }
-    let centre = |i: usize, j: usize| {
-        [
-            raster.along_u.centre(i as f64),
-            raster.along_v.centre(j as f64),
-        ]
-    };
-    let [u, v] = centre(i, j);
-    let mut reach = 2;
-    loop {
-        let mut best = (f64::INFINITY, [i, j]);
-        for y in j.saturating_sub(reach)..=(j + reach).min(raster.height - 1) {
-            for x in i.saturating_sub(reach)..=(i + reach).min(raster.width - 1) {
-                let [p, q] = centre(x, y);
-                let square = (p - u) * (p - u) + (q - v) * (q - v);
-                // Of equally near ones the first, whatever rounding says.
-                if square < best.0 * (1.0 - 1e-9) && raster.holds(x as isize, y as isize) {
-                    best = (square, [x, y]);
-                }
-            }
-        }
-        if best.0 < f64::INFINITY || reach > raster.width.max(raster.height) {
-            return best.1;
-        }
-        reach *= 2;
-    }
-}
-
 /// The matrix from the target's view frame to the source's.
 ///
 /// The target is turned by a hair about an axis of no symmetry. Edges of the two images that would lie on

@@ -38,22 +38,36 @@ impl Projection for Angular {
     };
 
     fn with_parameters(parameters: &[f64]) -> Self {
-        Angular { rim: parameters[0] / 360.0 }
+        Angular {
+            rim: parameters[0] / 360.0,
+        }
     }
 
     fn coverage(self) -> Coverage {
-        if self.rim == 1.0 { Coverage::Sphere } else { Coverage::Cap(PI * self.rim) }
+        if self.rim == 1.0 {
+            Coverage::Sphere
+        } else {
+            Coverage::Cap(PI * self.rim)
+        }
     }
 
     fn density_range(self) -> (f64, f64) {
         let full = 4.0 * PI * PI * self.rim * self.rim;
         // sin(π)/π is 0 and not what a rounded π gives.
-        let rim = if self.rim == 1.0 { 0.0 } else { (PI * self.rim).sin() / (PI * self.rim) };
+        let rim = if self.rim == 1.0 {
+            0.0
+        } else {
+            (PI * self.rim).sin() / (PI * self.rim)
+        };
         (full * rim, full)
     }
 
     fn seam(self) -> Seam {
-        if self.rim == 1.0 { Seam::RimOpposite } else { Seam::Ends }
+        if self.rim == 1.0 {
+            Seam::RimOpposite
+        } else {
+            Seam::Ends
+        }
     }
 
     #[inline(always)]
@@ -65,11 +79,7 @@ impl Projection for Angular {
         let on_axis = if hs.vanishes() { one } else { zero };
         let radius = R::half_turns(hs * unscale, z) * R::new(1.0 / self.rim);
         let inside = radius <= R::new(1.0 + 2.0 * R::EPSILON);
-        let radius = if inside {
-            radius
-        } else {
-            R::new(f64::NAN)
-        };
+        let radius = if inside { radius } else { R::new(f64::NAN) };
         let factor = radius / (hs + on_axis);
         Uv::centred(
             ((xs + on_axis) * factor).clamped(-1.0, 1.0),

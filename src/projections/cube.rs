@@ -21,19 +21,43 @@ pub(super) fn to_face<R: Real>([x, y, z]: [R; 3]) -> ([R; 2], R, R) {
     let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
     let by_x = (ax >= ay) & (ax >= az);
     let by_y = ay >= az;
-    let major = if by_x { ax } else if by_y { ay } else { az };
+    let major = if by_x {
+        ax
+    } else if by_y {
+        ay
+    } else {
+        az
+    };
     let (xn, yn, zn) = (x < zero, y < zero, z < zero);
     let p_side = if xn { z } else { -z };
     let p_front = if zn { -x } else { x };
-    let p = if by_x { p_side } else if by_y { x } else { p_front };
+    let p = if by_x {
+        p_side
+    } else if by_y {
+        x
+    } else {
+        p_front
+    };
     let q_poles = if yn { z } else { -z };
-    let q = if by_x { y } else if by_y { q_poles } else { y };
+    let q = if by_x {
+        y
+    } else if by_y {
+        q_poles
+    } else {
+        y
+    };
     let (f0, f1, f2) = (R::new(0.0), R::new(1.0), R::new(2.0));
     let (f3, f4, f5) = (R::new(3.0), R::new(4.0), R::new(5.0));
     let face_x = if xn { f1 } else { f0 };
     let face_y = if yn { f2 } else { f3 };
     let face_z = if zn { f5 } else { f4 };
-    let face = if by_x { face_x } else if by_y { face_y } else { face_z };
+    let face = if by_x {
+        face_x
+    } else if by_y {
+        face_y
+    } else {
+        face_z
+    };
     ([p, q], major, face)
 }
 
@@ -46,13 +70,31 @@ pub(super) fn axis_of_face<R: Real>([pn, qn, n]: [R; 3], face: R) -> [R; 3] {
     // Up is the even one of its pair and has y negative: down the image is +y.
     let x_side = if odd { -n } else { n };
     let x_front = if odd { -pn } else { pn };
-    let x = if side { x_side } else if pole { pn } else { x_front };
+    let x = if side {
+        x_side
+    } else if pole {
+        pn
+    } else {
+        x_front
+    };
     let y_pole = if odd { n } else { -n };
-    let y = if side { qn } else if pole { y_pole } else { qn };
+    let y = if side {
+        qn
+    } else if pole {
+        y_pole
+    } else {
+        qn
+    };
     let z_side = if odd { pn } else { -pn };
     let z_pole = if odd { -qn } else { qn };
     let z_front = if odd { -n } else { n };
-    let z = if side { z_side } else if pole { z_pole } else { z_front };
+    let z = if side {
+        z_side
+    } else if pole {
+        z_pole
+    } else {
+        z_front
+    };
     [x, y, z]
 }
 
@@ -125,7 +167,11 @@ impl Projection for Cube {
         let mut at = [along / inset; 2];
         at[edge.axis] = if edge.high { 1.0 / inset } else { -1.0 / inset };
         let [u, v] = at.map(|x| 0.5 * x + 0.5);
-        self.beyond(Uv { u, v, face: edge.face })
+        self.beyond(Uv {
+            u,
+            v,
+            face: edge.face,
+        })
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

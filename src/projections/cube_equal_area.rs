@@ -103,7 +103,14 @@ impl Projection for CubeEqualArea {
         let near = (b * out).with_slope_of(!outside, || minor * slope * R::new(PI / 12.0));
         let x = R::choose(along_p, far, near);
         let y = R::choose(along_p, near, far);
-        axis_of_face([x.negated_if(p < zero), y.negated_if(q < zero), one - versine], uv.face)
+        axis_of_face(
+            [
+                x.negated_if(p < zero),
+                y.negated_if(q < zero),
+                one - versine,
+            ],
+            uv.face,
+        )
     }
 
     fn beyond(self, uv: Uv<f64>) -> Uv<f64> {

@@ -69,7 +69,11 @@ impl Projection for Cylindrical {
 
     fn with_parameters(parameters: &[f64]) -> Self {
         let (edge, aspect) = (parameters[0] / 360.0, parameters[1]);
-        Cylindrical { edge, half_height: PI * edge / aspect, aspect }
+        Cylindrical {
+            edge,
+            half_height: PI * edge / aspect,
+            aspect,
+        }
     }
 
     fn size(self, n: usize) -> (usize, usize) {
@@ -87,7 +91,11 @@ impl Projection for Cylindrical {
     }
 
     fn seam(self) -> Seam {
-        if self.edge == 1.0 { Seam::Periodic } else { Seam::Ends }
+        if self.edge == 1.0 {
+            Seam::Periodic
+        } else {
+            Seam::Ends
+        }
     }
 
     #[inline(always)]

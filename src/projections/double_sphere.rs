@@ -30,9 +30,19 @@ impl DoubleSphere {
     fn new(parameters: &[f64]) -> Self {
         let (xi, alpha) = (parameters[1], parameters[2]);
         let (sin, cos) = f64::sin_cos_half_turns(parameters[0] / 360.0);
-        let w1 = if alpha <= 0.5 { alpha / (1.0 - alpha) } else { (1.0 - alpha) / alpha };
+        let w1 = if alpha <= 0.5 {
+            alpha / (1.0 - alpha)
+        } else {
+            (1.0 - alpha) / alpha
+        };
         let w2 = (w1 + xi) / (2.0 * w1 * xi + xi * xi + 1.0).sqrt();
-        let mut lens = DoubleSphere { xi, alpha, angle: lens::rim(parameters[0]), radius: 1.0, least_cosine: -w2 };
+        let mut lens = DoubleSphere {
+            xi,
+            alpha,
+            angle: lens::rim(parameters[0]),
+            radius: 1.0,
+            least_cosine: -w2,
+        };
         lens.radius = sin / lens.depth(1.0, cos, sin * sin).0;
         lens
     }
@@ -42,7 +52,10 @@ impl DoubleSphere {
     fn depth<R: Real>(self, length: R, z: R, s: R) -> (R, R) {
         let ahead = R::new(self.xi) * length + z;
         let far = (s + ahead * ahead).sqrt();
-        (R::new(self.alpha) * far + R::new(1.0 - self.alpha) * ahead, far)
+        (
+            R::new(self.alpha) * far + R::new(1.0 - self.alpha) * ahead,
+            far,
+        )
     }
 
     /// (factor, z) of the direction (factor a, factor b, z) at (a, b) on the image plane, from s = a² + b².
@@ -109,7 +122,8 @@ impl Projection for DoubleSphere {
             let (sin, cos) = angle.sin_cos();
             let (depth, far) = lens.depth(1.0, cos, sin * sin);
             if cos > lens.least_cosine && depth > 0.0 {
-                (1.0 + lens.xi * cos) * (1.0 - lens.alpha + lens.alpha * (cos + lens.xi) / far) / (depth * depth)
+                (1.0 + lens.xi * cos) * (1.0 - lens.alpha + lens.alpha * (cos + lens.xi) / far)
+                    / (depth * depth)
             } else {
                 0.0
             }

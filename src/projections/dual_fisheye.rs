@@ -42,7 +42,9 @@ impl Projection for DualFisheye {
     const COMMON: bool = false;
 
     fn with_parameters(parameters: &[f64]) -> Self {
-        DualFisheye { lens: Angular::with_parameters(parameters) }
+        DualFisheye {
+            lens: Angular::with_parameters(parameters),
+        }
     }
 
     fn coverage(self) -> Coverage {
@@ -58,7 +60,11 @@ impl Projection for DualFisheye {
     }
 
     fn seam(self) -> Seam {
-        if self.lens.rim == 0.5 { Seam::RimOtherFaceFlipped } else { Seam::Ends }
+        if self.lens.rim == 0.5 {
+            Seam::RimOtherFaceFlipped
+        } else {
+            Seam::Ends
+        }
     }
 
     #[inline(always)]
@@ -80,8 +86,16 @@ impl Projection for DualFisheye {
         // Above 180° the own hemisphere is the disk of a lens of 180°, within the square by this factor.
         let grow = (2.0 * self.lens.rim).max(1.0);
         let own = |x: f64| (0.5 + (x - 0.5) * grow).clamp(0.0, 1.0);
-        let rect = Rect { u0: own(rect.u0), u1: own(rect.u1), v0: own(rect.v0), v1: own(rect.v1) };
-        Angular { rim: self.lens.rim / grow }.solid_angle(rect)
+        let rect = Rect {
+            u0: own(rect.u0),
+            u1: own(rect.u1),
+            v0: own(rect.v0),
+            v1: own(rect.v1),
+        };
+        Angular {
+            rim: self.lens.rim / grow,
+        }
+        .solid_angle(rect)
     }
 
     #[inline(always)]

@@ -54,7 +54,11 @@ impl Projection for DualParaboloid {
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let length = (x * x + y * y + z * z).sqrt();
         let inverse = R::new(1.0) / (length + z.abs());
-        let face = if z >= R::new(0.0) { R::new(0.0) } else { R::new(1.0) };
+        let face = if z >= R::new(0.0) {
+            R::new(0.0)
+        } else {
+            R::new(1.0)
+        };
         Uv::centred(x * inverse, y * inverse, face)
     }
 
@@ -70,7 +74,11 @@ impl Projection for DualParaboloid {
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {
-        solid_angle::azimuthal(rect, |s| 16.0 / ((1.0 + s) * (1.0 + s)), |s| 2.0 / (1.0 + s))
+        solid_angle::azimuthal(
+            rect,
+            |s| 16.0 / ((1.0 + s) * (1.0 + s)),
+            |s| 2.0 / (1.0 + s),
+        )
     }
 
     #[inline(always)]

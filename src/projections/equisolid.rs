@@ -6,8 +6,8 @@
 //! Domain: all directions within fov/2 of the axis, else NaN. Singular: at 360° the direction opposite
 //! the axis fills the rim and encodes to (1, ½), and a coordinate rounded by ε moves a direction there by √ε.
 
-use super::sphere::{from_disk, to_disk};
 use super::lens;
+use super::sphere::{from_disk, to_disk};
 use crate::light::solid_angle::{self, Rect};
 use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::real::Real;
@@ -40,11 +40,18 @@ impl Projection for Equisolid {
 
     fn with_parameters(parameters: &[f64]) -> Self {
         let angle = parameters[0] / 360.0;
-        Equisolid { angle, rim: f64::sin_cos_half_turns(0.5 * angle).0 }
+        Equisolid {
+            angle,
+            rim: f64::sin_cos_half_turns(0.5 * angle).0,
+        }
     }
 
     fn coverage(self) -> Coverage {
-        if self.angle == 1.0 { Coverage::Sphere } else { Coverage::Cap(PI * self.angle) }
+        if self.angle == 1.0 {
+            Coverage::Sphere
+        } else {
+            Coverage::Cap(PI * self.angle)
+        }
     }
 
     fn density_range(self) -> (f64, f64) {
@@ -53,7 +60,11 @@ impl Projection for Equisolid {
     }
 
     fn seam(self) -> Seam {
-        if self.angle == 1.0 { Seam::RimOpposite } else { Seam::Ends }
+        if self.angle == 1.0 {
+            Seam::RimOpposite
+        } else {
+            Seam::Ends
+        }
     }
 
     #[inline(always)]

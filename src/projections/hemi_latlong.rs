@@ -76,7 +76,11 @@ impl Projection for HemiLatlong {
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {
-        solid_angle::latlong(Rect { v0: 0.5 * rect.v0, v1: 0.5 * rect.v1, ..rect })
+        solid_angle::latlong(Rect {
+            v0: 0.5 * rect.v0,
+            v1: 0.5 * rect.v1,
+            ..rect
+        })
     }
 
     #[inline(always)]

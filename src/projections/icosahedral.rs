@@ -22,7 +22,10 @@ pub struct Icosahedral;
 
 const LAYOUTS: &[LayoutSpec] = &[
     STRIP_AND_COLUMN[0],
-    LayoutSpec { name: "5x2", cells: Cells::Block(5, 2) },
+    LayoutSpec {
+        name: "5x2",
+        cells: Cells::Block(5, 2),
+    },
 ];
 
 /// Sine and cosine of the latitude of the rings of vertices.
@@ -165,9 +168,8 @@ impl Projection for Icosahedral {
         let below_cap = product(TRIANGLES[0][0], d) < zero;
         let beside = product(TRIANGLES[1][1], d) < zero;
         let foot = product(TRIANGLES[2][0], d) < zero;
-        let which = |n: usize| -> [R; 3] {
-            std::array::from_fn(|row| product(TRIANGLES[n][row], d))
-        };
+        let which =
+            |n: usize| -> [R; 3] { std::array::from_fn(|row| product(TRIANGLES[n][row], d)) };
         let (a, b, c, e) = (which(0), which(1), which(2), which(3));
         let lower = below_cap & beside;
         // Tip, right and left corner; those of the two lower kinds are turned over.
@@ -196,7 +198,11 @@ impl Projection for Icosahedral {
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let below = uv.face > R::new(4.5);
-        let k = if below { uv.face - R::new(5.0) } else { uv.face };
+        let k = if below {
+            uv.face - R::new(5.0)
+        } else {
+            uv.face
+        };
         let (sin, cos) = sector(k);
         let [x, up, z] = flat(uv.u, uv.v, below);
         let n = R::new(1.0) / (x * x + up * up + z * z).sqrt();
@@ -205,18 +211,24 @@ impl Projection for Icosahedral {
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {
-        let corners = [[rect.u0, rect.v0], [rect.u1, rect.v0], [rect.u1, rect.v1], [rect.u0, rect.v1]];
+        let corners = [
+            [rect.u0, rect.v0],
+            [rect.u1, rect.v0],
+            [rect.u1, rect.v1],
+            [rect.u0, rect.v1],
+        ];
         let lift = |[u, v]: [f64; 2]| {
-            let at = |k: usize| {
-                (1.0 - u - v) * NORTH[k] + u * UPPER_RIGHT[k] + v * UPPER_LEFT[k]
-            };
+            let at = |k: usize| (1.0 - u - v) * NORTH[k] + u * UPPER_RIGHT[k] + v * UPPER_LEFT[k];
             [at(0), at(1), at(2)]
         };
         let first = solid_angle::clip(&corners, |[u, v]| 1.0 - u - v);
         let second = solid_angle::clip(&corners, |[u, v]| u + v - 1.0);
         // The triangles of a face are mirror images in its diagonal.
         let first: Vec<_> = first.into_iter().map(lift).collect();
-        let second: Vec<_> = second.into_iter().map(|[u, v]| lift([1.0 - v, 1.0 - u])).collect();
+        let second: Vec<_> = second
+            .into_iter()
+            .map(|[u, v]| lift([1.0 - v, 1.0 - u]))
+            .collect();
         solid_angle::gnomonic_polygon(&first) + solid_angle::gnomonic_polygon(&second)
     }
 

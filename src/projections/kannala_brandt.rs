@@ -39,7 +39,14 @@ pub struct KannalaBrandt {
 }
 
 const fn coefficient(name: &'static str, doc: &'static str) -> Parameter {
-    Parameter { name, default: 0.0, above: -2.0, maximum: 2.0, unit: "", doc }
+    Parameter {
+        name,
+        default: 0.0,
+        above: -2.0,
+        maximum: 2.0,
+        unit: "",
+        doc,
+    }
 }
 
 impl KannalaBrandt {
@@ -85,7 +92,11 @@ impl KannalaBrandt {
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
             let p = self.stretch(middle);
-            if middle * p * p < s { low = middle } else { high = middle }
+            if middle * p * p < s {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         0.5 * (low + high)
     }
@@ -112,9 +123,8 @@ impl KannalaBrandt {
             one[0] = 1.0;
             return one;
         }
-        let x: [f64; NODES] = std::array::from_fn(|k| {
-            0.5 + 0.5 * ((k as f64 + 0.5) / NODES as f64 * PI).cos()
-        });
+        let x: [f64; NODES] =
+            std::array::from_fn(|k| 0.5 + 0.5 * ((k as f64 + 0.5) / NODES as f64 * PI).cos());
         let mut difference = x.map(|x| {
             let s = x * self.radius * self.radius;
             self.square_of_angle_slowly(s) / s
@@ -165,7 +175,12 @@ impl Projection for KannalaBrandt {
             let w = (angle / PI) * (angle / PI);
             lens.stretch(w) + lens.bend(w)
         };
-        lens::grows(lens.rim * PI, slope, lens.radius * PI, "`k1`, `k2`, `k3`, `k4`")?;
+        lens::grows(
+            lens.rim * PI,
+            slope,
+            lens.radius * PI,
+            "`k1`, `k2`, `k3`, `k4`",
+        )?;
         for k in 1..=256 {
             let t = lens.rim * f64::from(k) / 256.0;
             let radius = t * lens.stretch(t * t);
@@ -188,7 +203,11 @@ impl Projection for KannalaBrandt {
     }
 
     fn coverage(self) -> Coverage {
-        if self.rim == 1.0 { Coverage::Sphere } else { Coverage::Cap(PI * self.rim) }
+        if self.rim == 1.0 {
+            Coverage::Sphere
+        } else {
+            Coverage::Cap(PI * self.rim)
+        }
     }
 
     fn density_range(self) -> (f64, f64) {
@@ -198,7 +217,11 @@ impl Projection for KannalaBrandt {
     }
 
     fn seam(self) -> Seam {
-        if self.rim == 1.0 { Seam::RimOpposite } else { Seam::Ends }
+        if self.rim == 1.0 {
+            Seam::RimOpposite
+        } else {
+            Seam::Ends
+        }
     }
 
     #[inline(always)]
@@ -234,7 +257,12 @@ impl Projection for KannalaBrandt {
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {
-        let theta = |r: f64| PI * self.square_of_angle((r * self.radius).powi(2)).max(0.0).sqrt();
+        let theta = |r: f64| {
+            PI * self
+                .square_of_angle((r * self.radius).powi(2))
+                .max(0.0)
+                .sqrt()
+        };
         lens::solid_angle(rect, |u, v| self.density(Uv::flat(u, v)), theta)
     }
 

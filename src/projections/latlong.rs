@@ -57,10 +57,7 @@ impl Projection for Latlong {
         let h = (xf * xf + zf * zf).sqrt();
         let longitude = R::half_turns(ax, z) * half;
         let west = x <= R::new(0.0);
-        Uv::flat(
-            half + longitude.negated_if(west),
-            R::half_turns(h, -y),
-        )
+        Uv::flat(half + longitude.negated_if(west), R::half_turns(h, -y))
     }
 
     #[inline(always)]

@@ -53,7 +53,11 @@ impl Projection for Mercator {
     fn with_parameters(parameters: &[f64]) -> Self {
         // From the pole, to which the distance in degrees is exact.
         let (cos, sin) = f64::sin_cos_half_turns((90.0 - parameters[0]) / 180.0);
-        let edge = if parameters[0] == SQUARE { PI } else { Real::asinh(sin / cos) };
+        let edge = if parameters[0] == SQUARE {
+            PI
+        } else {
+            Real::asinh(sin / cos)
+        };
         Mercator { edge }
     }
 

@@ -28,7 +28,16 @@ fn lag<R: Real>(psi: R, sin: R) -> R {
     let one = R::new(1.0);
     let s = psi * psi;
     let term = |rest: R, divisor: f64| one - s * R::new(1.0 / divisor) * rest;
-    let series = term(term(term(term(term(term(term(one, 272.0), 210.0), 156.0), 110.0), 72.0), 42.0), 20.0);
+    let series = term(
+        term(
+            term(
+                term(term(term(term(one, 272.0), 210.0), 156.0), 110.0),
+                72.0,
+            ),
+            42.0,
+        ),
+        20.0,
+    );
     let small = psi < one;
     if small {
         s * psi * R::new(1.0 / 6.0) * series
@@ -79,7 +88,8 @@ impl Projection for Mollweide {
         let side = R::new(PI) * (h * h / (length * (length + ay)));
         let c = (side * R::new(6.0)).cbrt();
         let s = c * c;
-        let [a, b, d, e] = [1.0 / 60.0, 1.0 / 1400.0, 1.0 / 25200.0, 43.0 / 17_248_000.0].map(R::new);
+        let [a, b, d, e] =
+            [1.0 / 60.0, 1.0 / 1400.0, 1.0 / 25200.0, 43.0 / 17_248_000.0].map(R::new);
         let mut psi = c * (one + s * (a + s * (b + s * (d + s * e))));
         for _ in 0..3 {
             let (sin, cos) = R::sin_cos_half_turns(psi * R::new(0.5 / PI));
@@ -107,8 +117,7 @@ impl Projection for Mollweide {
         let missing = lag(psi, two * s * aq) * R::new(1.0 / PI);
         let cos = (missing * (two - missing)).sqrt();
         let width = max(s, R::new(1e-30));
-        let (sin_longitude, cos_longitude) =
-            R::sin_cos_half_turns((p / width).clamped(-4.0, 4.0));
+        let (sin_longitude, cos_longitude) = R::sin_cos_half_turns((p / width).clamped(-4.0, 4.0));
         let up = q < R::new(0.0);
         [
             cos * sin_longitude,

@@ -7,8 +7,8 @@
 //! Domain: all directions within fov/2 of the axis, else NaN. Singular: the rim at 180°, where the density
 //! grows without bound and a coordinate rounded by ε moves the direction by √ε.
 
-use super::matcap::{remainder, rounded_once};
 use super::lens;
+use super::matcap::{remainder, rounded_once};
 use crate::light::solid_angle::{self, Rect};
 use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::real::{Real, max};
@@ -45,7 +45,10 @@ impl Projection for Orthographic {
 
     fn with_parameters(parameters: &[f64]) -> Self {
         let angle = parameters[0] / 360.0;
-        Orthographic { angle, rim: f64::sin_cos_half_turns(angle).0 }
+        Orthographic {
+            angle,
+            rim: f64::sin_cos_half_turns(angle).0,
+        }
     }
 
     fn coverage(self) -> Coverage {
@@ -54,7 +57,11 @@ impl Projection for Orthographic {
 
     fn density_range(self) -> (f64, f64) {
         let centre = 4.0 * self.rim * self.rim;
-        let rim = if self.whole() { 0.0 } else { f64::sin_cos_half_turns(self.angle).1 };
+        let rim = if self.whole() {
+            0.0
+        } else {
+            f64::sin_cos_half_turns(self.angle).1
+        };
         (centre, centre / rim)
     }
 

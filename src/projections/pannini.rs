@@ -34,13 +34,23 @@ impl Pannini {
         let [fov, d, s, aspect] = [0, 1, 2, 3].map(|k| parameters[k]);
         let (sin, cos) = f64::sin_cos_half_turns(fov / 360.0);
         let width = (d + 1.0) / (d + cos) * sin;
-        Pannini { d, s, angle: lens::rim(fov), half: [width, width / aspect], aspect }
+        Pannini {
+            d,
+            s,
+            angle: lens::rim(fov),
+            half: [width, width / aspect],
+            aspect,
+        }
     }
 
     /// y over tan φ.
     #[inline(always)]
     fn height<R: Real>(self, scale: R, cos: R) -> R {
-        if self.s == 0.0 { scale } else { R::new(1.0 - self.s) * scale + R::new(self.s) / cos }
+        if self.s == 0.0 {
+            scale
+        } else {
+            R::new(1.0 - self.s) * scale + R::new(self.s) / cos
+        }
     }
 
     /// (S, cos λ) from x.
@@ -109,7 +119,11 @@ impl Projection for Pannini {
             let cos = angle.cos();
             let (scale, depth) = ((view.d + 1.0) / (view.d + cos), view.d + cos);
             let upright = view.s == 0.0 || (cos > 0.02 && view.height(scale, cos) > 0.0);
-            if depth > 0.0 && upright { (view.d + 1.0) * (1.0 + view.d * cos) / (depth * depth) } else { 0.0 }
+            if depth > 0.0 && upright {
+                (view.d + 1.0) * (1.0 + view.d * cos) / (depth * depth)
+            } else {
+                0.0
+            }
         };
         lens::grows(view.angle, slope, view.half[0], "`d` and `s`")
     }

@@ -77,8 +77,7 @@ impl Projection for Sinusoidal {
         let (p, _) = uv.pq();
         let (cos, up) = R::sin_cos_half_turns(uv.v);
         let width = max(cos, R::new(1e-30));
-        let (sin_longitude, cos_longitude) =
-            R::sin_cos_half_turns((p / width).clamped(-4.0, 4.0));
+        let (sin_longitude, cos_longitude) = R::sin_cos_half_turns((p / width).clamped(-4.0, 4.0));
         [cos * sin_longitude, -up, cos * cos_longitude]
     }
 
@@ -91,12 +90,22 @@ impl Projection for Sinusoidal {
 
     fn solid_angle(self, rect: Rect) -> f64 {
         // The quadrants are alike. 2u - 1 is exact where u ≥ ½.
-        let fold = |a: f64, b: f64| [[1.0 - a.min(0.5), 1.0 - b.min(0.5)], [b.max(0.5), a.max(0.5)]];
+        let fold = |a: f64, b: f64| {
+            [
+                [1.0 - a.min(0.5), 1.0 - b.min(0.5)],
+                [b.max(0.5), a.max(0.5)],
+            ]
+        };
         let mut sum = 0.0;
         for [u1, u0] in fold(rect.u0, rect.u1) {
             for [v1, v0] in fold(rect.v0, rect.v1) {
                 if u1 > u0 && v1 > v0 {
-                    sum += area(2.0 * u0 - 1.0, 2.0 * u1 - 1.0, 2.0 * v0 - 1.0, 2.0 * v1 - 1.0);
+                    sum += area(
+                        2.0 * u0 - 1.0,
+                        2.0 * u1 - 1.0,
+                        2.0 * v0 - 1.0,
+                        2.0 * v1 - 1.0,
+                    );
                 }
             }
         }

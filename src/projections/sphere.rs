@@ -30,7 +30,11 @@ pub(super) fn to_disk<R: Real>([x, y, z]: [R; 3], rim: f64) -> (R, R) {
     let near = length + z.abs();
     let front = z >= zero;
     // In front (x, y)/√(2L(L+z)); behind (x, y)/h · √((L-z)/2L), with h at the scale of x and y.
-    let a = if front { x } else { xs + if blind { one } else { zero } };
+    let a = if front {
+        x
+    } else {
+        xs + if blind { one } else { zero }
+    };
     let b = if front { y } else { ys };
     let numerator = if front { one } else { near };
     let hs = hs + if blind { one } else { zero };
@@ -105,4 +109,3 @@ impl Projection for Sphere {
         R::new(16.0)
     }
 }
-

@@ -23,7 +23,11 @@ const ASPECT: f64 = 2.309_401_076_758_503;
 fn surface<R: Real>(u: R, v: R) -> [R; 3] {
     let (one, two, three, four) = (R::new(1.0), R::new(2.0), R::new(3.0), R::new(4.0));
     let left = u < R::new(0.5);
-    let x = if left { four * u - one } else { three - four * u };
+    let x = if left {
+        four * u - one
+    } else {
+        three - four * u
+    };
     let lean = (one - (one - two * u + v).abs()).abs();
     [x, two * v - one, one - two * lean]
 }
@@ -72,7 +76,11 @@ impl Projection for Tetrahedral {
         let along = (x * n).clamped(-1.0, 1.0) * quarter;
         let on_left = left >= right;
         Uv::flat(
-            if on_left { quarter + along } else { R::new(0.75) - along },
+            if on_left {
+                quarter + along
+            } else {
+                R::new(0.75) - along
+            },
             (y * n).clamped(-1.0, 1.0) * half + half,
         )
     }
@@ -97,13 +105,20 @@ impl Projection for Tetrahedral {
 
     /// A rectangle is cut where the band is folded: at u = ½, u = v/2 and u = (1 + v)/2.
     fn solid_angle(self, rect: Rect) -> f64 {
-        let corners = [[rect.u0, rect.v0], [rect.u1, rect.v0], [rect.u1, rect.v1], [rect.u0, rect.v1]];
+        let corners = [
+            [rect.u0, rect.v0],
+            [rect.u1, rect.v0],
+            [rect.u1, rect.v1],
+            [rect.u0, rect.v1],
+        ];
         let mut sum = 0.0;
         for right in [false, true] {
             for steep in [false, true] {
                 // What lies on one side of u = ½ and on one side of that half's fold.
                 let start = if right { 0.5 } else { 0.0 };
-                let half = solid_angle::clip(&corners, |[u, _]| (u - 0.5) * if right { 1.0 } else { -1.0 });
+                let half = solid_angle::clip(&corners, |[u, _]| {
+                    (u - 0.5) * if right { 1.0 } else { -1.0 }
+                });
                 let part = solid_angle::clip(&half, |[u, v]| {
                     ((u - start) - 0.5 * v) * if steep { 1.0 } else { -1.0 }
                 });

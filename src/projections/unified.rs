@@ -29,7 +29,11 @@ impl Unified {
     fn new(parameters: &[f64]) -> Self {
         let (angle, xi) = (lens::rim(parameters[0]), parameters[1]);
         let (sin, cos) = f64::sin_cos_half_turns(parameters[0] / 360.0);
-        Unified { xi, angle, radius: sin / (cos + xi) }
+        Unified {
+            xi,
+            angle,
+            radius: sin / (cos + xi),
+        }
     }
 
     /// η, with which (a, b) on the image plane is the unit direction (ηa, ηb, η - ξ), from a² + b².
@@ -72,7 +76,11 @@ impl Projection for Unified {
         let lens = Unified::new(parameters);
         let slope = |angle: f64| {
             let depth = angle.cos() + lens.xi;
-            if depth > 0.0 { (1.0 + lens.xi * angle.cos()) / (depth * depth) } else { 0.0 }
+            if depth > 0.0 {
+                (1.0 + lens.xi * angle.cos()) / (depth * depth)
+            } else {
+                0.0
+            }
         };
         lens::grows(lens.angle, slope, lens.radius, "`xi`")
     }
@@ -130,4 +138,3 @@ impl Projection for Unified {
         R::new(4.0 * self.radius * self.radius) * (eta * eta * eta) / slope
     }
 }
-

@@ -7,7 +7,7 @@
 //!
 //! - The choice is each texel's own, and each side's: the poles of a latlong are finer than its equator. Which texels
 //!   need more than one lookup follows from the maps' Jacobians (`footprint`); blocks of the target in which no
-//!   neighbours lie far apart in the source are not looked at.
+//!   neighbors lie far apart in the source are not looked at.
 //! - Places are spread over min(r, √(2(r² - 1))) source texels: from nothing at r = 1, where one lookup
 //!   already is as wide as a texel, to the whole side from r = √2 on. So nothing jumps where the target turns from finer
 //!   to coarser.
@@ -15,7 +15,7 @@
 //!   in the source, of one density, if it is small.
 //! - A texel that covers much is halved, again and again, until one Jacobian describes each part: a part has at
 //!   most [`MOST`] places and spans at most [`WIDEST`]. Near a pole halving ends with the rows.
-//! - What the source does not hold has no part in a mean. A texel whose own centre sees nothing is `fill`, as without.
+//! - What the source does not hold has no part in a mean. A texel whose own center sees nothing is `fill`, as without.
 //!
 //! A lone sun of one texel keeps its energy within 9 % (r near 1.4), 1 % from r = 4 on: places and texels beat against each
 //! other. `filter="area"` keeps it exactly.
@@ -24,7 +24,7 @@
 //! the error of these means.
 
 use crate::footprint::{Footprint, Part, measure};
-use crate::image::{Block, Centres, Raster, Texel};
+use crate::image::{Block, Centers, Raster, Texel};
 use crate::kernel::{Scalar, vectorize};
 use crate::patch::Patch;
 use crate::projection::Outline;
@@ -53,7 +53,7 @@ const SHORTEST: f64 = 1e-6;
 /// numbers must not double the work.
 const SLACK: f64 = 0.15;
 
-/// Neighbours nearer than this, squared and in source texels, belong to texels of one lookup: below the 1.66
+/// Neighbors nearer than this, squared and in source texels, belong to texels of one lookup: below the 1.66
 /// at which a side gets a second one.
 const NEAR: f64 = 1.5;
 
@@ -216,7 +216,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     /// these come from, with the number of the block's first row in it. [`Antialias::write`] puts the means where they belong.
     pub fn block(
         &mut self,
-        centres: &Centres<R>,
+        centers: &Centers<R>,
         block: &Block,
         places: &Tile<R, 3>,
         patch: Option<(&Patch<R>, usize)>,
@@ -227,7 +227,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         }
         let n = block.columns * block.rows;
         let mut uv = Tile::new();
-        centres.of(block, &mut uv);
+        centers.of(block, &mut uv);
         self.sums.weights = [0.0; TILE];
         let patch = patch.filter(|(patch, _)| self.flat(patch, block, &uv));
         let mut slopes = Tile::new();
@@ -268,7 +268,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     }
 
     /// Whether texels of a patch are as good as parallelograms in the source, and need no weights by solid angle. `uv` are the
-    /// centres of one of its blocks.
+    /// centers of one of its blocks.
     fn flat(&mut self, patch: &Patch<R>, block: &Block, uv: &Tile<R, 3>) -> bool {
         if let Some(flat) = self.flat {
             return flat;
@@ -517,7 +517,7 @@ fn count(length: f64) -> usize {
     ((length - SLACK).min(MOST as f64).ceil() as usize).max(1)
 }
 
-/// Whether any two neighbours of a block lie far apart in the source, or may.
+/// Whether any two neighbors of a block lie far apart in the source, or may.
 fn coarse<R: Scalar>(source: &Raster, Tile([u, v, face]): &Tile<R, 3>, block: &Block) -> bool {
     let (columns, rows) = (block.columns, block.rows);
     if columns < 2 || rows < 2 {

@@ -1,6 +1,6 @@
 //! From one projection into another.
 //!
-//! The target is walked in blocks: texel centres, their directions, the source's coordinates of those, the filter.
+//! The target is walked in blocks: texel centers, their directions, the source's coordinates of those, the filter.
 //! Coordinates exist for one block at a time. For images that are filtered in f32, and are the whole sphere, most of them
 //! come from polynomials through a few (`patch`), and they are f32 as well (f64 ones took half of the time) unless a side
 //! is so long that it would show. Where the source ends somewhere, rounding would decide on which side of its border
@@ -10,7 +10,7 @@
 use crate::antialias::Antialias;
 use crate::error::Error;
 use crate::frame::Turn;
-use crate::image::{Centres, Raster, Texel};
+use crate::image::{Centers, Raster, Texel};
 use crate::kernel::Scalar;
 use crate::light::solid_angle::Rect;
 use crate::map::Map;
@@ -91,7 +91,7 @@ impl<T: Texel> Job<'_, '_, T> {
     /// Looks every texel of the target up where the route takes it.
     fn run<R: Scalar>(&self, out: &mut [T]) {
         let target = &self.target;
-        let centres = Centres::new(target);
+        let centers = Centers::new(target);
         let channels = self.fill.len();
         let width = target.columns * channels;
         let nothing = vec![T::Float::default(); channels];
@@ -130,7 +130,7 @@ impl<T: Texel> Job<'_, '_, T> {
                         lookups.place(count) || patch.holds(lookups.tile(), count)
                     });
                     if !patched {
-                        centres.of(&block, lookups.tile());
+                        centers.of(&block, lookups.tile());
                         self.route.take(lookups.tile(), count);
                         lookups.place(count);
                     }
@@ -139,7 +139,7 @@ impl<T: Texel> Job<'_, '_, T> {
                         // Texels of the block before, which are there since this one was pushed.
                         means.write(band);
                         let patch = patch.as_ref().filter(|_| patched).map(|patch| (patch, row));
-                        means.block(&centres, &block, lookups.pushed(), patch, area);
+                        means.block(&centers, &block, lookups.pushed(), patch, area);
                     }
                 }
             });
@@ -156,7 +156,7 @@ fn fill_texels<T: Copy>(out: &mut [T], texel: &[T]) {
         .for_each(|out| out.copy_from_slice(texel));
 }
 
-/// The direction of every texel centre; NaN outside the valid image.
+/// The direction of every texel center; NaN outside the valid image.
 pub fn directions<R: Scalar>(
     map: &Map,
     shape: &[usize],
@@ -165,7 +165,7 @@ pub fn directions<R: Scalar>(
 ) -> Result<(), Error> {
     let turn: Turn = map.turn(rotation).inverse();
     let raster = Raster::new(map, shape)?;
-    let centres = Centres::new(&raster);
+    let centers = Centers::new(&raster);
     let width = 3 * raster.columns;
     threads::bands(out, width, raster.texels(), 1, |first, band| {
         let mut uv = Tile::new();
@@ -174,7 +174,7 @@ pub fn directions<R: Scalar>(
             if block.face.is_none() {
                 return out.fill(R::new(f64::NAN));
             }
-            centres.of(&block, &mut uv);
+            centers.of(&block, &mut uv);
             map.visit_canonical(DecodeTile {
                 turn,
                 input: &uv,

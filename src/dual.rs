@@ -6,7 +6,7 @@
 //! map. Comparisons look at the value only: the derivative is that of the branch taken.
 //!
 //! The derivatives are two named fields and not an array: a loop over a local array of two stopped
-//! the vectoriser and cost a factor of ten.
+//! the vectorizer and cost a factor of ten.
 
 use crate::real::Real;
 use std::cmp::Ordering;

@@ -61,12 +61,12 @@ pub fn explain(map: &Map) -> String {
         );
     }
     let grid = match map.grid() {
-        crate::map::Grid::Centers => "texel i is centred at (i + 1/2)/n",
+        crate::map::Grid::Centers => "texel i is centered at (i + 1/2)/n",
         crate::map::Grid::Corners => {
-            "texel i is centred at i/(n - 1): the outer ones lie on the edges"
+            "texel i is centered at i/(n - 1): the outer ones lie on the edges"
         }
         crate::map::Grid::CornersV => {
-            "centres along u; along v row j is at j/(n - 1), on the edges"
+            "centers along u; along v row j is at j/(n - 1), on the edges"
         }
     };
     line("grid", format!("{}: {grid}", map.grid().name()));
@@ -164,7 +164,7 @@ fn words(u: f64, v: f64) -> String {
         third(v, ["top", "", "bottom"]),
     );
     match (across.as_str(), down.as_str()) {
-        ("middle", "middle") => "centre".to_owned(),
+        ("middle", "middle") => "center".to_owned(),
         ("middle", _) => down,
         (_, "middle") => across,
         _ => format!("{down}, {across}"),

@@ -75,7 +75,7 @@ pub struct LayoutSpec {
 /// How the faces of a layout lie.
 #[derive(Clone, Copy, Debug)]
 pub enum Cells {
-    /// An array of images; no neighbours.
+    /// An array of images; no neighbors.
     Apart,
     /// One image, from left to right in stored order.
     Row,
@@ -111,8 +111,8 @@ pub const STRIP_AND_COLUMN: &[LayoutSpec] = &[
     },
 ];
 
-/// Left, front, right, back in a row with up and down over and under front: neighbours in the picture
-/// are neighbours on the cube.
+/// Left, front, right, back in a row with up and down over and under front: neighbors in the picture
+/// are neighbors on the cube.
 pub(crate) const CROSS: &[Cell] = &[
     cell(2, 1),
     cell(0, 1),

@@ -3,7 +3,7 @@
 //! To first order a rectangle of the target, du × dv about a place, is a parallelogram in the source, spanned by
 //! J·(du, 0) and J·(0, dv). J, the derivative of one image's coordinates by the other's, comes from the two maps' own
 //! Jacobians (`decode` on dual numbers): with T = ∂d/∂(u, v) of the target and S of the source, S J = T, and since both have the
-//! sphere's tangent plane for a range, J = (Sᵀ S)⁻¹ Sᵀ T. Differences between neighbouring places were the first
+//! sphere's tangent plane for a range, J = (Sᵀ S)⁻¹ Sᵀ T. Differences between neighboring places were the first
 //! thought; they mean nothing across seams and beside poles.
 //!
 //! Where the source is singular (a pole of a latlong) a place has no extent in it; lengths are infinite there.
@@ -15,14 +15,14 @@ use crate::tile::Tile;
 /// A rectangle of a target face.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Part {
-    /// Its centre, canonical (u, v, face).
+    /// Its center, canonical (u, v, face).
     pub uv: [f64; 3],
     /// Its sides.
     pub size: [f64; 2],
 }
 
 impl Part {
-    /// The rectangle of the texel whose centre lies there.
+    /// The rectangle of the texel whose center lies there.
     pub fn of_texel(raster: &Raster, uv: [f64; 3]) -> Part {
         let side = |(scale, _): (f64, f64), x: f64| {
             let half = 0.5 / scale;
@@ -41,7 +41,7 @@ impl Part {
 /// What it sees.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Footprint {
-    /// The place of its centre in the source; NaN where nothing is seen.
+    /// The place of its center in the source; NaN where nothing is seen.
     pub source: [f64; 3],
     /// Its two sides in the source, in texels along u and v.
     pub sides: [[f64; 2]; 2],

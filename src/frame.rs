@@ -1,6 +1,6 @@
 //! Axes and rotations: from the world to the view frame of an image.
 //!
-//! Formulas live in the view frame: x to the image's right, y down, z toward its centre. `Axes` says
+//! Formulas live in the view frame: x to the image's right, y down, z toward its center. `Axes` says
 //! which signed world axes those are, as in "+x -y -z"; it is one of 48 signed permutations, and -1 as its
 //! determinant means that the picture is mirrored as seen from inside, in a right-handed world. Signed
 //! permutations are applied exactly (a sign flip rounds nothing, and keeps ±0 and NaN), general

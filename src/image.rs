@@ -212,7 +212,7 @@ impl FaceView {
         (self.start + right + down) as usize
     }
 
-    /// How far apart in the image neighbours along u and along v are.
+    /// How far apart in the image neighbors along u and along v are.
     pub fn steps(&self) -> [isize; 2] {
         [self.along_u, self.along_v]
     }
@@ -480,7 +480,7 @@ impl Raster {
         }
     }
 
-    /// Whether texel (i, j) of a face has its centre in the valid image.
+    /// Whether texel (i, j) of a face has its center in the valid image.
     #[inline(always)]
     pub fn holds(&self, i: isize, j: isize) -> bool {
         let inside =
@@ -488,16 +488,16 @@ impl Raster {
         if !inside {
             return false;
         }
-        let centre = || (self.along_u.centre(i as f64), self.along_v.centre(j as f64));
+        let center = || (self.along_u.center(i as f64), self.along_v.center(j as f64));
         match self.outline {
             Outline::Square => true,
             Outline::Disk => {
-                let (u, v) = centre();
+                let (u, v) = center();
                 let (p, q) = (2.0 * u - 1.0, 2.0 * v - 1.0);
                 p * p + q * q <= 1.0 + 8.0 * f64::EPSILON
             }
             Outline::Shape => {
-                let (u, v) = centre();
+                let (u, v) = center();
                 self.contains(u, v)
             }
         }
@@ -533,10 +533,10 @@ impl Raster {
             return true;
         };
         let (columns, rows) = (block.columns as isize - 1, block.rows as isize - 1);
-        // From the middle to the nearest centre, along u and along v; more than a rim is ever let out.
+        // From the middle to the nearest center, along u and along v; more than a rim is ever let out.
         let [p, q] = [(0, self.along_u), (1, self.along_v)].map(|(axis, grid)| {
             let last = texel[axis] + along[axis] * columns + down[axis] * rows;
-            let [a, b] = [texel[axis], last].map(|i| 2.0 * grid.centre(i as f64) - 1.0);
+            let [a, b] = [texel[axis], last].map(|i| 2.0 * grid.center(i as f64) - 1.0);
             if a * b <= 0.0 {
                 0.0
             } else {
@@ -552,20 +552,20 @@ impl Raster {
     }
 }
 
-/// The coordinates of all texel centres of a face: computed once a call, for they cost a division each.
-pub struct Centres<R> {
+/// The coordinates of all texel centers of a face: computed once a call, for they cost a division each.
+pub struct Centers<R> {
     u: Vec<R>,
     v: Vec<R>,
 }
 
-impl<R: Scalar> Centres<R> {
+impl<R: Scalar> Centers<R> {
     /// Those of a raster.
     pub fn new(raster: &Raster) -> Self {
         let along = |axis: GridAxis, n: usize| {
-            let centre = |i: usize| R::new(axis.centre(i as f64));
-            (0..n).map(centre).collect()
+            let center = |i: usize| R::new(axis.center(i as f64));
+            (0..n).map(center).collect()
         };
-        Centres {
+        Centers {
             u: along(raster.along_u, raster.width),
             v: along(raster.along_v, raster.height),
         }

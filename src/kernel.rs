@@ -2,7 +2,7 @@
 //!
 //! A [`Point`] is a formula from I numbers to O numbers. [`run`] takes it over arrays of such tuples ([`Tuples`]):
 //! chunks of 64 points are brought into an aligned structure-of-arrays buffer, the formula runs
-//! over the buffer as a plain loop that the compiler vectorises, and the results are put where they belong.
+//! over the buffer as a plain loop that the compiler vectorizes, and the results are put where they belong.
 //! The loop is compiled for the baseline, for AVX2 and for AVX-512 (on x86-64) and chosen at run time.
 //! No lane types, no intrinsics but the prefetch: every level runs the same operations in the same order,
 //! without fused multiply-add, and so gives the same bits.
@@ -46,7 +46,7 @@ pub trait Scalar: Real + Polynomials + Default + Send + Sync {
     /// Whether words joined by OR all came from tame numbers.
     fn all_tame(joined: Self::Word) -> bool;
 
-    /// A whole number within ±2²¹ as an integer: `as` checks its range and never vectorises.
+    /// A whole number within ±2²¹ as an integer: `as` checks its range and never vectorizes.
     fn whole(self) -> i32;
 }
 

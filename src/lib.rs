@@ -4,12 +4,12 @@
 //!
 //! A *direction* is any finite non-zero 3-vector; its length does not matter. The world is right-handed, +y
 //! up unless a convention says otherwise. Formulas are written in the *view frame* of an image: x to the
-//! right, y down, z toward its centre. `axes` such as "+x -y -z" name the world axes that point there.
+//! right, y down, z toward its center. `axes` such as "+x -y -z" name the world axes that point there.
 //!
 //! # Coordinates
 //!
 //! (u, v) lie in [0, 1]²: u right along a row, v down from row 0. A map of several faces adds the face's
-//! number. Texel (i, j) of a W×H image has its centre at ((i + ½)/W, (j + ½)/H), unless the grid says that the
+//! number. Texel (i, j) of a W×H image has its center at ((i + ½)/W, (j + ½)/H), unless the grid says that the
 //! outer texels lie on the edges.
 //!
 //! # Guarantees

@@ -19,14 +19,14 @@ use crate::verbs::{
 };
 use glam::DMat3;
 
-/// Where texel centres lie.
+/// Where texel centers lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Grid {
     /// (i + ½)/n: a texel is a small area.
     Centers,
     /// i/(n - 1): the first and last texel lie on the edges.
     Corners,
-    /// Centres along u, corners along v: a row on each pole.
+    /// Centers along u, corners along v: a row on each pole.
     CornersV,
 }
 
@@ -62,13 +62,13 @@ pub struct GridAxis {
 }
 
 impl GridAxis {
-    /// Whether the first and last texels' centres lie on the edges, so that these texels are cut in half.
+    /// Whether the first and last texels' centers lie on the edges, so that these texels are cut in half.
     pub fn on_edges(self) -> bool {
         self.corners
     }
 
-    /// The coordinate of texel i's centre.
-    pub fn centre(self, i: f64) -> f64 {
+    /// The coordinate of texel i's center.
+    pub fn center(self, i: f64) -> f64 {
         if self.corners {
             i / (self.n - 1) as f64
         } else {
@@ -76,7 +76,7 @@ impl GridAxis {
         }
     }
 
-    /// The edges of texel i: halfway to its neighbours, within the image.
+    /// The edges of texel i: halfway to its neighbors, within the image.
     pub fn cell(self, i: usize) -> (f64, f64) {
         if self.corners {
             let last = (self.n - 1) as f64;
@@ -106,7 +106,7 @@ pub struct Options<'a> {
     pub convention: Option<&'a str>,
     /// Which world axes point right, down and forward.
     pub axes: Option<&'a str>,
-    /// Where texel centres lie.
+    /// Where texel centers lie.
     pub grid: Option<&'a str>,
     /// How several faces are laid out.
     pub layout: Option<&'a str>,
@@ -224,7 +224,7 @@ impl Map {
         self.axes
     }
 
-    /// Where texel centres lie.
+    /// Where texel centers lie.
     pub fn grid(&self) -> Grid {
         self.grid
     }

@@ -1,8 +1,8 @@
 //! Angles without a math library: atan2, sine and cosine in half turns.
 //!
 //! Minimax polynomials of our own, evaluated as straight lines without fused multiply-add, so that
-//! the vectoriser takes them and every CPU rounds them alike. In half turns (an angle over π) the
-//! ends of the range are exact numbers and no formula has to scale by 1/π afterwards. The leading
+//! the vectorizer takes them and every CPU rounds them alike. In half turns (an angle over π) the
+//! ends of the range are exact numbers and no formula has to scale by 1/π afterward. The leading
 //! coefficient is a sum of two floats, which keeps the rounding of π itself out of the result.
 //!
 //! | function | f32 | f64 |
@@ -20,7 +20,7 @@
 //!
 //! What did not help: lookup tables (gathers cost more than the polynomial), one long polynomial
 //! instead of the fold at tan(π/8) (two more terms and a worse bound), Estrin's scheme (the
-//! vectoriser already overlaps neighbouring points), one reciprocal for two quotients (a rounding
+//! vectorizer already overlaps neighboring points), one reciprocal for two quotients (a rounding
 //! unit worse and no faster: the multiplier is as busy as the divider).
 
 #![expect(
@@ -39,7 +39,7 @@ pub trait Polynomials: Sized {
     fn sin_cos_half_turns(r: Self) -> (Self, Self);
 }
 
-/// Horner's rule as one straight expression: a loop over coefficients stops the vectoriser.
+/// Horner's rule as one straight expression: a loop over coefficients stops the vectorizer.
 macro_rules! horner {
     ($s:expr; $c:expr) => { $c };
     ($s:expr; $c:expr, $($rest:expr),+) => { $c + $s * horner!($s; $($rest),+) };

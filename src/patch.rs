@@ -130,8 +130,8 @@ impl<'a> Patches<'a> {
         let mut uv = Tile::<f64, 3>::new();
         uv.0[2][..PLACES].fill(face as f64);
         for (axis, row) in uv.0[..2].iter_mut().enumerate() {
-            let first = self.along[axis].centre(texel[axis] as f64);
-            let step = self.along[axis].centre(1.0) - self.along[axis].centre(0.0);
+            let first = self.along[axis].center(texel[axis] as f64);
+            let step = self.along[axis].center(1.0) - self.along[axis].center(0.0);
             let across = step * right[axis] as f64 * half_columns;
             let along = step * down[axis] as f64 * half_rows;
             let [xs, ys] = &self.places;
@@ -324,7 +324,7 @@ impl<R: Scalar> Patch<R> {
             for (j, row) in coefficients.iter().enumerate() {
                 for (k, coefficient) in row.iter().enumerate() {
                     let (j, k) = (j as f64, k as f64);
-                    // A half of a second derivative at half a texel from the centre along both.
+                    // A half of a second derivative at half a texel from the center along both.
                     let [x, y] = [k / self.half_columns, j / self.half_rows];
                     let twice = (x * (x - 1.0 / self.half_columns)).max(0.0)
                         + 2.0 * x * y
@@ -423,7 +423,7 @@ impl<R: Scalar> Packed for Write<'_, R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::{Centres, shape_of_size};
+    use crate::image::{Centers, shape_of_size};
     use crate::map::{Map, Options};
     use crate::projection::Coverage;
     use crate::projections::REGISTRY;
@@ -448,7 +448,7 @@ mod tests {
         let from = Raster::new(&source, &shape_of_size(&source, 64)).unwrap();
         let route = Route::new(&source, &target, rotation);
         let patches = Patches::new(route, &from, &raster).unwrap();
-        let (centres, wide) = (Centres::<f32>::new(&raster), Centres::<f64>::new(&raster));
+        let (centers, wide) = (Centers::<f32>::new(&raster), Centers::<f64>::new(&raster));
         let (mut uv, mut exact) = (Tile::<f32, 3>::new(), Tile::<f64, 3>::new());
         let (mut found, mut farthest) = (0, 0.0);
         raster.blocks(0, raster.rows, BLOCK, |whole| {
@@ -457,7 +457,7 @@ mod tests {
             };
             for (row, block) in whole.bands(4, raster.columns) {
                 let count = block.columns * block.rows;
-                centres.of(&block, &mut uv);
+                centers.of(&block, &mut uv);
                 patch.write(row, &block, &mut uv);
                 if !patch.holds(&uv, count) {
                     continue;

@@ -1,7 +1,7 @@
 //! What a projection is, and what it claims about itself.
 //!
 //! A projection is a pair of formulas in the view frame (x = image right, y = image down, z = toward
-//! the image centre) between a direction and image coordinates (u right, v down, both in [0, 1]).
+//! the image center) between a direction and image coordinates (u right, v down, both in [0, 1]).
 //! Axes, rotations, face layouts, grids, validity of the input and NaN are the business of the code
 //! around it: `encode` is given three finite numbers whose largest is near 1, and `decode` a point
 //! of the valid image.
@@ -37,7 +37,7 @@ impl<R: Real> Uv<R> {
 
     /// A point from p = 2u - 1 and q = 2v - 1.
     #[inline(always)]
-    pub fn centred(p: R, q: R, face: R) -> Self {
+    pub fn centered(p: R, q: R, face: R) -> Self {
         let half = R::new(0.5);
         Self {
             u: p * half + half,
@@ -53,7 +53,7 @@ impl<R: Real> Uv<R> {
         let edge = R::new(1.0 + 8.0 * R::EPSILON);
         let inside = seen & (p.abs() <= edge) & (q.abs() <= edge);
         let nan = R::new(f64::NAN);
-        Self::centred(
+        Self::centered(
             R::choose(inside, p.clamped(-1.0, 1.0), nan),
             R::choose(inside, q.clamped(-1.0, 1.0), nan),
             R::new(0.0),
@@ -66,7 +66,7 @@ impl<R: Real> Uv<R> {
     pub fn in_disk(p: R, q: R) -> Self {
         let inside = p * p + q * q <= R::new(1.0 + 4.0 * R::EPSILON);
         let nan = R::new(f64::NAN);
-        Self::centred(
+        Self::centered(
             R::choose(inside, p.clamped(-1.0, 1.0), nan),
             R::choose(inside, q.clamped(-1.0, 1.0), nan),
             R::new(0.0),
@@ -88,7 +88,7 @@ impl<R: Real> Uv<R> {
         in_square & in_faces
     }
 
-    /// (p, q) = (2u - 1, 2v - 1): zero at the image centre.
+    /// (p, q) = (2u - 1, 2v - 1): zero at the image center.
     #[inline(always)]
     pub fn pq(self) -> (R, R) {
         let (two, one) = (R::new(2.0), R::new(1.0));
@@ -103,7 +103,7 @@ pub enum Coverage {
     Sphere,
     /// Directions within 90° of the pole.
     Hemisphere,
-    /// Directions within this many radians of the image centre.
+    /// Directions within this many radians of the image center.
     Cap(f64),
     /// Any other part, of this many steradians: `covers` tells which.
     Part(f64),
@@ -203,7 +203,7 @@ impl Edge {
     pub fn place(self, along: f64, inset: f64) -> Uv<f64> {
         let mut at = [along; 2];
         at[self.axis] = if self.high { 1.0 - inset } else { inset - 1.0 };
-        Uv::centred(at[0], at[1], self.face)
+        Uv::centered(at[0], at[1], self.face)
     }
 }
 

@@ -6,10 +6,10 @@
 //! correctly (`+ - * / sqrt`, comparison, sign and exponent surgery) and functions built from them
 //! in [`crate::math`]. There is no `mul_add` and no call into the platform's math library: the first
 //! is a library call where the CPU lacks it, the second differs between platforms, and neither
-//! vectorises.
+//! vectorizes.
 //!
 //! Formulas choose with a plain `if` between two values that are both already computed; that is
-//! what the vectoriser turns into a select.
+//! what the vectorizer turns into a select.
 
 use crate::math::{self, Polynomials};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -285,7 +285,7 @@ real!(
 #[derive(Clone, Copy, PartialEq)]
 pub struct Tame<R>(pub R);
 
-// Each comparison by itself: through `partial_cmp` it would not vectorise.
+// Each comparison by itself: through `partial_cmp` it would not vectorize.
 impl<R: PartialOrd> PartialOrd for Tame<R> {
     #[inline(always)]
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {

@@ -10,7 +10,7 @@
 
 use crate::error::Error;
 use crate::footprint::{Footprint, Part, measure};
-use crate::image::{Centres, Raster, Texel};
+use crate::image::{Centers, Raster, Texel};
 use crate::map::Map;
 use crate::mips;
 use crate::real::Real;
@@ -70,7 +70,7 @@ pub fn convert<T: Texel>(
     let mut levels: Vec<&dyn Level> = vec![source];
     levels.extend(smaller.iter().map(|level| level as &dyn Level));
     let most = source.raster().width.max(source.raster().height) as f64;
-    let centres = Centres::new(&target);
+    let centers = Centers::new(&target);
     let width = target.columns * channels;
     threads::bands(out, width, target.texels() * 32, 1, |first, band| {
         let mut uv = Tile::new();
@@ -84,7 +84,7 @@ pub fn convert<T: Texel>(
                 return out.for_each(|out| out.copy_from_slice(fill));
             }
             let n = block.columns;
-            centres.of(&block, &mut uv);
+            centers.of(&block, &mut uv);
             for (k, part) in parts[..n].iter_mut().enumerate() {
                 *part = Part::of_texel(&target, uv.at(k));
             }

@@ -119,7 +119,7 @@ def valid_uv(r: reference.Reference, n: int, seed: int, margin: float = 1e-6) ->
         moved[:, 0] += du
         moved[:, 1] += dv
         ok &= r.valid(moved)
-        # Still on the same face: a neighbour in another cell is not a neighbour on the sphere.
+        # Still on the same face: a neighbor in another cell is not a neighbor on the sphere.
         ok &= r.local(moved)[2] == r.local(uv)[2]
     return uv[ok][:n]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 Array = np.ndarray
 
-# The centres of faces, the middles of edges and the corners of a cube: every pole, blind spot,
+# The centers of faces, the middles of edges and the corners of a cube: every pole, blind spot,
 # fold line end, face corner and tie of every projection under every axes lies at one of these.
 SPECIAL = np.array([d for d in product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
 DISTANCES = 10.0 ** -np.arange(1, 31)
@@ -55,7 +55,7 @@ def near_planes(dtype: type, per_plane: int = 12, seed: int = 5) -> Array:
     return np.concatenate(out).astype(dtype)
 
 
-def neighbours_of_ties(dtype: type) -> Array:
+def neighbors_of_ties(dtype: type) -> Array:
     """One, two and three ulp off every tie of components, in each combination."""
     one = dtype(1)
     values = [one]
@@ -120,7 +120,7 @@ def hard(dtype: type) -> Array:
             signed_zeros(dtype),
             near_special_points(dtype),
             near_planes(dtype),
-            neighbours_of_ties(dtype),
+            neighbors_of_ties(dtype),
             mixed_magnitudes(dtype),
             extreme_lengths(dtype),
             subnormal(dtype),

@@ -546,11 +546,11 @@ def _decode_cube(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
 def _decode_healpix(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
     u, v = (p + 1) / 2, (q + 1) / 2
     row, column = np.floor(f / 4), f % 4
-    centre = column + np.where(row == 1, 0, 0.5)
+    center = column + np.where(row == 1, 0, 0.5)
     # From the nearer pole, in rings of the whole face.
     sigma = np.where(row == 0, (1 - u) + (1 - v), u + v)
     cap = (row != 1) & (sigma < 1)
-    a = centre + (u - v) / 2 / np.where(cap & (sigma > 0), sigma, 1)
+    a = center + (u - v) / 2 / np.where(cap & (sigma > 0), sigma, 1)
     z = np.where(cap, (1 - sigma**2 / 3) * np.where(row == 0, 1, -1), (u + v - row) * 2 / 3)
     sine = np.where(
         cap, sigma * np.sqrt((2 - sigma**2 / 3) / 3), np.sqrt(np.maximum((1 - z) * (1 + z), 0))
@@ -1087,11 +1087,11 @@ class Reference:
         return np.arange(n) / (n - 1) if on_corners else (np.arange(n) + 0.5) / n
 
     def texel_uv(self, shape: tuple[int, ...]) -> Array:
-        """Give uv of every texel centre, shape (H, W, 2) or (F, H, W, 3)."""
+        """Give uv of every texel center, shape (H, W, 2) or (F, H, W, 3)."""
         h, w = shape[-2:]
         rows, columns, _ = self._atlas or (1, 1, [])
         x, y = self._coordinates(w // columns, False), self._coordinates(h // rows, True)
-        # Each face has a grid of its own: on corners, neighbours in a picture repeat an edge.
+        # Each face has a grid of its own: on corners, neighbors in a picture repeat an edge.
         u = ((np.arange(columns)[:, None] + x) / columns).ravel()
         v = ((np.arange(rows)[:, None] + y) / rows).ravel()
         v, u = np.meshgrid(v, u, indexing="ij")
@@ -1153,7 +1153,7 @@ class Reference:
         dp, dq = (p1 - p0) / 2, (q1 - q0) / 2
         x, wx = np.polynomial.legendre.leggauss(order)
         x, wx = (x + 1) / 2, wx / 2
-        r, t = np.meshgrid(x, x, indexing="ij")  # Duffy: r from the centre out, t along an edge
+        r, t = np.meshgrid(x, x, indexing="ij")  # Duffy: r from the center out, t along an edge
         weight = np.outer(wx * x, wx) * 2
         total = np.zeros((len(cq), len(cp)))
         side = r * (2 * t - 1)
@@ -1165,7 +1165,7 @@ class Reference:
         return np.add.reduceat(np.add.reduceat(total, qi, axis=0), pi, axis=1)
 
     def _flat_cells(self, pe: Array, qe: Array) -> Array:
-        """Cells of flat pieces seen from the centre: polygons of great circles."""
+        """Cells of flat pieces seen from the center: polygons of great circles."""
         out = np.zeros((len(qe) - 1, len(pe) - 1))
         for j, (c, d) in enumerate(pairwise(qe)):
             for i, (a, b) in enumerate(pairwise(pe)):
@@ -1271,13 +1271,13 @@ class Reference:
         y = uv[..., 1] * (h - 1) if corner_v else uv[..., 1] * h - 0.5
         bad = np.isnan(x)
         x, y = np.where(bad, 0, x), np.where(bad, 0, y)
-        centre_ok = self.valid(self.texel_uv((h, w)))
+        center_ok = self.valid(self.texel_uv((h, w)))
         i0, j0 = np.floor(x).astype(int), np.floor(y).astype(int)
         plain = ~bad & (i0 >= 0) & (j0 >= 0) & (i0 + 1 < w) & (j0 + 1 < h)
         i0, j0 = np.clip(i0, 0, w - 2), np.clip(j0, 0, h - 2)
         for dj in (0, 1):
             for di in (0, 1):
-                plain = plain & centre_ok[j0 + dj, i0 + di]
+                plain = plain & center_ok[j0 + dj, i0 + di]
         fx, fy = x - i0, y - j0
         image = image.astype(np.float64)
         if filter == "nearest":

@@ -1,7 +1,7 @@
 """An independent reference of conservative conversion: brute force, from `reference` alone.
 
 Each target texel is cut into many, each of which looks up the source texel that holds its
-centre and counts by the density there. The error goes as the supersampling to the power -3/2,
+center and counts by the density there. The error goes as the supersampling to the power -3/2,
 which is far from 1e-6, and shares nothing with the method under test.
 """
 
@@ -16,7 +16,7 @@ Array = np.ndarray
 
 
 def nearest_inside(r: reference.Reference, shape: tuple[int, ...]) -> Array:
-    """For each texel its own flat index, or that of the nearest one with a valid centre."""
+    """For each texel its own flat index, or that of the nearest one with a valid center."""
     uv = r.texel_uv(shape)
     flat = uv.reshape(-1, uv.shape[-1])
     inside = r.valid(flat)
@@ -49,7 +49,7 @@ def convert(
     rotation: Any,
     finer: int,
 ) -> Array:
-    """Supersample. `src` covers the sphere, and both have one face and texel centres."""
+    """Supersample. `src` covers the sphere, and both have one face and texel centers."""
     rows, columns = shape
     uv = dst.texel_uv((rows * finer, columns * finer))
     weight = np.where(dst.valid(uv), dst.density(uv), 0.0)

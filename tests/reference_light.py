@@ -25,7 +25,7 @@ def ylm(order: int, d: np.ndarray) -> np.ndarray:
 
 
 def lobe(name: str, parameter: float, t: np.ndarray) -> np.ndarray:
-    """Return a lobe as a function of the cosine, not normalised."""
+    """Return a lobe as a function of the cosine, not normalized."""
     up = np.maximum(t, 0)
     match name:
         case "cosine":

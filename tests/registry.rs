@@ -385,7 +385,7 @@ fn a_power_of_two_changes_no_bit() {
     length_does_not_matter::<f64>();
 }
 
-fn a_wild_neighbour_does_not_matter<R: Float>() {
+fn a_wild_neighbor_does_not_matter<R: Float>() {
     let maps = maps();
     let wild = select(vec![
         [0.0, 0.0, 1.0],
@@ -421,8 +421,8 @@ fn a_wild_neighbour_does_not_matter<R: Float>() {
 
 #[test]
 fn guards_change_no_bit() {
-    a_wild_neighbour_does_not_matter::<f32>();
-    a_wild_neighbour_does_not_matter::<f64>();
+    a_wild_neighbor_does_not_matter::<f32>();
+    a_wild_neighbor_does_not_matter::<f64>();
 }
 
 fn levels<R: Float>() {
@@ -711,7 +711,7 @@ fn constant_images<T: Pixel>() {
             let rotation = turned.map(|[yaw, pitch, roll]| from_angles(yaw, pitch, roll));
             let (source_shape, shape) =
                 (shape(&from, sides.0, sides.1), shape(&to, sides.2, sides.3));
-            let centres = |map: &Map, shape: &[usize]| {
+            let centers = |map: &Map, shape: &[usize]| {
                 let mut d = vec![[0.0_f64; 3]; shape.iter().product()];
                 directions(map, shape, None, d.as_flattened_mut()).unwrap();
                 d
@@ -723,7 +723,7 @@ fn constant_images<T: Pixel>() {
                 T::of(!constant.bits())
             };
             let fill = T::of(constant.bits() ^ 1);
-            let texels: Vec<T> = centres(&from, &source_shape)
+            let texels: Vec<T> = centers(&from, &source_shape)
                 .iter()
                 .map(|d| if d[0].is_nan() { garbage } else { constant })
                 .collect();
@@ -741,7 +741,7 @@ fn constant_images<T: Pixel>() {
                 &mut out,
             )
             .unwrap();
-            for (out, d) in out.iter().zip(centres(&to, &shape)) {
+            for (out, d) in out.iter().zip(centers(&to, &shape)) {
                 let what = || {
                     format!(
                         "{} {source_shape:?} -> {} {shape:?}",

@@ -171,7 +171,7 @@ def test_bad_input_is_nan_in_every_component_and_never_raises(case, dtype):
 @each(CASES)
 @each_dtype
 def test_bad_ones_among_good_ones_spoil_nothing(case, dtype):
-    # Position in a block of 64 must not matter, nor what its neighbours are.
+    # Position in a block of 64 must not matter, nor what its neighbors are.
     p = case.make()
     good = hard_directions.uniform(dtype, 300, 8)
     mixed = good.copy()

@@ -222,7 +222,7 @@ def test_out_must_not_overlap_the_input(verb):
             getattr(p, verb)(x, out=out)
         assert np.array_equal(memory, before)
     out = memory[100 * k : 100 * k + n].reshape(shape)
-    assert getattr(p, verb)(x, out=out) is out  # neighbours are no overlap
+    assert getattr(p, verb)(x, out=out) is out  # neighbors are no overlap
 
 
 def test_out_that_interleaves_with_a_strided_input_is_refused():

@@ -370,11 +370,11 @@ def test_masks_of_the_wrong_size():
 
 
 def test_no_ball_in_what_is_asked_for():
-    grey = np.ones((64, 64, 3), np.float32)
+    gray = np.ones((64, 64, 3), np.float32)
     with pytest.raises(ValueError, match="no ball found"):
-        sm.unwrap_ball(grey)
+        sm.unwrap_ball(gray)
     with pytest.raises(ValueError, match="photo 2: no ball found"):
-        sm.merge_balls([WALL, grey])
+        sm.merge_balls([WALL, gray])
 
 
 def test_how_far_the_ideal_camera_is_off():
@@ -434,7 +434,7 @@ def test_rotations_are_covered():
 def test_command(tmp_path):
     photo = sm.render_ball(SCENE, size=128, fov=30, distance=5).astype(np.float32)
     io.write(tmp_path / "a.exr", photo)
-    io.write(tmp_path / "grey.exr", np.ones((64, 64, 3), np.float32))
+    io.write(tmp_path / "gray.exr", np.ones((64, 64, 3), np.float32))
 
     def run(*words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
@@ -449,6 +449,6 @@ def test_command(tmp_path):
     assert done.returncode == 0, done.stderr
     assert io.read(tmp_path / "pano.exr").shape == (32, 64, 3)
     assert (io.read(tmp_path / "rims.png") == (255, 64, 32)).all(axis=-1).sum() > 200
-    none = run("grey.exr", "-o", "none.exr")
-    assert none.returncode == 1 and "grey.exr: no ball found" in none.stderr
+    none = run("gray.exr", "-o", "none.exr")
+    assert none.returncode == 1 and "gray.exr: no ball found" in none.stderr
     assert not (tmp_path / "none.exr").exists()

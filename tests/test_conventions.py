@@ -310,7 +310,7 @@ def test_axes_and_grid_of_the_document(row):
         assert row["grid"] == GRIDS[row["name"]]
 
 
-# Each stored face: what its centre, its right edge and its lower edge look toward, in the world.
+# Each stored face: what its center, its right edge and its lower edge look toward, in the world.
 GL_FACES = (
     ("+x", "-z", "-y"),
     ("-x", "+z", "-y"),
@@ -411,9 +411,9 @@ def test_faces_of_the_program(name):
     p = sm.projection("cube", convention=name)
     rng = np.random.default_rng(61)
     for number, words in enumerate(faces):
-        centre, right, down = map(vector, words)
+        center, right, down = map(vector, words)
         a, b = rng.random((2, 200))
-        want = centre + (2 * a - 1)[:, None] * right + (2 * b - 1)[:, None] * down
+        want = center + (2 * a - 1)[:, None] * right + (2 * b - 1)[:, None] * down
         want /= np.linalg.norm(want, axis=-1, keepdims=True)
         if str(number) in "".join(turned):
             a, b = 1 - a, 1 - b
@@ -432,8 +432,8 @@ def test_cube_tables_are_one(name):
     p = sm.projection("cube", convention=name)
     assert p.axes == "+x -y +z" and p.layout == "faces" and p.grid == "centers"
     faces = [np.eye(3)[i // 2] * (1 - 2 * (i % 2)) for i in range(6)]
-    centres = p.decode(np.array([[0.5, 0.5, i] for i in range(6)], float))
-    assert np.array_equal(centres, np.array(faces))
+    centers = p.decode(np.array([[0.5, 0.5, i] for i in range(6)], float))
+    assert np.array_equal(centers, np.array(faces))
 
 
 def test_direct3d_sphere_looks_the_other_way():
@@ -449,7 +449,7 @@ def test_openimageio_probe_is_the_mirrored_reading():
     assert b.axes == "+x -y +z" and b.mirrored
 
 
-def test_centre_and_up_of_the_defaults():
+def test_center_and_up_of_the_defaults():
     eye = {"latlong": [0, 0, -1], "angular": [0, 0, -1], "sphere": [0, 0, 1], "matcap": [0, 0, 1]}
     for name, forward in eye.items():
         p = sm.projection(name)

@@ -107,7 +107,7 @@ def test_identity(case, dtype):
     got = plain(image, p, p, size=20, filter="nearest")
     assert np.array_equal(got[ok], image[ok])
     got = plain(image, p, p, size=20)
-    # Bilinear at a texel centre is off it by a few eps of the coordinate (float32: 20·6·6e-8 of a
+    # Bilinear at a texel center is off it by a few eps of the coordinate (float32: 20·6·6e-8 of a
     # step of 200 at most); integers round that away, float16 to one ulp.
     limit = {"uint8": 0, "uint16": 0, "float16": 0.125, "float32": 0.02, "float64": 0.02}[dtype]
     assert np.abs(got[ok].astype(float) - image[ok].astype(float)).max() <= limit
@@ -164,8 +164,8 @@ def test_out_and_fill():
 
 
 @each_pair
-def test_labelled_axes_land_where_they_should(src, dst):
-    # ±x ±y ±z as six colours: a flip or a swap of axes shows at once.
+def test_labeled_axes_land_where_they_should(src, dst):
+    # ±x ±y ±z as six colors: a flip or a swap of axes shows at once.
     a, b = sm.projection(src), sm.projection(dst)
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     d = np.nan_to_num(a.directions(33))
@@ -241,7 +241,7 @@ def test_layouts_hold_the_same_faces(case):
 def test_convention_pairs_flip_as_they_should():
     rng = np.random.default_rng(116)
     image = rng.random((16, 32, 3))
-    # mitsuba's centre is +z, ours is -z: half a turn apart, but its rows lie on corners, so only
+    # mitsuba's center is +z, ours is -z: half a turn apart, but its rows lie on corners, so only
     # compare with a program on the same grid.
     got = plain(image, "latlong:openimageio", "latlong", size=16)
     assert np.abs(got - np.roll(image, 16, axis=1)).max() < 1e-10

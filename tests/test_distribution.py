@@ -43,7 +43,7 @@ def smallest(case) -> int:
 
 
 def inside_texels(p: sm.Projection, n: int) -> np.ndarray:
-    """A direction in each texel: of its centre, or beside it where that is on a pole or a seam."""
+    """A direction in each texel: of its center, or beside it where that is on a pole or a seam."""
     if p.grid == "centers":
         return p.directions(n)
     rows, columns = p.shape(n)

@@ -1,4 +1,4 @@
-"""The grid is honoured by sample, convert and solid_angle: centres, corners, corners in v."""
+"""The grid is honored by sample, convert and solid_angle: centers, corners, corners in v."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def test_every_pixel_equals_healpy(n):
         for directions in (d, ours, 1e-200 * ours, 7e150 * ours):
             assert np.array_equal(healpix.vec2pix(n, directions, nest=nest), pixels)
         if n > 1:
-            # In float32 a centre moves by 1e-7, far less than half a pixel.
+            # In float32 a center moves by 1e-7, far less than half a pixel.
             assert np.array_equal(healpix.vec2pix(n, d.astype(np.float32), nest=nest), pixels)
         theta, phi = healpy.pix2ang(n, pixels, nest=nest)
         assert np.array_equal(healpix.ang2pix(n, theta, phi, nest=nest), pixels)
@@ -86,10 +86,10 @@ def compare_random(n: int, count: int, seed: int) -> None:
         # Both round: only beside a border may they disagree.
         assert near_a_border(n, d[differs], 8e-15).all(), np.count_nonzero(differs)
         assert np.count_nonzero(differs) <= 1e-5 * count + 1
-        centres = healpix.pix2vec(n, pixels, nest=nest)
+        centers = healpix.pix2vec(n, pixels, nest=nest)
         theirs = np.stack(healpy.pix2vec(n, pixels, nest=nest), -1)
-        np.testing.assert_allclose(centres, theirs, rtol=0, atol=4e-15)
-        assert np.array_equal(healpix.vec2pix(n, centres, nest=nest), pixels)
+        np.testing.assert_allclose(centers, theirs, rtol=0, atol=4e-15)
+        assert np.array_equal(healpix.vec2pix(n, centers, nest=nest), pixels)
     if is_power(n):
         assert np.array_equal(healpix.nest2ring(n, pixels), healpy.nest2ring(n, pixels))
         assert np.array_equal(healpix.ring2nest(n, pixels), healpy.ring2nest(n, pixels))

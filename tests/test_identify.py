@@ -83,7 +83,7 @@ def test_exposure_color_and_size_do_not_matter():
     assert result.best.axes == sm.projection("cube").axes
 
 
-def test_integers_grey_and_alpha():
+def test_integers_gray_and_alpha():
     bright = np.clip(SOURCE * 12, 0, 255).astype(np.uint8)
     alpha = np.dstack([bright, np.full(bright.shape[:2], 255, np.uint8)])
     for image in (alpha[:, ::-1], bright.mean(-1)[:, ::-1], bright[:, ::-1, :1]):

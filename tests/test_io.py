@@ -223,10 +223,10 @@ def test_tonemap_is_monotonic_and_meets_its_ends() -> None:
     assert picture.dtype == np.uint8
     assert np.all(np.diff(picture.astype(int)) >= 0)
     assert picture[0] == 0 and picture[-1] == 255
-    # The stated curve in its own letters, at its white point and at mid grey.
+    # The stated curve in its own letters, at its white point and at mid gray.
     assert io.tonemap(np.array([[4.0, 3.9]]))[0, 0] == 255
-    grey = 0.18 * (1 + 0.18 / 16) / 1.18
-    assert io.tonemap(np.array([[0.18]]))[0, 0] == round(255 * (1.055 * grey ** (1 / 2.4) - 0.055))
+    gray = 0.18 * (1 + 0.18 / 16) / 1.18
+    assert io.tonemap(np.array([[0.18]]))[0, 0] == round(255 * (1.055 * gray ** (1 / 2.4) - 0.055))
 
 
 def test_tonemap_of_the_unfit() -> None:
@@ -242,7 +242,7 @@ def test_exposure_is_in_stops_and_automatic_exposure_ignores_the_scale() -> None
 
 
 @pytest.mark.parametrize(("channels", "shown"), [(1, 1), (2, 1), (3, 3), (4, 3), (6, 3)])
-def test_tonemap_takes_the_colours(channels: int, shown: int) -> None:
+def test_tonemap_takes_the_colors(channels: int, shown: int) -> None:
     light = np.abs(noise("float32", channels)) / 100
     assert np.array_equal(io.tonemap(light), io.tonemap(light[..., :shown]))
     assert io.tonemap(light).shape == (5, 7, shown)

@@ -126,7 +126,7 @@ def test_a_narrow_lobe_is_a_lookup() -> None:
 
 
 def test_half_a_sphere_of_light_is_the_closed_form() -> None:
-    """A hemisphere about +y gives π (1 + n·y)/2; the discretisation is that of its edge."""
+    """A hemisphere about +y gives π (1 + n·y)/2; the discretization is that of its edge."""
     sky = (sm.directions("latlong", 256)[..., 1] > 0).astype(np.float64)
     n = random_directions(200, 5)
     assert np.abs(sm.irradiance_at(sky, n, "latlong") - math.pi * (1 + n[:, 1]) / 2).max() < 1e-4
@@ -135,7 +135,7 @@ def test_half_a_sphere_of_light_is_the_closed_form() -> None:
 def test_a_partial_coverage_is_black_beyond() -> None:
     """A full hemisphere image about +z lights +z with π and -z with nothing.
 
-    MatCap's rim texels see much sphere, and count at the directions of their neighbours.
+    MatCap's rim texels see much sphere, and count at the directions of their neighbors.
     """
     for name, bound in (("hemioctahedral", 1e-3), ("matcap", 0.06)):
         white = np.ones(sm.projection(name).shape(64))
@@ -154,7 +154,7 @@ def test_harmonics_keep_their_bound(order: int, bound: float) -> None:
     sun[20, 31] = 1000.0
     exact = sm.irradiance(sun, "latlong", "octahedral", size=24)
     fast = sm.irradiance(sun, "latlong", "octahedral", size=24, method="sh", order=order)
-    # The exact one is normalised: it differs from the plain sum by 1e-3 at this size.
+    # The exact one is normalized: it differs from the plain sum by 1e-3 at this size.
     assert np.abs(exact - fast).max() < (bound + 2e-3) * float(sm.integrate(sun, "latlong"))
 
 
@@ -276,7 +276,7 @@ def test_ws_psnr() -> None:
     error = (sm.weights("latlong", 16)[..., None] * (a - b) ** 2).sum() / (12 * math.pi)
     assert math.isclose(sm.ws_psnr(a, b, "latlong"), -10 * math.log10(error), rel_tol=1e-12)
     assert sm.ws_psnr(a, a, "latlong") == math.inf
-    grey = np.full((8, 16), 100, np.uint8)
-    assert math.isclose(sm.ws_psnr(grey, grey + np.uint8(1), "latlong"), 20 * math.log10(255))
+    gray = np.full((8, 16), 100, np.uint8)
+    assert math.isclose(sm.ws_psnr(gray, gray + np.uint8(1), "latlong"), 20 * math.log10(255))
     with pytest.raises(ValueError, match="one shape"):
         sm.ws_psnr(a, a[..., 0], "latlong")

@@ -174,14 +174,14 @@ def test_bad_input():
 
 
 def disc(p: sm.Projection, n: int, d: np.ndarray, radius: float, light=(900.0, 800.0, 600.0)):
-    """A sky of 0.2 with a disc of light, sampled at texel centres."""
+    """A sky of 0.2 with a disc of light, sampled at texel centers."""
     inside = np.nan_to_num(p.directions(n)) @ d > np.cos(radius)
     return np.where(inside[..., None], light, 0.2)
 
 
 @each(DEFAULTS)
 def test_a_wide_sun(case):
-    # 3° of radius are many texels. Sampled at centres, its area is known to a texel of its edge.
+    # 3° of radius are many texels. Sampled at centers, its area is known to a texel of its edge.
     p = case.make()
     n = 200
     d = np.array([0.3, 0.2, 0.8])

@@ -123,10 +123,10 @@ def test_cube_face_table_of_opengl():
 
 
 def test_angular_map_of_debevec():
-    # Centre -z; r = acos(-Dz)/(2π √(Dx² + Dy²)).
+    # Center -z; r = acos(-Dz)/(2π √(Dx² + Dy²)).
     r = np.arccos(-RZ) / (2 * np.pi * np.sqrt(RX**2 + RY**2))
     check(sm.encode(R, "angular"), 1 / 2 + RX * r, 1 / 2 - RY * r)
-    # In its own frame, centre +z, with the arctangent.
+    # In its own frame, center +z, with the arctangent.
     h = np.hypot(RX, RY)
     r = np.arctan2(h, RZ) / (2 * np.pi * h)
     check(sm.encode(R, "angular", axes="+x +y +z"), 1 / 2 + RX * r, 1 / 2 + RY * r)
@@ -172,7 +172,7 @@ def test_hemioctahedral():
 
 
 def test_latlong():
-    # In the view frame, and with the standard axes: the centre is -z, the top is +y.
+    # In the view frame, and with the standard axes: the center is -z, the top is +y.
     u = np.arctan2(RX, RZ) / (2 * np.pi) + 1 / 2
     v = np.arccos(-RY) / np.pi
     check(sm.encode(R, "latlong", axes="+x +y +z"), u, v)

@@ -80,9 +80,9 @@ def test_a_halved_image_is_its_own_level(filter):
         assert np.allclose(got, level, atol=1e-12)
     else:
         # The ellipse is a circle of radius √2, the texel and one more for reconstruction: its
-        # four neighbours have (e⁻¹ - e⁻²)/(1 - e⁻²) of a texel's weight. 0.03: five deviations.
-        neighbour = (np.exp(-1) - np.exp(-2)) / (1 - np.exp(-2))
-        want = 1 / np.sqrt(1 + 4 * neighbour**2)
+        # four neighbors have (e⁻¹ - e⁻²)/(1 - e⁻²) of a texel's weight. 0.03: five deviations.
+        neighbor = (np.exp(-1) - np.exp(-2)) / (1 - np.exp(-2))
+        want = 1 / np.sqrt(1 + 4 * neighbor**2)
         assert np.corrcoef(got.ravel(), level.ravel())[0, 1] == pytest.approx(want, abs=0.03)
 
 

@@ -1,6 +1,6 @@
 """Every kernel is packed arithmetic, at every level: read from the machine code of the module.
 
-A formula that the compiler did not vectorise gives the right numbers, several times slower, and
+A formula that the compiler did not vectorize gives the right numbers, several times slower, and
 nothing else tells. So the functions themselves are disassembled and their loops found in the graph
 of their jumps. A backward jump is not enough: blocks that are taken once lie behind the loops and
 jump back as well.

@@ -109,8 +109,8 @@ def test_coverage(case):
         assert share == 1 and p.covered_solid_angle == pytest.approx(4 * math.pi)
     elif kind == "hemisphere":
         assert p.covered_solid_angle == pytest.approx(2 * math.pi)
-        centre = r.decode(np.array([0.5, 0.5]))
-        assert np.array_equal(covered, d @ centre >= 0)
+        center = r.decode(np.array([0.5, 0.5]))
+        assert np.array_equal(covered, d @ center >= 0)
     else:
         assert kind in ("cap", "part")
         # Five standard deviations of a count of 20,000.
@@ -267,7 +267,7 @@ def test_directions_of_texels(case, grid):
         d32 = p.directions(size, dtype=np.float32)
         assert d32.dtype == np.float32
         ok = both & ~np.isnan(d32[..., 0])
-        # sphere and matcap degrade as the square root of eps towards the rim.
+        # sphere and matcap degrade as the square root of eps toward the rim.
         assert reference.angle(d32[ok], want[ok]).max() < (1.2e-3 if r.is_disk else 9.5e-7)
 
 

@@ -23,7 +23,7 @@ ONE_FACE = [c for c in LAYOUTS if c.make().layout in (None, "faces")]
 
 
 def outside(p: sm.Projection, shape: tuple[int, ...] | int) -> np.ndarray:
-    """Texels whose centres hold no sphere."""
+    """Texels whose centers hold no sphere."""
     return np.isnan(p.directions(shape)[..., 0])
 
 
@@ -118,7 +118,7 @@ def steps(r: reference.Reference, uv: np.ndarray, shape: tuple[int, ...]) -> np.
         rows, columns, _ = reference.LAYOUTS[r.name][r.layout]
     inside = uv.copy()
     shrink = 1 - 1e-3
-    # Toward the centre of the face, in p and q, by a thousandth.
+    # Toward the center of the face, in p and q, by a thousandth.
     if r.layout in (None, "faces"):
         inside[:, 0] = (p * shrink + 1) / 2
         inside[:, 1] = (q * shrink + 1) / 2
@@ -233,7 +233,7 @@ def smooth_bound(
         # Half a texel either way, a bit more where the scale changes across a seam.
         bound = SLOPE * ((0.6 + TIPS.get(r.name, 0)) * step) + 8 * second
     if r.covered_solid_angle < 12.5:
-        # An end of the world: the border clamps. A lookup beyond the last texel centres gets
+        # An end of the world: the border clamps. A lookup beyond the last texel centers gets
         # their value: half a texel off along each side, and at a rim, where the last whole square
         # of texels is meant, up to one and a half diagonals.
         p, q, _ = r.local(uv)
@@ -382,13 +382,13 @@ def test_bilinear_is_continuous_across_seams(case):
     one, two = d + step, d - step
     both = p.covers(one) & p.covers(two)
     if p.seam.startswith("rim-other-face") or p.seam == "rim-mirrored":
-        # Texels do not line up along the rim, and each side gives its own centres back exactly: on
+        # Texels do not line up along the rim, and each side gives its own centers back exactly: on
         # white noise they differ there. A smooth function comes back with second order, which
         # another test asks for.
         both &= np.abs(one[:, 0 if p.seam == "rim-mirrored" else 2]) > 1e-6
     a, b = p.sample(image, one[both]), p.sample(image, two[both])
     jump = np.abs(a - b).max(-1)
-    # Slope of the noise: 1 a texel in u and v, 16 texels over a map that spans π or 2π; towards
+    # Slope of the noise: 1 a texel in u and v, 16 texels over a map that spans π or 2π; toward
     # the blind spot of the sphere map √(1e-9) of it.
     limit = np.full(len(a), {"sphere": 5e-3, "matcap": 5e-3}.get(case.name, 1e-6))
     if case.name in reference.POLES | {"miller", "hemi_latlong"}:
@@ -468,17 +468,17 @@ def test_nearest_returns_a_texel_that_exists(case):
     d = hard_and_random(p)
     got = p.sample(image, d, filter="nearest")
     assert np.isin(got, allowed).all()
-    # And every valid texel is seen by somebody looking at its centre.
-    centres = p.directions(9)[~out]
-    got = p.sample(image, centres, filter="nearest")
-    # Two texels whose centres lie on the rim are one direction.
+    # And every valid texel is seen by somebody looking at its center.
+    centers = p.directions(9)[~out]
+    got = p.sample(image, centers, filter="nearest")
+    # Two texels whose centers lie on the rim are one direction.
     other = got != allowed
-    shown = centres[np.searchsorted(allowed, got[other])]
-    assert np.abs(shown - centres[other]).max(initial=0) < 1e-15
+    shown = centers[np.searchsorted(allowed, got[other])]
+    assert np.abs(shown - centers[other]).max(initial=0) < 1e-15
 
 
 @each(LAYOUTS)
-def test_bilinear_at_texel_centres_is_the_texel(case):
+def test_bilinear_at_texel_centers_is_the_texel(case):
     p = case.make()
     rng = np.random.default_rng(85)
     image = rng.random((*p.shape(12), 3))

@@ -170,7 +170,7 @@ def test_windows_fade_and_stop_ringing() -> None:
 
 
 def gaussian_splatting(sh: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """The colour of 3D Gaussian splatting, without its + 0.5."""
+    """The color of 3D Gaussian splatting, without its + 0.5."""
     x, y, z = np.moveaxis(d, -1, 0)
     c2 = (1.0925484305920792, -1.0925484305920792, 0.31539156525252005)
     c2 += (-1.0925484305920792, 0.5462742152960396)

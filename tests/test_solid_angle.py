@@ -99,11 +99,11 @@ def test_partially_covered_texels(case):
     w = p.solid_angle(shape).reshape(-1, *shape[-2:])[0]
     if r.is_disk:
         assert w[0, 0] == 0 and w[8, 8] > 0
-        # Texel (2, 2) of 16: its nearest corner (3/16·2-1)²·2 < 1 is inside, its centre is not.
-        centre = 2 * 2.5 / 16 - 1
+        # Texel (2, 2) of 16: its nearest corner (3/16·2-1)²·2 < 1 is inside, its center is not.
+        center = 2 * 2.5 / 16 - 1
         near = 2 * 3 / 16 - 1
         assert 2 * near**2 < 1 < 2 * (2 * 2 / 16 - 1) ** 2
-        assert (2 * centre**2 > 1) == bool(
+        assert (2 * center**2 > 1) == bool(
             np.isnan(p.directions(shape).reshape(-1, 16, 16, 3)[0, 2, 2, 0])
         )
         # Its covered part is less than half of it, at a density that only the matcap lets grow.
@@ -152,16 +152,16 @@ def test_integral_of_cosine_and_of_one(case):
     ok = ~np.isnan(d[..., 0])
     total = np.sum(w[ok][:, None] * d[ok], axis=0)
     if p.coverage == "sphere":
-        # Rim texels whose centres lie outside have no direction and are missing from the sum.
+        # Rim texels whose centers lie outside have no direction and are missing from the sum.
         assert np.abs(total).max() < 0.05
         return
-    centre = r.decode(np.array([0.5, 0.5]))
+    center = r.decode(np.array([0.5, 0.5]))
     if case.name == "hemi_latlong":
-        centre = np.array([0.0, 1.0, 0.0])  # the zenith is at the upper edge
+        center = np.array([0.0, 1.0, 0.0])  # the zenith is at the upper edge
     if p.coverage == "part":
-        assert np.abs(np.cross(total, centre)).max() < 0.05
+        assert np.abs(np.cross(total, center)).max() < 0.05
     else:
-        assert np.abs(total - np.pi * centre).max() < 0.05
+        assert np.abs(total - np.pi * center).max() < 0.05
 
 
 def test_function_takes_names_and_whole_shapes():

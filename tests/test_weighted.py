@@ -81,7 +81,7 @@ def test_a_channel_of_its_own_hole():
     image[5, 5, 0] = np.nan
     got = sm.sample(image, sm.directions("latlong", 16), "latlong", skipna=True)
     assert np.isnan(got[..., 1]).sum() == 0
-    # Nothing but the hole is near its centre.
+    # Nothing but the hole is near its center.
     assert np.isnan(got[..., 0]).sum() <= 1
 
 

@@ -84,8 +84,8 @@ def test_the_wheel_is_one_for_all_pythons_and_holds_no_more_than_it_should(wheel
     assert sum(n.startswith("spheremap/_core.") and not n.endswith(".pyi") for n in names) == 1
     assert all(n.startswith(("spheremap/", "spheremap-")) for n in names)
     assert not any("__pycache__" in n for n in names)
-    for licence in ("LICENSE", "LICENSE-MIT", "LICENSE-APACHE"):
-        assert any(n.endswith(f"licenses/{licence}") for n in names)
+    for license in ("LICENSE", "LICENSE-MIT", "LICENSE-APACHE"):
+        assert any(n.endswith(f"licenses/{license}") for n in names)
     assert "Requires-Python: >=3.11" in about
     required = [x for x in about.splitlines() if x.startswith("Requires-Dist:")]
     assert [x for x in required if "extra ==" not in x] == ["Requires-Dist: numpy>=2"]

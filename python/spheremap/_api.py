@@ -114,7 +114,7 @@ def projection(
         The program whose axes, grid, layout and parameters to use, as in ``"mitsuba"``.
         `conventions` lists them.
     axes : str, optional
-        Which signed world axes point right, down and forward (into the image centre), as in
+        Which signed world axes point right, down and forward (into the image center), as in
         ``"+x -y -z"``.
     grid : {"centers", "corners", "corners-v"}, optional
         Where the texels lie: at (i + 1/2)/n, at i/(n - 1), or the latter in v alone.
@@ -444,7 +444,7 @@ def directions(
     Returns
     -------
     directions : ndarray, the image's shape + (3,)
-        Unit length; NaN for texels whose centre lies outside the valid image.
+        Unit length; NaN for texels whose center lies outside the valid image.
 
     Raises
     ------
@@ -613,7 +613,7 @@ def convert(
 
     With ``"area"``, Σ L·dω is kept to 1e-6 for any pair of projections, sizes and rotations, and no
     texel is darker or brighter than the source. A texel that the source covers in part is the mean
-    over that part. Texels cut by a disk's rim hold a value even where their centre lies outside;
+    over that part. Texels cut by a disk's rim hold a value even where their center lies outside;
     in a source, such texels hold none (credits are printed there), and what they cover is given
     to the nearest texel inside. It is first-order conservative remapping (Jones 1999, SCRIP).
     A texel inside a face of the source costs about a microsecond on one core, where a bilinear

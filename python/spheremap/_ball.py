@@ -51,7 +51,7 @@ class UnwrappedBall:
     ball : Ball
         The rim in the photo.
     distance : float
-        From the centre of the ball to the camera, in radii of the ball; infinite for the ideal
+        From the center of the ball to the camera, in radii of the ball; infinite for the ideal
         camera.
     fov : float or None
         The photo's horizontal angle in degrees; None for the ideal camera.
@@ -109,14 +109,14 @@ def unwrap_ball(
         Linear light, of a pinhole camera (no lens distortion).
     center : (x, y), optional
         The middle of the ball's outline in pixels, from the upper left corner of the photo: the
-        first pixel's own centre is (0.5, 0.5). By default `find_ball` looks for the outline.
+        first pixel's own center is (0.5, 0.5). By default `find_ball` looks for the outline.
     radius : float or (float, float), optional
         Of the outline in pixels: of the circle with its area, or its semi-axes toward the
         principal point and across. Left out, it follows from `fov` and `distance`.
     fov : float, optional
         The horizontal angle of the whole photo, in degrees.
     distance : float, optional
-        From the camera to the centre of the ball, **in radii of the ball**.
+        From the camera to the center of the ball, **in radii of the ball**.
     principal : (x, y), optional
         Where the camera's axis meets the photo, in pixels; by default its middle. A cropped photo
         needs it.

@@ -29,14 +29,14 @@ def circles(image: Array, edges: NDArray[np.bool_]) -> list[tuple[float, float, 
     x, y = columns + 0.5, rows + 0.5
     least, most = _LEAST * min(height, width), _MOST * min(height, width)
     radii = np.arange(least, most, 1.0)
-    # Votes for centres on a grid of two pixels, at both ends of the gradient.
+    # Votes for centers on a grid of two pixels, at both ends of the gradient.
     cells = np.zeros((height // 2 + 1, width // 2 + 1))
     for sign in (-1.0, 1.0):
         cx = ((x[:, None] + sign * ux[:, None] * radii) / 2).astype(np.intp)
         cy = ((y[:, None] + sign * uy[:, None] * radii) / 2).astype(np.intp)
         inside = (cx >= 0) & (cy >= 0) & (cx < cells.shape[1]) & (cy < cells.shape[0])
         flat = (cy * cells.shape[1] + cx)[inside]
-        # A centre that is far away is hit by chance as often as one that is near.
+        # A center that is far away is hit by chance as often as one that is near.
         cells += np.bincount(flat, minlength=cells.size).reshape(cells.shape)
     votes = _blurred(cells)
     found: list[tuple[float, float, float, float]] = []
@@ -54,7 +54,7 @@ def circles(image: Array, edges: NDArray[np.bool_]) -> list[tuple[float, float, 
 def _radii(
     dx: Array, dy: Array, ux: Array, uy: Array, cx: float, cy: float, least: float, most: float
 ) -> list[tuple[float, float, float, float]]:
-    """Return the circles around a centre on which most edges lie, and how complete they are."""
+    """Return the circles around a center on which most edges lie, and how complete they are."""
     r = np.hypot(dx, dy)
     aligned = np.abs(dx * ux + dy * uy) > 0.94 * r
     near = aligned & (r > least) & (r < most)

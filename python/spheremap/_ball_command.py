@@ -36,7 +36,7 @@ def ball(
     ] = None,
     distance: Annotated[
         float | None,
-        typer.Option(metavar="R", help="Of the camera from the ball's centre, in ball radii."),
+        typer.Option(metavar="R", help="Of the camera from the ball's center, in ball radii."),
     ] = None,
     rim: Annotated[
         list[str] | None,

@@ -46,7 +46,7 @@ class Ball:
     Attributes
     ----------
     center : (x, y)
-        Of the ellipse, in pixels from the photo's upper left corner; the first pixel's own centre
+        Of the ellipse, in pixels from the photo's upper left corner; the first pixel's own center
         is (0.5, 0.5).
     radii : (float, float)
         Its semi-axes in pixels.
@@ -113,27 +113,27 @@ def find_ball(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     image = as_image(photo, None)
     if image.ndim not in (2, 3) or 0 in image.shape:
         raise ValueError(f"Expected `photo` to have shape (H, W) or (H, W, C), got {image.shape}.")
-    grey = _toned(image)
-    known = np.isfinite(grey)
+    gray = _toned(image)
+    known = np.isfinite(gray)
     if mask is not None:
         weights = np.asarray(mask)
-        if weights.shape != grey.shape:
+        if weights.shape != gray.shape:
             raise ValueError(
-                f"Expected `mask` to have the photo's shape {grey.shape}, got {weights.shape}."
+                f"Expected `mask` to have the photo's shape {gray.shape}, got {weights.shape}."
             )
         known &= weights > 0
-    if min(grey.shape) < 16 or not known.any():
+    if min(gray.shape) < 16 or not known.any():
         raise ValueError("no ball found: the photo is too small or empty.")
-    grey = np.where(known, grey, np.median(grey[known]))
+    gray = np.where(known, gray, np.median(gray[known]))
 
     def blurred(picture: Array, sigma: float) -> Array:
         return np.asarray(filters.gaussian(picture, sigma))
 
     def at(factor: int) -> Picture:
-        return Picture(_shrunk(grey, factor), _shrunk(known.astype(np.float64), factor), blurred)
+        return Picture(_shrunk(gray, factor), _shrunk(known.astype(np.float64), factor), blurred)
 
-    shrink = max(1, math.ceil(max(grey.shape) / _SMALL))
-    small = blurred(_shrunk(grey, shrink), 1.0)
+    shrink = max(1, math.ceil(max(gray.shape) / _SMALL))
+    small = blurred(_shrunk(gray, shrink), 1.0)
     usable = _shrunk(known.astype(np.float64), shrink) > 0.99
     edges = feature.canny(
         small, sigma=1.0, low_threshold=0.7, high_threshold=0.88, use_quantiles=True, mask=usable
@@ -149,7 +149,7 @@ def find_ball(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     if not found or found[-1][0] < _LEAST:
         raise ValueError("no ball found in the photo: give `center` and `radius` by hand.")
     stands_out, rim = found[-1]
-    factor, last = shrink, max(1, round(max(grey.shape) / _LARGE))
+    factor, last = shrink, max(1, round(max(gray.shape) / _LARGE))
     fine = refined(picture, rim)
     while factor > last:
         finer = max(last, factor // 2)
@@ -187,7 +187,7 @@ def _toned(image: NDArray[Any]) -> Array:
     """Return the brightness, compressed: an edge in the dark is as good as one in the light."""
     values = image.astype(np.float64)
     if values.ndim == 3:
-        # Two channels are grey and alpha, four are colors and alpha.
+        # Two channels are gray and alpha, four are colors and alpha.
         count = 3 if values.shape[-1] >= 3 else 1
         values = np.asarray(sum(values[..., c] for c in range(count)) / count)
     bright = values[np.isfinite(values) & (values > 0)]

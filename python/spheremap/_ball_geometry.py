@@ -1,22 +1,22 @@
 """A mirrored ball before a camera: which pixel shows which direction, and how finely.
 
 The ball has radius 1 and the environment is infinitely far away. In the plane of the camera, the
-centre of the ball and the direction, let φ be the angle at the centre between the camera and the
-point that reflects, γ the angle at the camera between the centre and that point, D the distance of
-the camera from the centre. The ray arrives φ + γ off the normal and leaves ψ = 2φ + γ off the axis
+center of the ball and the direction, let φ be the angle at the center between the camera and the
+point that reflects, γ the angle at the camera between the center and that point, D the distance of
+the camera from the center. The ray arrives φ + γ off the normal and leaves ψ = 2φ + γ off the axis
 from the ball to the camera, with tan γ = sin φ / (D - cos φ). The way back is Alhazen's problem; as
 the light comes from infinity it is one equation in φ, concave and increasing up to the outline at
 cos φ = 1/D, so that Newton's method converges from every start. With D → ∞ it is φ = ψ/2: the
 `sphere` projection.
 
-The outline is a conic. A ball β = asin(1/D) in angular radius whose centre lies α off the
-camera's axis has, at focal length 1 and with A = cos²α - sin²β = cos(α+β) cos(α-β), its centre at
+The outline is a conic. A ball β = asin(1/D) in angular radius whose center lies α off the
+camera's axis has, at focal length 1 and with A = cos²α - sin²β = cos(α+β) cos(α-β), its center at
 sin 2α / 2A, the semi-axis sin 2β / 2A toward the principal point and sin β / √A across.
 The last ray that is reflected goes straight on: what lies within β of the direction from the
 camera to the ball is never seen. That is the blind cone.
 
 Frames: pixels have x to the right and y down from the picture's upper left corner, so that the
-first pixel's centre is (½, ½). Directions are in the camera's frame, x right, y up, z from the
+first pixel's center is (½, ½). Directions are in the camera's frame, x right, y up, z from the
 scene to the camera, as the axes "+x -y +z" of `sphere` have it.
 """
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 # Newton's steps for φ, from near and from 2 radii on: they converge quadratically (a test).
 _STEPS, _STEPS_FAR = 9, 4
-# The nearest camera, in radii from the centre.
+# The nearest camera, in radii from the center.
 NEAREST = 1.001
 # How far two statements about one camera may differ, in the size of the outline.
 _TOLERANCE = 0.05
@@ -61,7 +61,7 @@ class Outline:
         return math.sqrt(self.along * self.across)
 
     def matrix(self) -> Array:
-        """Return what takes the unit disk to the ellipse, but for the centre."""
+        """Return what takes the unit disk to the ellipse, but for the center."""
         c, s = math.cos(self.angle), math.sin(self.angle)
         turn = np.array([[c, -s], [s, c]])
         return turn * [self.along, self.across]
@@ -132,7 +132,7 @@ class View:
             ray = self.rays(xy)
             center = -self.distance * self.toward
             middle = ray @ center
-            # What of the centre is across the ray: its square against 1, without cancelling.
+            # What of the center is across the ray: its square against 1, without canceling.
             off = np.sum((center - middle[..., None] * ray) ** 2, axis=-1)
             cosine = np.sqrt(1 - off)  # of the incidence, on a ball of radius 1
             normal = (middle - cosine)[..., None] * ray - center
@@ -263,7 +263,7 @@ def view(
         distance = None
     if distance is not None and not distance >= NEAREST:
         raise ValueError(
-            f"`distance` must be at least {NEAREST} (radii of the ball, from its centre to the "
+            f"`distance` must be at least {NEAREST} (radii of the ball, from its center to the "
             f"camera), got {distance}."
         )
     if fov is not None and not 0 < fov < 179:
@@ -330,13 +330,13 @@ def _placed(
 
 
 def _conic(alpha: float, beta: float) -> tuple[float, float, float]:
-    """Return the outline at focal length 1: its centre's distance, and the semi-axes."""
+    """Return the outline at focal length 1: its center's distance, and the semi-axes."""
     a = math.cos(alpha + beta) * math.cos(alpha - beta)
     return math.sin(2 * alpha) / (2 * a), math.sin(2 * beta) / (2 * a), math.sin(beta) / a**0.5
 
 
 def _angles(off: float, mean: float, focal: float) -> tuple[float, float]:
-    """Return α and β of an outline whose centre is `off` pixels from the principal point."""
+    """Return α and β of an outline whose center is `off` pixels from the principal point."""
 
     def both(along: float) -> tuple[float, float]:
         far, near = math.atan((off + along) / focal), math.atan((off - along) / focal)

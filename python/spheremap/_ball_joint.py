@@ -1,7 +1,7 @@
 """Rims and rotations of several photos of a ball at once, from where they show the same.
 
 A rim that is half a pixel off, of a radius of 80, turns the middle of what the photo shows by
-2 · 0.5 / 80 = 0.7° and the rest by other angles: no rotation mends that. So centre and radius of
+2 · 0.5 / 80 = 0.7° and the rest by other angles: no rotation mends that. So center and radius of
 each rim are unknowns beside each rotation, and Gauss and Newton's method looks for those at which
 the photos differ least in log brightness. At each of some thousand directions both photos of a pair
 are averaged over a disk as wide as the coarser one's pixels there. Tukey's weights keep out what

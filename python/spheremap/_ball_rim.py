@@ -65,20 +65,20 @@ _ROUND = 150.0
 class Picture:
     """A picture of brightness, its slopes, and how much of them is noise. NaN is unknown."""
 
-    def __init__(self, grey: Array, known: Array, blurred: Callable[[Array, float], Array]) -> None:
+    def __init__(self, gray: Array, known: Array, blurred: Callable[[Array, float], Array]) -> None:
         unknown = known < 0.99
-        self.grey = blurred(grey, 0.7)
-        soft = blurred(grey, _BLUR)
+        self.gray = blurred(gray, 0.7)
+        soft = blurred(gray, _BLUR)
         self.gy = np.asarray(np.gradient(soft, axis=0))
         self.gx = np.asarray(np.gradient(soft, axis=1))
         power = self.gx**2 + self.gy**2
         self.slope_noise = 0.25 * float(np.median(power[~unknown])) + 1e-12
-        bends = np.abs(np.diff(self.grey, 2, axis=1))
+        bends = np.abs(np.diff(self.gray, 2, axis=1))
         self.noise = max(
             0.3 * (float(np.median(bends)) / 0.6745) ** 2 + 1e-10,
-            (0.01 * float(self.grey.std())) ** 2,
+            (0.01 * float(self.gray.std())) ** 2,
         )
-        for layer in (self.grey, self.gx, self.gy):
+        for layer in (self.gray, self.gx, self.gy):
             # The blur reaches three pixels.
             layer[_spread(unknown, 3)] = np.nan
 
@@ -211,7 +211,7 @@ def _profile(picture: Picture, rim: Outline, reach: float, inside: float) -> tup
     """Return shifts within `reach` pixels, and the second evidence, (spokes, shifts)."""
     places, shifts, bases = _models(reach, inside)
     xy = rim.points(_SPOKES)[:, None, :] + places[:, None] * _normals(rim)[:, None, :]
-    values = _lookup(picture.grey, xy)
+    values = _lookup(picture.gray, xy)
     known = np.asarray(np.isfinite(values).all(axis=1))
     values = np.where(known[:, None], values, 0)
     values -= values.mean(axis=1, keepdims=True)
@@ -273,7 +273,7 @@ def _best(evidence: Array, shifts: Array, reach: float, roundness: float = 0.0) 
         bent = changes[:, 3] ** 2 + changes[:, 4] ** 2
         return np.asarray(found.mean(axis=1) - roundness * bent)
 
-    # Circles about all centres first.
+    # Circles about all centers first.
     off = np.linspace(-reach, reach, 13)
     grid = np.stack(np.meshgrid(shifts[::2], off, off, indexing="ij"), axis=-1).reshape(-1, 3)
     grid = grid[np.hypot(grid[:, 1], grid[:, 2]) <= 1.001 * reach]

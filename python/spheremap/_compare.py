@@ -138,9 +138,9 @@ def _of_kinds(p: Projection, q: Projection) -> Comparison:
     differences = [
         f"another kind of image: {what[0]} and {what[1]}; convert turns one into the other"
     ]
-    centres = [r.axes.split()[2] for r in (p, q)]
-    if centres[0] != centres[1]:
-        differences.append(f"what lies ahead differs: {centres[0]} and {centres[1]}")
+    centers = [r.axes.split()[2] for r in (p, q)]
+    if centers[0] != centers[1]:
+        differences.append(f"what lies ahead differs: {centers[0]} and {centers[1]}")
     if p.mirrored != q.mirrored and max(p.faces, q.faces) == 1:
         differences.append("one is mirrored")
     if p.grid != q.grid:

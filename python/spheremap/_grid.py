@@ -48,7 +48,7 @@ def spatial_shape(image: NDArray[Any], p: Projection, name: str) -> tuple[int, .
 
 
 def texel(u: NDArray[Any], n: int, cells: int, corners: bool) -> NDArray[Any]:
-    """Return the place of a coordinate on a side of `n` texels: 0 at the first centre."""
+    """Return the place of a coordinate on a side of `n` texels: 0 at the first center."""
     places: NDArray[Any] = u * n - 0.5
     if corners:
         each = n // cells
@@ -57,7 +57,7 @@ def texel(u: NDArray[Any], n: int, cells: int, corners: bool) -> NDArray[Any]:
     return places
 
 
-def centres(n: int, cells: int, corners: bool) -> NDArray[np.float64]:
+def centers(n: int, cells: int, corners: bool) -> NDArray[np.float64]:
     """Return the coordinates of the `n` texels of a side: the inverse of `texel`."""
     i = np.arange(n)
     places: NDArray[np.float64] = (i + 0.5) / n
@@ -77,7 +77,7 @@ def row_blocks(
     """
     height, width = shape[-2:]
     (cells_v, cells_u), (corners_v, corners_u) = cells(p), on_corners(p)
-    u, v = centres(width, cells_u, corners_u), centres(height, cells_v, corners_v)
+    u, v = centers(width, cells_u, corners_u), centers(height, cells_v, corners_v)
     middle_u = (np.arange(width) // (width // cells_u) + 0.5) / cells_u
     middle_v = (np.arange(height) // (height // cells_v) + 0.5) / cells_v
     # Texels on the edges of joined faces lie on two at once; only the core tells them apart.

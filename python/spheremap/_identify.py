@@ -160,8 +160,8 @@ def identify(
         raise ValueError(f"`count` must be at least 1, got {count}.")
     first, second = _Image("image_a", image_a, a), _Image("image_b", image_b, b)
     if first.values.shape[-1] != second.values.shape[-1]:
-        first.to_grey()
-        second.to_grey()
+        first.to_gray()
+        second.to_gray()
     panorama, weight = first.panorama()
     found: list[tuple[float, str, float]] = []
     cube, valid = second.faces()
@@ -197,7 +197,7 @@ class _Image:
         values = values.astype(np.float32)
         if not channels:
             values = values[..., None]
-        # Two channels are grey and alpha, four are colors and alpha: alpha is no scene.
+        # Two channels are gray and alpha, four are colors and alpha: alpha is no scene.
         values = values[..., :3] if values.shape[-1] >= 3 else values[..., :1]
         self.map.shape(values.shape[:-1])
         self.values = self._compressed(name, values)
@@ -215,7 +215,7 @@ class _Image:
             toned = np.log1p(np.maximum(values, 0) / level)
         return np.where(known, toned, np.float32(np.nan))
 
-    def to_grey(self) -> None:
+    def to_gray(self) -> None:
         self.values = self.values.mean(axis=-1, keepdims=True)
 
     def look(self, d: Array, projection: Projection, turn: Array | None = None) -> Array:

@@ -49,7 +49,7 @@ def weights(
     Returns
     -------
     weights : ndarray of float64, the image's shape without channels
-        In steradians. It is `solid_angle`, but for texels across the rim of a disk whose centre
+        In steradians. It is `solid_angle`, but for texels across the rim of a disk whose center
         lies outside: they hold no value, and their part counts with the nearest texel that does.
 
     Raises
@@ -280,7 +280,7 @@ def irradiance(
 
     Notes
     -----
-    Each texel counts with its exact solid angle at the direction of its centre. On images of the
+    Each texel counts with its exact solid angle at the direction of its center. On images of the
     whole sphere the sum is divided by the same sum of a constant 1 and multiplied by π: a constant
     L gives πL at any size. What a partial coverage does not hold is black. The best results with
     "sh" are those of a smooth environment, in a hundredth of the time.
@@ -382,7 +382,7 @@ def convolve(
     Returns
     -------
     mean : ndarray, shape of `dst` (+ channels)
-        Every lobe is normalised: a constant L gives L. dtypes as for `irradiance`.
+        Every lobe is normalized: a constant L gives L. dtypes as for `irradiance`.
 
     Raises
     ------

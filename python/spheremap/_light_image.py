@@ -58,7 +58,7 @@ def spatial_axes(projection: Projection) -> int:
 def texel_weights(projection: Projection, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Return the solid angle that each texel stands for.
 
-    As `solid_angle`, but the covered part of a texel whose centre lies outside the valid image
+    As `solid_angle`, but the covered part of a texel whose center lies outside the valid image
     counts for the nearest texel inside.
     """
     return _core.texel_weights(projection, shape)

@@ -187,7 +187,7 @@ def shade_matcap(
     image = as_image(matcap, None)
     if image.ndim not in (2, 3) or image.shape[0] != image.shape[1]:
         raise ValueError(f"Expected `matcap` to have shape (N, N) or (N, N, C), got {image.shape}.")
-    # The outermost texels' centres are half a texel inside the rim.
+    # The outermost texels' centers are half a texel inside the rim.
     radius = np.linalg.norm(n[..., :2], axis=-1)
     most = 1 - 1 / image.shape[0]
     with np.errstate(invalid="ignore", divide="ignore"):

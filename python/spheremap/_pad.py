@@ -68,7 +68,7 @@ def pad(
     - ``periodic``: the other end of the row; the first and last row are repeated.
     - ``faces``, ``rim-other-face``: what lies in the direction that the face's own formula gives
       beyond its edge. A cube's border texel is what the face would show if its picture were
-      larger; texels of neighbours do not lie there, so it is looked up.
+      larger; texels of neighbors do not lie there, so it is looked up.
     - ``rim-opposite``: across the rim of the disk, the other side of it.
     - ``ends``: nothing lies there, so the texels at the edge (or the rim of the disk) are repeated.
 

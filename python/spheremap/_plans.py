@@ -126,8 +126,8 @@ class RemapPlan:
         Returns
         -------
         map_x, map_y : ndarray, shape as the plan's
-            Column and row in texels. **The centre of the first texel is 0**, as OpenCV counts:
-            on a grid of centres x = u·W - ½, and the image spans -½ to W - ½. NaN where the
+            Column and row in texels. **The center of the first texel is 0**, as OpenCV counts:
+            on a grid of centers x = u·W - ½, and the image spans -½ to W - ½. NaN where the
             result has no sphere, or the source does not hold the direction.
         face : ndarray
             The number of the face, for a source that is an array of faces; else it is not there.

@@ -59,7 +59,7 @@ def prefilter(
     Returns
     -------
     prefiltered : ndarray, shape of `dst` (+ channels)
-        Normalised: a constant L gives L. dtypes as for `irradiance`; "sampled" computes in float32.
+        Normalized: a constant L gives L. dtypes as for `irradiance`; "sampled" computes in float32.
 
     Raises
     ------

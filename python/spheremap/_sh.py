@@ -130,7 +130,7 @@ def sh_rotate(coefficients: ArrayLike, rotation: Any, /) -> NDArray[np.float64]:
 
     Notes
     -----
-    The function is evaluated on a turned grid that determines it, and analysed again: exact to
+    The function is evaluated on a turned grid that determines it, and analyzed again: exact to
     rounding for every rotation and order (1e-12 at order 64).
 
     Examples
@@ -172,7 +172,7 @@ def sh_lobe(
     Returns
     -------
     factors : ndarray of float64, shape (order + 1,)
-        π, 2π/3, π/4, 0, -π/24, ... for the cosine; the others are normalised and begin with 1.
+        π, 2π/3, π/4, 0, -π/24, ... for the cosine; the others are normalized and begin with 1.
 
     Raises
     ------
@@ -335,7 +335,7 @@ _CONVENTIONS: dict[str, _Convention] = {
     ),
     "3dgs": _Convention(
         phase=True,
-        note="Condon-Shortley; a colour is the sum + 0.5, which is no part of the coefficients",
+        note="Condon-Shortley; a color is the sum + 0.5, which is no part of the coefficients",
         source="Kerbl et al. 2023, sh_utils.eval_sh",
     ),
     "threejs": _Convention(
@@ -362,7 +362,7 @@ _CONVENTIONS: dict[str, _Convention] = {
     ),
     "pyshtools": _Convention(
         scale=1 / _ROOT_4PI,
-        note="4π-normalised, no phase; an array (2, order + 1, order + 1): cosines, sines",
+        note="4π-normalized, no phase; an array (2, order + 1, order + 1): cosines, sines",
         source="pyshtools SHCoeffs, normalization='4pi', csphase=1",
     ),
     "healpy": _Convention(

@@ -26,7 +26,7 @@ SUN_RADIUS = 2.0  # degrees; the true one, 0.27, would be lost on a contact shee
 
 
 class Label(NamedTuple):
-    """A text on the sphere: where it stands, which way its top points, its colour."""
+    """A text on the sphere: where it stands, which way its top points, its color."""
 
     text: str
     forward: tuple[int, int, int]
@@ -74,7 +74,7 @@ def _sky(height: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def _sun(d: NDArray[np.float32]) -> NDArray[np.float32]:
     cosine = d @ SUN.astype(np.float32)
-    # From the sine near the centre: arccos of a float32 cosine is too coarse for a round disk.
+    # From the sine near the center: arccos of a float32 cosine is too coarse for a round disk.
     sine = np.linalg.norm(np.cross(d, SUN.astype(np.float32)), axis=-1)
     angle = np.degrees(np.arctan2(sine, cosine))[..., np.newaxis]
     disk = np.clip((SUN_RADIUS - angle) / 0.3 + 0.5, 0, 1)

@@ -42,7 +42,7 @@ def means(
     channels : int
         How many numbers a lookup returns.
     look : callable
-        From indices of texels, (n,), and offsets from their centres in texels, (n, 2), to values,
+        From indices of texels, (n,), and offsets from their centers in texels, (n, 2), to values,
         (n, channels). What is NaN does not count.
     """
     out = np.full((len(number), channels), np.nan)
@@ -63,15 +63,15 @@ def means(
 
 
 class Texels:
-    """The texels of an image in a row, as places that can be looked at beside their centres."""
+    """The texels of an image in a row, as places that can be looked at beside their centers."""
 
     def __init__(self, p: Projection, shape: tuple[int, ...]) -> None:
         self.projection, self.shape = p, shape
         height, width = shape[-2:]
         rows, columns = _grid.cells(p)
         on_v, on_u = _grid.on_corners(p)
-        self.u = _grid.centres(width, columns, on_u)
-        self.v = _grid.centres(height, rows, on_v)
+        self.u = _grid.centers(width, columns, on_u)
+        self.v = _grid.centers(height, rows, on_v)
         self.step = np.array([1 / width, 1 / height])
 
     def uv(self, index: NDArray[np.intp], offset: Array | None = None) -> Array:

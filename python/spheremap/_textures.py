@@ -27,8 +27,8 @@ def write_ktx2(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> 
     ----------
     path : path-like
     levels : sequence of ndarray, shape (6, N, N, C) or (H, W, C)
-        The mips, the largest first, of up to four channels. Missing colours are 0 (one channel is
-        grey), a missing alpha is 1. Faces are in the order +x -x +y -y +z -z of OpenGL, Direct3D
+        The mips, the largest first, of up to four channels. Missing colors are 0 (one channel is
+        gray), a missing alpha is 1. Faces are in the order +x -x +y -y +z -z of OpenGL, Direct3D
         and Vulkan, each with its first row on top.
 
     Returns

@@ -113,7 +113,7 @@ def pix2vec(
     nest: bool = False,
     out: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
-    """Return the unit vectors to the centres of pixels.
+    """Return the unit vectors to the centers of pixels.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def ang2pix(
 def pix2ang(
     nside: SupportsIndex, pixels: ArrayLike, /, *, nest: bool = False, lonlat: bool = False
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two angles of the centres of pixels.
+    """Return two angles of the centers of pixels.
 
     Parameters
     ----------
@@ -331,7 +331,7 @@ def nside2pixarea(nside: SupportsIndex, /) -> float:
 
 
 def nside2resol(nside: SupportsIndex, /) -> float:
-    """Return the root of a pixel's solid angle, in radians: about the distance between centres.
+    """Return the root of a pixel's solid angle, in radians: about the distance between centers.
 
     Examples
     --------
@@ -378,8 +378,8 @@ def boundaries(
     n, count = _nside(nside), operator.index(step)
     if count < 1:
         raise ValueError(f"`step` must be at least 1, got {count}.")
-    centres = pix2vec(n, pixels, nest=nest)
-    uv = _core.projection("healpix").encode(np.nan_to_num(centres, nan=1.0))
+    centers = pix2vec(n, pixels, nest=nest)
+    uv = _core.projection("healpix").encode(np.nan_to_num(centers, nan=1.0))
     cell = np.floor(uv[..., None, :2] * n)
     share = np.arange(count) / count
     ends = np.array([[1.0, 1], [0, 1], [0, 0], [1, 0]])
@@ -387,7 +387,7 @@ def boundaries(
     place = (cell + corners.reshape(-1, 2)) / n
     face = np.broadcast_to(uv[..., None, 2:], (*place.shape[:-1], 1))
     out = _core.projection("healpix").decode(np.concatenate([place, face], -1))
-    return np.asarray(np.where(np.isnan(centres[..., None, :]), np.nan, out))
+    return np.asarray(np.where(np.isnan(centers[..., None, :]), np.nan, out))
 
 
 def reorder(values: ArrayLike, /, *, nest: bool) -> NDArray[Any]:
@@ -502,8 +502,8 @@ def from_image(image: ArrayLike, /, *, nest: bool = False) -> NDArray[Any]:
 
 def _pixels_of_faces(nside: int, nest: bool) -> Pixels:
     """Return the pixel of each texel, face by face."""
-    centres = (np.arange(nside) + 0.5) / nside
-    face, v, u = np.meshgrid(np.arange(12.0), centres, centres, indexing="ij")
+    centers = (np.arange(nside) + 0.5) / nside
+    face, v, u = np.meshgrid(np.arange(12.0), centers, centers, indexing="ij")
     uv = np.stack([u, v, face], -1)
     return vec2pix(nside, _core.projection("healpix").decode(uv), nest=nest)
 

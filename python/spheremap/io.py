@@ -43,7 +43,7 @@ def read(path: str | os.PathLike[str]) -> NDArray[Any]:
     -------
     image : ndarray, shape (H, W, C)
         uint8, uint16, float16 or float32, as the file has it: no tone mapping, no change of
-        colour space, alpha not multiplied in.
+        color space, alpha not multiplied in.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def _open(path: str | os.PathLike[str]) -> Any:
     name = os.fspath(path)
     if not os.path.exists(name):
         raise FileNotFoundError(f"no such file: {name!r}")
-    # Multiplying alpha in would lose the colour of transparent texels.
+    # Multiplying alpha in would lose the color of transparent texels.
     wish = oiio.ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)
     source = oiio.ImageInput.open(name, wish)

@@ -48,7 +48,7 @@ def show(
     labels : bool
         Whether to name the directions.
     mask : bool
-        Whether to grey out what holds no sphere.
+        Whether to gray out what holds no sphere.
     exposure : float or None
         As for `spheremap.io.tonemap`.
 
@@ -105,10 +105,10 @@ def tissot(
     ax : matplotlib.axes.Axes, optional
         Where to draw.
     radius : float
-        Of the circles, in degrees. They are mapped by the Jacobian at their centres, so each is
+        Of the circles, in degrees. They are mapped by the Jacobian at their centers, so each is
         an ellipse whole on its side of a seam.
     step : float
-        Between the centres, in degrees of latitude and about as much along a parallel.
+        Between the centers, in degrees of latitude and about as much along a parallel.
     size : int or tuple of int
         The image size to draw it at, which gives the aspect.
 

@@ -23,7 +23,7 @@ pub(super) struct Arc {
 pub(super) struct Piece {
     /// The cell.
     pub at: [u32; 2],
-    /// ∫ of 1, X, Y, X², XY, Y² between it and the cell's right side; X and Y from the cell's centre.
+    /// ∫ of 1, X, Y, X², XY, Y² between it and the cell's right side; X and Y from the cell's center.
     pub own: [f64; 6],
     /// ∫ of 1, Y, Y² across each cell further right, a width of 1.
     pub right: [f64; 3],
@@ -191,14 +191,14 @@ impl Arc {
     fn piece(&self, at: [u32; 2], start: f64, end: f64) -> Piece {
         const OFF: f64 = 0.288_675_134_594_812_9;
         let (middle, length) = (0.5 * (start + end), end - start);
-        let centre = at.map(|k| f64::from(k) + 0.5);
+        let center = at.map(|k| f64::from(k) + 0.5);
         let mut piece = Piece {
             at,
             own: [0.0; 6],
             right: [0.0; 3],
         };
         for t in [middle - OFF * length, middle + OFF * length] {
-            let (x, y) = (self.at(0, t) - centre[0], self.at(1, t) - centre[1]);
+            let (x, y) = (self.at(0, t) - center[0], self.at(1, t) - center[1]);
             let w = 0.5 * length * self.slope(1, t);
             let (a, b) = (w * (x - 0.5), w * 0.5 * (x * x - 0.25));
             piece.own[0] += a;
@@ -268,10 +268,10 @@ mod tests {
         let arcs = [0, 1, 2, 3].map(|k| Arc::line(corners[k], corners[(k + 1) % 4]));
         let got = cells(&arcs, [3, 2]);
         let part = |k: usize, low: f64, high: f64| {
-            let centre = k as f64 + 0.5;
+            let center = k as f64 + 0.5;
             let (a, b) = (
-                low.max(centre - 0.5) - centre,
-                high.min(centre + 0.5) - centre,
+                low.max(center - 0.5) - center,
+                high.min(center + 0.5) - center,
             );
             [b - a, (b * b - a * a) / 2.0, (b * b * b - a * a * a) / 3.0]
         };

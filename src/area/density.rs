@@ -1,7 +1,7 @@
 //! How much of the sphere each cell of a lattice holds, and how that is spread over the cell, for cells that are followed one by
 //! one (for the others see `plane`).
 //!
-//! In a cell the density is the quadratic through its values at the corners, the sides' middles and the centre;
+//! In a cell the density is the quadratic through its values at the corners, the sides' middles and the center;
 //! with 512 cells along a face it is right to 2e-7 where the formula is smooth, in the row at a pole as well
 //! (where the density's third derivative is largest beside it), and a whole cell to 1e-9.
 //! A cell with a crease through it has none, and is left to the general path: NaN.
@@ -22,7 +22,7 @@ const CREASED: f64 = 8.0;
 /// Tiles that are kept.
 const KEPT: usize = 128;
 
-/// Factors of 1, X, Y, X², XY, Y² from the cell's centre, in steradians a cell.
+/// Factors of 1, X, Y, X², XY, Y² from the cell's center, in steradians a cell.
 pub(super) type Spread = [f64; 6];
 
 /// The solid angle of a cell.
@@ -144,19 +144,19 @@ impl<'l, 'a> Density<'l, 'a> {
                     let at = |i: usize| if along_u { at(i, k) } else { at(k, i) };
                     at(0) - 2.0 * at(1) + at(2)
                 };
-                let centre = at(1, 1);
+                let center = at(1, 1);
                 let smooth = [true, false].iter().all(|&along_u| {
                     let change = bend(0, along_u) - 2.0 * bend(1, along_u) + bend(2, along_u);
                     let tilt = bend(0, along_u) - bend(2, along_u);
-                    change.abs().max(tilt.abs()) <= crease * centre
+                    change.abs().max(tilt.abs()) <= crease * center
                 });
                 tile.cells.push([
-                    if smooth { centre } else { f64::NAN },
+                    if smooth { center } else { f64::NAN },
                     at(2, 1) - at(0, 1),
                     at(1, 2) - at(1, 0),
-                    2.0 * (at(2, 1) - 2.0 * centre + at(0, 1)),
+                    2.0 * (at(2, 1) - 2.0 * center + at(0, 1)),
                     at(2, 2) - at(2, 0) - at(0, 2) + at(0, 0),
-                    2.0 * (at(1, 2) - 2.0 * centre + at(1, 0)),
+                    2.0 * (at(1, 2) - 2.0 * center + at(1, 0)),
                 ]);
             }
         }

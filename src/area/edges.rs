@@ -1,7 +1,7 @@
 //! The borders of a target's cells as cubics in the source's plane.
 //!
 //! In a block of cells an edge follows from six corners in a line, of which it joins the third and the fourth: one corner a cell is
-//! taken into the source, and neighbours share what is between them. Its bend is chosen so that the area beside the
+//! taken into the source, and neighbors share what is between them. Its bend is chosen so that the area beside the
 //! chord is right to the fifth difference; the fifth itself says how far off it may be. Near a seam or where the
 //! corners are too far apart for that, a cell's border is halved and quartered on its own.
 

@@ -33,7 +33,7 @@ impl Lanes {
     }
 }
 
-/// An edge of each cell: eight neighbours from `first` on among those of a list, and +1 or -1 for the way that they are
+/// An edge of each cell: eight neighbors from `first` on among those of a list, and +1 or -1 for the way that they are
 /// passed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passed {
@@ -49,7 +49,7 @@ const WIDEST: usize = 160;
 const BENT: f64 = 0.05;
 
 /// For a cell of the window: ∫ of 1 over what lies in it and across each cell on its left, of Y over both, and of X over
-/// what lies in it, X and Y from its centre.
+/// what lies in it, X and Y from its center.
 type Sums = [Lanes; 5];
 
 /// A part of the way along an edge: from and to.
@@ -490,7 +490,7 @@ mod tests {
         #[test]
         fn eight_at_once_are_as_one_by_one(
             seeds in prop::array::uniform8(prop::array::uniform24(-1.0..1.0)),
-            centre in prop::array::uniform2(60.0..960.0),
+            center in prop::array::uniform2(60.0..960.0),
             size in prop::sample::select(vec![0.01, 0.3, 1.0, 1.7, 9.0]),
             name in prop::sample::select(vec!["cube", "latlong", "equal_area"]),
         ) {
@@ -503,14 +503,14 @@ mod tests {
             let lattice = Lattice::new(&map, shape, None).unwrap();
             let varies = Density::varies(&lattice);
             let mut plane = Plane::default();
-            let low = centre.map(|x| x as usize - 40);
+            let low = center.map(|x| x as usize - 40);
             prop_assert!(plane.hold(&lattice, varies, 0, low, low.map(|k| k + 80)));
             let mut edges = Edges::default();
             edges.resize(4 * LANES);
             let mut density = Density::new(&lattice, varies);
             let mut want = Vec::new();
             for (lane, seed) in seeds.into_iter().enumerate() {
-                let middle = centre.map(|x| x + 0.3 * lane as f64);
+                let middle = center.map(|x| x + 0.3 * lane as f64);
                 let mut pieces = Vec::new();
                 for (side, q) in places(seed, middle, size).into_iter().enumerate() {
                     let third = differences(q).0;

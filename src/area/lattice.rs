@@ -439,13 +439,13 @@ impl<'a> Lattice<'a> {
             return None;
         }
         let corners = [[u0, v0], [u1, v0], [u1, v1], [u0, v1]];
-        let centre = [0.5 * (u0 + u1), 0.5 * (v0 + v1)];
+        let center = [0.5 * (u0 + u1), 0.5 * (v0 + v1)];
         let mut cell = Cell {
             face,
             at,
             parts: [Part::default(); 8],
             count: 0,
-            inside: centre,
+            inside: center,
         };
         let whole = self.map.info().outline == Outline::Square
             || corners.iter().all(|uv| self.contains(face, *uv));
@@ -486,9 +486,9 @@ impl<'a> Lattice<'a> {
         if !whole {
             let n = 2.0 * parts.len() as f64;
             let mean = [0, 1].map(|k| parts.iter().map(|p| p.from[k] + p.to[k]).sum::<f64>() / n);
-            // The centre might lie between the rim and its chord. Where there is one side only, the mean
+            // The center might lie between the rim and its chord. Where there is one side only, the mean
             // lies on it: half way from there to the rim.
-            let far = self.last_valid(face, mean, centre, 1.0);
+            let far = self.last_valid(face, mean, center, 1.0);
             cell.inside = if parts.len() == 1 {
                 [0.5 * (mean[0] + far[0]), 0.5 * (mean[1] + far[1])]
             } else {
@@ -513,7 +513,7 @@ impl<'a> Lattice<'a> {
                 self.last_valid(face, inside, end, 1.0)
             }
         };
-        // The side's place nearest to the image's centre is valid if any is.
+        // The side's place nearest to the image's center is valid if any is.
         let nearest = [0, 1].map(|k| 0.5_f64.clamp(from[k].min(to[k]), from[k].max(to[k])));
         let inside = [from, to, nearest].into_iter().find(|uv| valid(*uv))?;
         let (from, to) = (cut(inside, from), cut(inside, to));

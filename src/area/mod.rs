@@ -20,16 +20,16 @@
 //!
 //! - A target texel that the source covers in part is the mean over the covered part, and the energy
 //!   that is kept is that of the covered part. One that the source does not cover takes `fill`.
-//! - A target texel cut by a disk's rim is the mean over what of it is sphere, even where its centre lies
+//! - A target texel cut by a disk's rim is the mean over what of it is sphere, even where its center lies
 //!   outside the disk: its solid angle is not zero, and what it holds belongs to the sum.
-//! - A source texel whose centre lies outside the disk holds no value (photographers print credits
-//!   there). What of the sphere it covers is given to the nearest texel whose centre lies inside.
+//! - A source texel whose center lies outside the disk holds no value (photographers print credits
+//!   there). What of the sphere it covers is given to the nearest texel whose center lies inside.
 //! - NaN spreads to every texel that it touches, unless it is skipped: then its weight is 0.
 //!
 //! # Three paths
 //!
 //! The fast path (`sweep`) takes eight cells of the target at once (`eight`). Their corners go into the source through the
-//! vectorised kernels, and neighbouring corners tell each edge's cubic in the source's plane (`edges`). Cut at the lines between
+//! vectorized kernels, and neighboring corners tell each edge's cubic in the source's plane (`edges`). Cut at the lines between
 //! source cells, it adds area and moments to them by Green's theorem, as renderers of fonts do for pixels; a density
 //! that is linear in a cell (`plane`) makes solid angles of them. Small images are refined first, so that this is right to
 //! 1e-7 of a cell, and large texels are cut, so that edges are short; edges that are still too long for a cubic are cut into
@@ -46,7 +46,7 @@
 //!
 //! # What did not help
 //!
-//! One cell at a time with pieces in lists, shared by neighbours: each piece was computed once instead of twice, and it was three
+//! One cell at a time with pieces in lists, shared by neighbors: each piece was computed once instead of twice, and it was three
 //! times as slow. Corners and middles of sides instead of corners alone: three times the places, and no fewer cells that
 //! need more. Clipping polygons: for 1e-7 of a 16×8 image's texel an edge needs a thousand corners. Summing the
 //! source's own prefix sums around each texel (Green's theorem for the light itself): cheap at

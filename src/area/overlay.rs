@@ -7,7 +7,7 @@
 //! nothing else: overlaps are closed loops whatever rounding does, and two target cells that share an edge
 //! share its pieces, so that what one loses the other gains.
 //!
-//! Nothing is asked about seams, poles or the order of faces. Where two neighbouring places of the traced
+//! Nothing is asked about seams, poles or the order of faces. Where two neighboring places of the traced
 //! border lie in different cells, the border is bisected until they are as near as numbers can be; then
 //! the piece ends on the border of the one cell and the next begins on the border of the other.
 
@@ -60,7 +60,7 @@ struct Touched {
     tolerance: f64,
     swept: f64,
     steps: Vec<Step>,
-    /// Reached from a neighbour: no piece of the border lies in it.
+    /// Reached from a neighbor: no piece of the border lies in it.
     whole: bool,
 }
 
@@ -95,7 +95,7 @@ pub(super) struct Overlay<'l, 'a> {
     used: usize,
 }
 
-/// What is traced: a part of a target cell's border, in the direction that its neighbour shares.
+/// What is traced: a part of a target cell's border, in the direction that its neighbor shares.
 struct Edge<'l, 'a> {
     along: Along<'l, 'a>,
     /// +1 where the trace runs as the border does, else -1.
@@ -140,7 +140,7 @@ impl<'l, 'a> Overlay<'l, 'a> {
         self.numbers.clear();
         let size = extent(target, &cell);
         for part in cell.parts() {
-            // Right and down, which is what the neighbour across it does; a rim has none.
+            // Right and down, which is what the neighbor across it does; a rim has none.
             let reversed = part.side == 2 || part.side == 3;
             let (part, sense) = if reversed {
                 let (from, to) = (part.to, part.from);
@@ -379,7 +379,7 @@ impl<'l, 'a> Overlay<'l, 'a> {
                 break;
             }
             if high.0 - low.0 <= 4.0 * f64::EPSILON {
-                // Across a seam two neighbouring cells may be far apart: the coordinate leaps.
+                // Across a seam two neighboring cells may be far apart: the coordinate leaps.
                 return None;
             }
             if (x < 0.0) == (high.1 < 0.0) {
@@ -544,7 +544,7 @@ impl<'l, 'a> Overlay<'l, 'a> {
         spot.is_some_and(|spot| spot.face == target.face && spot.at == target.at)
     }
 
-    /// Takes in the neighbours across those places of a cell's border that lie in the target cell.
+    /// Takes in the neighbors across those places of a cell's border that lie in the target cell.
     fn spread(&mut self, k: usize, target: &Cell, lies_in: impl Fn(usize, f64) -> bool) {
         let source = self.source;
         let cell = self.touched[k].cell;
@@ -565,7 +565,7 @@ impl<'l, 'a> Overlay<'l, 'a> {
     }
 }
 
-/// The neighbour on the same face.
+/// The neighbor on the same face.
 fn beside(source: &Lattice<'_>, [x, y]: [usize; 2], part: &Part) -> Option<[usize; 2]> {
     match part.side {
         0 if y > 0 => Some([x, y - 1]),
@@ -628,15 +628,15 @@ fn excursion(p: &Spot, m: &Spot, q: &Spot) -> Bend {
 
 /// Roughly a cell's area; of a needle, that of one less thin.
 fn extent(lattice: &Lattice<'_>, cell: &Cell) -> f64 {
-    let centre = lattice.decode(cell.face, cell.inside);
+    let center = lattice.decode(cell.face, cell.inside);
     let (mut area, mut square) = (0.0, 0.0_f64);
     for part in cell.parts() {
         let (a, b) = (
             lattice.decode(cell.face, part.from),
             lattice.decode(cell.face, part.to),
         );
-        area += triangle(centre, a, b).abs();
-        let arm = sub(a, centre);
+        area += triangle(center, a, b).abs();
+        let arm = sub(a, center);
         square = square.max(dot(arm, arm));
     }
     area.max(1e-4 * square).max(1e-24)

@@ -2,7 +2,7 @@
 //!
 //! In a cell the density is linear, with the cell's own solid angle as its mean: in an image of [`FEWEST`] cells along a
 //! side that moves a border's share by 1e-7 of a cell at most where the formula is smooth, and what one side of
-//! it lacks the other has. One density a cell is computed, at its centre; the rest are differences. Where the density does
+//! it lacks the other has. One density a cell is computed, at its center; the rest are differences. Where the density does
 //! not depend on a coordinate, one cell stands for all along it.
 //!
 //! A cell with a crease through it is not right here, and nothing says so but the sum of the shares of whoever covers it.
@@ -24,7 +24,7 @@ pub(super) struct Plane {
     low: [usize; 2],
     /// Cells along each axis; 0 before the first use.
     size: [usize; 2],
-    /// How far apart neighbours are held along each axis: 0 where the density does not vary.
+    /// How far apart neighbors are held along each axis: 0 where the density does not vary.
     steps: [usize; 2],
     /// The solid angle, and its growth a cell along u and along v.
     cells: Vec<[f64; 3]>,
@@ -85,16 +85,16 @@ impl Plane {
             let end = self.low[k] + self.size[k];
             end - usize::from(!varies[k] || end == limits[k])
         });
-        let centre = |axis: usize, k: usize| {
+        let center = |axis: usize, k: usize| {
             let (scale, offset) = scales[axis];
             (k as f64 + 0.5 - offset) / scale
         };
         let (across, down) = (last[0] - first[0] + 1, last[1] - first[1] + 1);
         let mut nodes: Vec<[f64; 3]> = Vec::with_capacity(across * down);
         for j in first[1]..=last[1] {
-            let v = centre(1, j);
+            let v = center(1, j);
             let face = self.face as f64;
-            nodes.extend((first[0]..=last[0]).map(|i| [centre(0, i), v, face]));
+            nodes.extend((first[0]..=last[0]).map(|i| [center(0, i), v, face]));
         }
         let mut densities = vec![0.0; nodes.len()];
         lattice.map.visit_canonical(DensityCanonical {

@@ -1,6 +1,6 @@
 //! The fast path: the cells of a block, eight at a time.
 //!
-//! The corners of the target's cells are taken into the source by the vectorised kernels. Six neighbouring ones of a
+//! The corners of the target's cells are taken into the source by the vectorized kernels. Six neighboring ones of a
 //! line tell an edge's cubic and how far it is from the truth (`edges`); cells whose edges are all smooth on one face of the source
 //! are done with that, eight side by side (`eight`). Those near seams or poles, with corners too far apart, have borders of their
 //! own in two to sixty-four parts, eight cells side by side as well. Those that cross a seam are followed one by one (`seams`), and
@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const CLOSE: f64 = 5e-7;
 
 /// The same for cells smaller than those of the source, which see how its density bends: but what one of them lacks
-/// its neighbours in the same source cell have.
+/// its neighbors in the same source cell have.
 const CLOSE_INSIDE: f64 = 2e-6;
 
 /// Whether shares with this sum and this least one are those of a cell, `close` to its solid angle.
@@ -597,13 +597,13 @@ impl<'l, 'a> Sweep<'l, 'a> {
         if around.iter().any(|d| self.from.locate(*d).is_some()) {
             return false;
         }
-        let centre = around[4];
+        let center = around[4];
         let widest = around.iter().fold(0.0_f64, |widest, d| {
-            let way = sub(*d, centre);
+            let way = sub(*d, center);
             widest.max(dot(way, way))
         });
         // Twice: a side may bulge between its corners and its middle.
-        widest <= BLIND * BLIND || self.from.is_far(centre, 2.0 * widest.sqrt())
+        widest <= BLIND * BLIND || self.from.is_far(center, 2.0 * widest.sqrt())
     }
 
     /// Any cell. It counts where there is something to share: not outside a rim.

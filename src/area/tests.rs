@@ -141,7 +141,7 @@ fn worst_sun(a: &str, n: usize, b: &str, m: usize, rotation: Option<DMat3>) -> (
                 if from.raster.has_rim() && !from.raster.holds(i as isize, j as isize) {
                     continue;
                 }
-                // Texels on a rim have their neighbours' shares as well.
+                // Texels on a rim have their neighbors' shares as well.
                 let size = solid_angle(&from.raster, &source, i, j);
                 let near = [-2, 2].iter().all(|d| {
                     from.raster.holds(i as isize + d, j as isize)

@@ -8,7 +8,7 @@ pub const TABLE: &[Convention] = &[
         kind: "angular",
         name: "debevec",
         axes: "+x -y -z",
-        note: "Centre -z, unmirrored: the reading of the gallery's two sentences that real light probes fit.",
+        note: "Center -z, unmirrored: the reading of the gallery's two sentences that real light probes fit.",
         source: "Debevec, Light Probe Image Gallery",
         version: "the gallery of 1998",
         ..ROW
@@ -17,7 +17,7 @@ pub const TABLE: &[Convention] = &[
         kind: "angular",
         name: "openimageio",
         axes: "+x -y +z",
-        note: "The gallery's second sentence taken literally, centre +z: real probes come out mirrored.",
+        note: "The gallery's second sentence taken literally, center +z: real probes come out mirrored.",
         source: "OpenImageIO, maketx --lightprobe",
         version: "OpenImageIO 3.2.2",
         known: Known::Run,

@@ -69,7 +69,7 @@ pub struct Convention {
     pub name: &'static str,
     /// Which world axes point right, down and forward.
     pub axes: &'static str,
-    /// Where texel centres lie.
+    /// Where texel centers lie.
     pub grid: Grid,
     /// How faces are laid out, where the program has one way.
     pub layout: Option<&'static str>,

@@ -29,7 +29,7 @@ pub const TABLE: &[Convention] = &[
         kind: "octahedral",
         name: "draco",
         axes: "+y +z +x",
-        note: "x is the pole. Quantised on an odd grid of 2^bits - 1 points, whose middle is +x; \
+        note: "x is the pole. Quantized on an odd grid of 2^bits - 1 points, whose middle is +x; \
                only this grid is run, the pole does not show in what comes out.",
         source: "Draco, OctahedronToolBox",
         version: "Draco 1.5, DracoPy 2.2.0",

@@ -2,7 +2,7 @@
 
 use super::{Convention, Known, ROW, Y_DOWN};
 
-/// What v360 writes under one of its names, with texels on centres; x right, y down, z forward.
+/// What v360 writes under one of its names, with texels on centers; x right, y down, z forward.
 const fn v360(kind: &'static str, note: &'static str) -> Convention {
     Convention {
         kind,

@@ -21,7 +21,7 @@ pub struct OnRing {
     pub ring: i64,
     /// Pixels in a quadrant of it.
     pub quadrant: i64,
-    /// Longitude of the centre in half pixels, of which the ring has 8 `quadrant`; negative west of 0 or
+    /// Longitude of the center in half pixels, of which the ring has 8 `quadrant`; negative west of 0 or
     /// counted around it.
     pub halves: i64,
 }
@@ -132,14 +132,14 @@ impl Grid {
         }
     }
 
-    /// Where a cell's centre lies on its ring.
+    /// Where a cell's center lies on its ring.
     #[inline(always)]
     pub fn ring_of_cell(self, Cell { face, x, y }: Cell) -> OnRing {
         let n = self.nside;
         let row = face >> 2;
         let ring = product(row + 2, n) - x - y - 1;
         let quadrant = self.quadrant(ring);
-        // Eighths of a turn: equatorial faces are centred on longitude 0, the others half a face east.
+        // Eighths of a turn: equatorial faces are centered on longitude 0, the others half a face east.
         let eighths = 2 * (face & 3) + i64::from(row != 1);
         OnRing {
             ring,
@@ -170,7 +170,7 @@ impl Grid {
         let between = self.cap + 4 * product(ring - n, n);
         let first = choose(ring < n, northern, between);
         let first = choose(ring > 3 * n, southern, first);
-        // A ring's first centre is half a pixel east of longitude 0, or on it: then `halves` is even.
+        // A ring's first center is half a pixel east of longitude 0, or on it: then `halves` is even.
         let number = halves >> 1;
         first + number + choose(number < 0, 4 * quadrant, 0)
     }
@@ -213,7 +213,7 @@ impl Grid {
             halves,
         } = place;
         let n = self.nside;
-        // Along the two diagonals; a centre is half a pixel off both.
+        // Along the two diagonals; a center is half a pixel off both.
         let falling = (halves + ring - n) >> 1;
         let rising = (halves + 3 * n - ring) >> 1;
         let equatorial = self.between(falling, rising);

@@ -8,7 +8,7 @@
 //! and y in turn), *ring* order counts rings of equal latitude from the north, each from longitude 0 eastward.
 //!
 //! Two exact integer forms of a pixel lie between any two others: its [`Cell`] (face, x, y) and its
-//! place [`OnRing`] (ring, pixels in a quadrant of it, azimuth in half pixels). Both orders and the centre
+//! place [`OnRing`] (ring, pixels in a quadrant of it, azimuth in half pixels). Both orders and the center
 //! of a pixel follow from either by additions, so that no formula exists twice.
 //!
 //! # Which pixel a direction falls into
@@ -20,11 +20,11 @@
 //! # Domain
 //!
 //! nside from 1 to 2²⁹; nested order is defined for powers of two. What is no direction (zero, NaN, infinite) has
-//! pixel [`NONE`]; what is no pixel has the pixel NONE in the other order, and a centre of NaN.
+//! pixel [`NONE`]; what is no pixel has the pixel NONE in the other order, and a center of NaN.
 //!
 //! # What makes it fast
 //!
-//! Straight lines of 64-bit integers and doubles that the compiler vectorises, in chunks as in [`crate::kernel`].
+//! Straight lines of 64-bit integers and doubles that the compiler vectorizes, in chunks as in [`crate::kernel`].
 //! No integer division, no table: a number below five is a sum of comparisons, a quotient and a square root come from a
 //! double and are put right by one step, products are of 32-bit halves (one instruction on every level).
 
@@ -33,7 +33,7 @@ mod place;
 mod run;
 
 pub use index::{Cell, Grid, OnRing};
-pub use place::{BORDER, cell_of_direction, centre};
+pub use place::{BORDER, cell_of_direction, center};
 
 use crate::error::Error;
 use crate::real::Real;
@@ -100,7 +100,7 @@ impl Pixels {
         }
     }
 
-    /// The unit vectors to the centres of pixels, three numbers each.
+    /// The unit vectors to the centers of pixels, three numbers each.
     pub fn directions(&self, pixels: &[i64], directions: &mut [f64]) {
         match self.order {
             Order::Ring => run(Directions::<false>(self.grid), pixels, directions),
@@ -117,7 +117,7 @@ impl Pixels {
         }
     }
 
-    /// The two angles of the centres of pixels.
+    /// The two angles of the centers of pixels.
     pub fn angles(&self, angles: Angles, pixels: &[i64], output: &mut [f64]) {
         let lonlat = angles == Angles::LonLat;
         match self.order {
@@ -154,7 +154,7 @@ impl<const NESTED: bool> Step<i64, f64, 1, 3> for Directions<NESTED> {
     #[inline(always)]
     fn apply(self, [pixel]: [i64; 1]) -> [f64; 3] {
         let (pixel, is_pixel) = self.0.checked(pixel);
-        let (z, sine, azimuth) = centre(self.0, on_ring::<NESTED>(self.0, pixel));
+        let (z, sine, azimuth) = center(self.0, on_ring::<NESTED>(self.0, pixel));
         let (sin, cos) = f64::sin_cos_half_turns(azimuth);
         [sine * cos, sine * sin, z].map(|x| choose(is_pixel, x, f64::NAN))
     }
@@ -191,7 +191,7 @@ impl<const NESTED: bool> Step<i64, f64, 1, 2> for ToAngles<NESTED> {
     #[inline(always)]
     fn apply(self, [pixel]: [i64; 1]) -> [f64; 2] {
         let (pixel, is_pixel) = self.0.checked(pixel);
-        let (z, sine, azimuth) = centre(self.0, on_ring::<NESTED>(self.0, pixel));
+        let (z, sine, azimuth) = center(self.0, on_ring::<NESTED>(self.0, pixel));
         let azimuth = azimuth + choose(azimuth < 0.0, 2.0, 0.0);
         let angles = if self.1 {
             let polar = f64::half_turns(sine, z.abs());

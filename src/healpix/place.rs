@@ -1,11 +1,11 @@
-//! Directions to cells, and centres of pixels.
+//! Directions to cells, and centers of pixels.
 
 use super::index::{Cell, Grid, OnRing, double, floor};
 use crate::real::{Real, max, min};
 // An `if` may become a branch, which keeps the loop from being vectorized.
 use std::hint::select_unpredictable as choose;
 
-/// A direction's number may be that of a neighbour where a border is nearer than this, in radians.
+/// A direction's number may be that of a neighbor where a border is nearer than this, in radians.
 pub const BORDER: f64 = 4e-15;
 
 /// The cell that a direction falls into, and whether it is a direction: finite and not zero.
@@ -66,9 +66,9 @@ pub fn cell_of_direction(grid: Grid, [x, y, z]: [f64; 3]) -> (Cell, bool) {
     (cell, is_direction)
 }
 
-/// z, √(1 - z²) and the azimuth in half turns, within ±1, of a pixel's centre.
+/// z, √(1 - z²) and the azimuth in half turns, within ±1, of a pixel's center.
 #[inline(always)]
-pub fn centre(grid: Grid, place: OnRing) -> (f64, f64, f64) {
+pub fn center(grid: Grid, place: OnRing) -> (f64, f64, f64) {
     let OnRing {
         ring,
         quadrant,

@@ -1,4 +1,4 @@
-//! One step from I numbers to O others over arrays of them, vectorised and in threads.
+//! One step from I numbers to O others over arrays of them, vectorized and in threads.
 
 use crate::kernel::{self, Job, SOURCE_AHEAD, TARGET_AHEAD, W, prefetch};
 use crate::threads;

@@ -26,7 +26,7 @@ use std::f64::consts::PI;
 const ALONG: usize = 192;
 const AROUND: usize = 20;
 
-/// Fills a square table: E and B of each entry, which lies at the centre of its cell.
+/// Fills a square table: E and B of each entry, which lies at the center of its cell.
 pub fn fill(distribution: Distribution, size: usize, out: &mut [f64]) {
     let along = gauss_legendre(ALONG);
     let around = gauss_legendre(AROUND);

@@ -13,7 +13,7 @@
 //! the horizon of n crosses, about one in ten, and a cone is constant but at its edge: this, and not the packed
 //! arithmetic, makes irradiance a hundred times faster than a matrix product.
 //!
-//! **Normalisation.** The sum of K dω over texels differs from its integral by the texels' size. On maps of the whole
+//! **Normalization.** The sum of K dω over texels differs from its integral by the texels' size. On maps of the whole
 //! sphere the result is therefore divided by the first and multiplied by the second, which makes it exact for a constant
 //! image at any size. Where the coverage is a part of the sphere, what is not seen is black, and the
 //! sum is divided by nothing.
@@ -21,7 +21,7 @@
 //! **Order.** Each n has eight lanes of its own and meets the blocks in their order; lanes are
 //! added last, as a tree. Neither threads, levels nor the other directions change a bit.
 //!
-//! Sources: clamped cosine, Lambert 1760 (E = ∫ L max(0, n·ω) dω); Phong 1975, normalised by Lewis 1994; Fisher
+//! Sources: clamped cosine, Lambert 1760 (E = ∫ L max(0, n·ω) dω); Phong 1975, normalized by Lewis 1994; Fisher
 //! 1953; GGX, Walter et al. 2007; Charlie, Estevez & Kulla 2017. The last two are the lobes of n = v = r,
 //! Karis 2013.
 //!

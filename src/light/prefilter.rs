@@ -11,7 +11,7 @@
 //! and not less than the target's own texel.
 //!
 //! A sample has one level for the whole image, so texels are taken in runs, sample by sample: lookups of
-//! neighbours meet in the cache, and all but the four loads is packed arithmetic.
+//! neighbors meet in the cache, and all but the four loads is packed arithmetic.
 
 use crate::convert;
 use crate::error::Error;

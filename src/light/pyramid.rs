@@ -3,7 +3,7 @@
 //! Whatever the source's map, it becomes a cube whose texels are no larger than the source's (in the mean, and up to
 //! [`LARGEST`]² a face). A source beyond that is first reduced within its own map, two by two texels, by solid
 //! angle: light is added and so kept. Below its first level the cube is reduced in the same way. Each face has
-//! a border of one texel that continues into its neighbours, so that a bilinear lookup never meets an edge.
+//! a border of one texel that continues into its neighbors, so that a bilinear lookup never meets an edge.
 //!
 //! Directions outside a source's coverage are black.
 
@@ -137,7 +137,7 @@ impl Level {
         (face * (self.n + 2) + j) * (self.n + 2) + i
     }
 
-    /// Fills the border from the neighbours.
+    /// Fills the border from the neighbors.
     fn close(&mut self) {
         let n = self.n;
         for face in 0..6 {
@@ -330,7 +330,7 @@ impl Packed for Places<'_> {
             let axis = by_x.select(x, by_y.select(y, z));
             let first = by_x.select(zero, by_y.select(number(2.0), number(4.0)));
             let face = first + axis.simd_lt(zero).select(number(1.0), zero);
-            // From the first texel's centre on, the border being texel 0.
+            // From the first texel's center on, the border being texel 0.
             let scale = half / largest;
             let offset = half + number(0.5);
             let (s, t) = (p * scale + offset, q * scale + offset);

@@ -1,6 +1,6 @@
 //! Texels across a rim: whose is the part of the sphere that they cover?
 //!
-//! A texel whose centre lies outside the valid image holds no value (photographers print their credits
+//! A texel whose center lies outside the valid image holds no value (photographers print their credits
 //! there), yet its corner may cover a little of the sphere. That part belongs to the nearest texel that
 //! holds a value, so that nothing outside leaks in and the weights still sum to the coverage.
 
@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::image::Raster;
 use crate::map::Map;
 
-/// The texel that holds the value of texel (i, j) of a face: itself, or the nearest whose centre lies in
+/// The texel that holds the value of texel (i, j) of a face: itself, or the nearest whose center lies in
 /// the valid image. Of several at one distance it is the first by row and column.
 pub fn holder(raster: &Raster, i: usize, j: usize) -> (usize, usize) {
     let (x, y) = (i as isize, j as isize);

@@ -1,9 +1,9 @@
 //! The texels of an image as points of a quadrature: directions and weights, in blocks.
 //!
-//! A texel counts with its exact solid angle, at the direction of its centre. A texel across the rim of a
-//! disk may have its centre outside the valid image: it holds no value (photographers print their credits
+//! A texel counts with its exact solid angle, at the direction of its center. A texel across the rim of a
+//! disk may have its center outside the valid image: it holds no value (photographers print their credits
 //! there), but a part of it sees the sphere. **That part is counted with the nearest texel of the same
-//! face whose centre is valid**, the first one in row order where two are as near. So the weights still sum to
+//! face whose center is valid**, the first one in row order where two are as near. So the weights still sum to
 //! the coverage's solid angle to rounding, and what lies outside never leaks in.
 //!
 //! Blocks are squares of [`SIDE`]² texels of one face, so that a block is a small patch of the sphere: it has
@@ -114,7 +114,7 @@ impl Texels {
         let (across, down) = (w.div_ceil(SIDE), h.div_ceil(SIDE));
         let turn = map.turn(None).inverse();
 
-        // Every block has room for all its texels first, and is closed up afterwards.
+        // Every block has room for all its texels first, and is closed up afterward.
         let room = SIDE * SIDE;
         let mut points = vec![[0.0_f64; 5]; faces * across * down * room];
         threads::rows(&mut points, room, faces * w * h, |number, points| {
@@ -128,8 +128,8 @@ impl Texels {
                 for i in column * SIDE..((column + 1) * SIDE).min(w) {
                     if weights[j * w + i] > 0.0 {
                         let (u, v) = (
-                            raster.along_u.centre(i as f64),
-                            raster.along_v.centre(j as f64),
+                            raster.along_u.center(i as f64),
+                            raster.along_v.center(j as f64),
                         );
                         uv.set(n, [u, v, face as f64]);
                         places[n] = (i, j);
@@ -292,8 +292,8 @@ fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
     weights
 }
 
-/// The directions of all texel centres, for what needs them one by one.
-pub fn centres(map: &Map, shape: &[usize]) -> Result<Vec<f64>, Error> {
+/// The directions of all texel centers, for what needs them one by one.
+pub fn centers(map: &Map, shape: &[usize]) -> Result<Vec<f64>, Error> {
     let raster = Raster::new(map, shape)?;
     let mut out = vec![0.0; 3 * raster.texels()];
     convert::directions(map, shape, None, &mut out)?;

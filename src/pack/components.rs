@@ -2,7 +2,7 @@
 //!
 //! Sources: the conversion rules of Direct3D and Vulkan: snorm n = max(k/(2ᵇ⁻¹ - 1), -1), so the field
 //! -2ᵇ⁻¹ reads as -1; unorm k/(2ᵇ - 1), which a normal map reads as 2c - 1. Most of the cube lies inside the sphere
-//! and its codes are wasted. Decoding normalises; the code of all zeros has no direction and gives NaN.
+//! and its codes are wasted. Decoding normalizes; the code of all zeros has no direction and gives NaN.
 //! Many codes lie along one direction, so `canonical` mends only what a field can spell twice.
 //! `precise` takes the best of the eight grid points around the unit vector.
 
@@ -24,7 +24,7 @@ pub const SNORM: Family = Family {
     name: "snorm",
     title: "Three signed components",
     source: "Direct3D 11.3 functional specification 3.2.3; Vulkan 1.3, 3.9; fields from the lowest bits up",
-    summary: "x, y and z as signed normalised integers; what vertex formats read without a shader.",
+    summary: "x, y and z as signed normalized integers; what vertex formats read without a shader.",
     bits: &[24, 30, 48],
     roundings: ROUNDINGS,
     splits: Splits::Three {
@@ -39,9 +39,9 @@ pub const SNORM: Family = Family {
 /// Three unsigned numbers.
 pub const RGB: Family = Family {
     name: "rgb",
-    title: "Three colour components",
+    title: "Three color components",
     source: "Direct3D and Vulkan unorm; n = 2c - 1, as in normal maps",
-    summary: "x, y and z as the colours of a normal map; no code is exactly on an axis.",
+    summary: "x, y and z as the colors of a normal map; no code is exactly on an axis.",
     bits: &[24],
     roundings: ROUNDINGS,
     splits: Splits::Three { components: &[24] },

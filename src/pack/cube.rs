@@ -2,7 +2,7 @@
 //!
 //! Sources: the gnomonic cube; the equi-angular cube (p = tan(πa/4)); S2's quadratic cells (Google's S2
 //! geometry library). The code is (face·n + j)·n + i: faces +x -x +y -y +z -z, i and j along the two
-//! other axes in the order x, y, z, both upward, at the centres of cells. Ties: x wins over y over z. No
+//! other axes in the order x, y, z, both upward, at the centers of cells. Ties: x wins over y over z. No
 //! direction has two codes. Codes from 6n² on stand for nothing.
 
 use super::chart::{Chart, Charted, Node};
@@ -61,7 +61,7 @@ impl<const CURVE: u8> Cube<CURVE> {
         .negated_if(p < R::new(0.0))
     }
 
-    /// Among the centres of cells.
+    /// Among the centers of cells.
     #[inline(always)]
     fn cell<R: Cell>(self, a: R) -> R {
         (a + R::new(1.0)) * R::new(0.5 * self.n) - R::new(0.5)

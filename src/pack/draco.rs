@@ -43,12 +43,12 @@ impl Draco {
     }
 
     fn canonical(self, s: i64, t: i64) -> (i64, i64) {
-        let (last, centre) = (self.largest(), self.largest() / 2);
+        let (last, center) = (self.largest(), self.largest() / 2);
         if (s == 0 && (t == 0 || t == last)) || (s == last && t == 0) {
             (last, last)
-        } else if (s == 0 && t > centre) || (s == last && t < centre) {
+        } else if (s == 0 && t > center) || (s == last && t < center) {
             (s, last - t)
-        } else if (t == last && s < centre) || (t == 0 && s > centre) {
+        } else if (t == last && s < center) || (t == 0 && s > center) {
             (last - s, t)
         } else {
             (s, t)
@@ -59,7 +59,7 @@ impl Draco {
 impl Literal for Draco {
     fn encode(self, d: [f64; 3]) -> u64 {
         let d = d.map(|x| f64::from(x as f32));
-        let centre = self.largest() / 2;
+        let center = self.largest() / 2;
         let sum = d[0].abs() + d[1].abs() + d[2].abs();
         let d = if sum > 1e-6 {
             let scale = 1.0 / sum;
@@ -67,9 +67,9 @@ impl Literal for Draco {
         } else {
             [1.0, 0.0, 0.0]
         };
-        let round = |x: f64| (x * centre as f64 + 0.5).floor() as i64;
+        let round = |x: f64| (x * center as f64 + 0.5).floor() as i64;
         let (x, mut y) = (round(d[0]), round(d[1]));
-        let mut z = centre - x.abs() - y.abs();
+        let mut z = center - x.abs() - y.abs();
         if z < 0 {
             y += if y > 0 { z } else { -z };
             z = 0;
@@ -78,7 +78,7 @@ impl Literal for Draco {
             z = -z;
         }
         let (s, t) = if x >= 0 {
-            (y + centre, z + centre)
+            (y + center, z + center)
         } else {
             let folded = |a: i64, b: i64| {
                 if a < 0 {

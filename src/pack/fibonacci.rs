@@ -4,7 +4,7 @@
 //! at azimuth 2π·frac(i/Φ) and z = 1 - (2i + 1)/n. frac(i/Φ) is exact to 2⁻⁶⁴ as a product of integers modulo 2⁶⁴.
 //!
 //! Encoding: near the latitude of a direction the points form a lattice on the cylinder, whose short
-//! steps are two neighbouring Fibonacci numbers of points. `nearest` looks at the four corners of the
+//! steps are two neighboring Fibonacci numbers of points. `nearest` looks at the four corners of the
 //! cell, as the paper does; `precise` at the sixteen around it, which near the poles finds a nearer one
 //! now and then. No two codes share a direction, and ±z have one each, half a step away. It is scalar
 //! code: the lattice depends on the latitude.

@@ -5,7 +5,7 @@
 //! - `snorm`: k/n, k = -n..n, n = 2ᵇ⁻¹ - 1: 0 and ±1 are exact. The field -2ᵇ⁻¹ reads as -n, as Direct3D
 //!   and Vulkan have it, and is never written.
 //! - `unorm`: 2k/(2ᵇ - 1) - 1, k = 0..2ᵇ - 1: ±1 are exact and 0 is not.
-//! - `centers`: (2k + 1)/2ᵇ - 1: the centres of a texture's texels. No two places share a direction.
+//! - `centers`: (2k + 1)/2ᵇ - 1: the centers of a texture's texels. No two places share a direction.
 //!
 //! Schemes work in steps: a lattice of integers shifted by `offset`, 0 or ½, on [-n, n].
 

@@ -1,6 +1,6 @@
-//! Directions in, codes out, and back: the loops that every vectorised scheme shares.
+//! Directions in, codes out, and back: the loops that every vectorized scheme shares.
 //!
-//! The organisation is that of [`crate::kernel`]: chunks of 64 in rows of an aligned buffer, one plain loop, compiled for
+//! The organization is that of [`crate::kernel`]: chunks of 64 in rows of an aligned buffer, one plain loop, compiled for
 //! each level, and a second copy without guards for chunks of tame numbers. What differs is the end
 //! of it: a code is one unsigned word, u32 where a scheme computes in f32 and u64 in f64.
 //!

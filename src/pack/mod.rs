@@ -6,7 +6,7 @@
 //! bits. `oct16x2` is the same as `oct32` as an array of its two fields; that is a matter of how the words
 //! are looked at, and left to the Python layer.
 //!
-//! Two kinds of scheme: those whose formula the compiler vectorises ([`kernel`]; in f32 where fields have
+//! Two kinds of scheme: those whose formula the compiler vectorizes ([`kernel`]; in f32 where fields have
 //! at most 16 bits and the data are f32, else in f64), and scalar ones (point sets, other programs'
 //! formulas). All are pure functions of a direction, so threads and levels never show.
 //!

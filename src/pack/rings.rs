@@ -6,7 +6,7 @@
 //! rings from +z. [`TABLE`] has, for each number of bits, R and sin²(ε/2) for the smallest ε whose points
 //! fit, found by bisection for each R about √(πn)/2.
 //!
-//! `nearest` looks at the direction's own ring, `precise` at its neighbours too. Decoding searches the rings'
+//! `nearest` looks at the direction's own ring, `precise` at its neighbors too. Decoding searches the rings'
 //! first codes.
 
 use super::fold::Rounding;
@@ -39,7 +39,7 @@ struct Rings {
 /// Points on rings.
 pub const RINGS: Family = Family {
     name: "rings",
-    title: "Optimised rings",
+    title: "Optimized rings",
     source: "Smith, Petrova, Schaefer 2012, Encoding Normal Vectors using Optimized Spherical Coordinates",
     summary: "The smallest mean error of all from 12 bits on; decoding needs a table of rings.",
     bits: &[8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 32],

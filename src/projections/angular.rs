@@ -1,10 +1,10 @@
-//! Debevec's angular map (light probe): the distance from the centre is the angle from the axis.
+//! Debevec's angular map (light probe): the distance from the center is the angle from the axis.
 //!
 //! Source: Debevec 1998 and the Light Probe Image Gallery: r = acos(Dz)/(π √(Dx² + Dy²)), u = ½ + Dx r/2,
 //! v = ½ + Dy r/2. With a field of view below 360° it is the equidistant fisheye.
 //!
 //! Domain: all directions within fov/2 of the axis, else NaN. Singular: at 360° the direction opposite
-//! the axis fills the rim and encodes to (1, ½). The centre is no singular point, though the printed
+//! the axis fills the rim and encodes to (1, ½). The center is no singular point, though the printed
 //! form is 0/0 there.
 //!
 //! acos loses half the digits near ±z (2.4e-4 rad in f32); the angle is atan2(h, z) instead.
@@ -28,7 +28,7 @@ impl Projection for Angular {
         title: "Angular map (light probe)",
         known_as: &["light_probe", "equidistant", "fisheye"],
         source: "Debevec 1998, Rendering Synthetic Objects into Real Scenes; Light Probe Image Gallery",
-        summary: "Distance from the centre is the angle from the axis; light probes and equidistant fisheyes.",
+        summary: "Distance from the center is the angle from the axis; light probes and equidistant fisheyes.",
         singular: "At fov = 360 the direction opposite the axis fills the whole rim; it encodes to (1, 1/2).",
         axes: "+x -y -z",
         outline: Outline::Disk,
@@ -81,7 +81,7 @@ impl Projection for Angular {
         let inside = radius <= R::new(1.0 + 2.0 * R::EPSILON);
         let radius = if inside { radius } else { R::new(f64::NAN) };
         let factor = radius / (hs + on_axis);
-        Uv::centred(
+        Uv::centered(
             ((xs + on_axis) * factor).clamped(-1.0, 1.0),
             (ys * factor).clamped(-1.0, 1.0),
             zero,
@@ -121,11 +121,11 @@ impl Projection for Angular {
         let s = if s < one { s } else { one };
         let r = s.sqrt();
         // sin πr as 2 sin(πr/2) cos(πr/2): with the sine alone, the compiler branches between its two
-        // polynomials and does not vectorise.
+        // polynomials and does not vectorize.
         let (sin, cos) = R::sin_cos_half_turns(r * R::new(0.5));
-        let centre = r < R::new(1e-9);
-        let divisor = if centre { one } else { r };
-        let sinc = if centre {
+        let center = r < R::new(1e-9);
+        let divisor = if center { one } else { r };
+        let sinc = if center {
             R::new(PI)
         } else {
             R::new(2.0) * sin * cos / divisor

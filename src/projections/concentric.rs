@@ -1,6 +1,6 @@
 //! The concentric map: the hemisphere in a square, each texel of one solid angle.
 //!
-//! Source: Shirley and Chiu 1997, A Low Distortion Map Between Disk and Square: squares about the centre become circles,
+//! Source: Shirley and Chiu 1997, A Low Distortion Map Between Disk and Square: squares about the center become circles,
 //! r = max(|p|, |q|), with the azimuth (π/4) of the ratio of the smaller to the larger coordinate from the nearer
 //! axis; then the equal-area disk, z = 1 - r².
 //!
@@ -59,7 +59,7 @@ impl Projection for Concentric {
         let edge = R::new(1.0);
         let (p, q) = (R::choose(p > edge, edge, p), R::choose(q > edge, edge, q));
         let nan = R::new(f64::NAN);
-        Uv::centred(
+        Uv::centered(
             R::choose(seen, p.negated_if(x < zero), nan),
             R::choose(seen, q.negated_if(y < zero), nan),
             zero,
@@ -79,7 +79,7 @@ impl Projection for Concentric {
         let (sin, cos) = R::sin_cos_half_turns(minor / (divisor * R::new(4.0)));
         let flat = r * (R::new(2.0) - r * r).sqrt();
         let near = cos * flat;
-        // At the centre the derivatives are those along the p axis.
+        // At the center the derivatives are those along the p axis.
         let far = (sin * flat).with_slope_of(!outside, || minor * R::new(FRAC_PI_4 * SQRT_2));
         let x = R::choose(along_x, near, far);
         let y = R::choose(along_x, far, near);

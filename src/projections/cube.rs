@@ -146,7 +146,7 @@ impl Projection for Cube {
     #[inline(always)]
     fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
         let ([p, q], major, face) = to_face(d);
-        Uv::centred(p / major, q / major, face)
+        Uv::centered(p / major, q / major, face)
     }
 
     #[inline(always)]

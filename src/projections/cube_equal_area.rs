@@ -74,7 +74,7 @@ impl Projection for CubeEqualArea {
         let minor = R::choose(minor > major, major, minor);
         let p = R::choose(along_x, major, minor);
         let q = R::choose(along_x, minor, major);
-        Uv::centred(p.negated_if(x < zero), q.negated_if(y < zero), face)
+        Uv::centered(p.negated_if(x < zero), q.negated_if(y < zero), face)
     }
 
     #[inline(always)]
@@ -99,7 +99,7 @@ impl Projection for CubeEqualArea {
         let slope = (max(two - versine, zero) / square).sqrt();
         let out = major * slope;
         let far = a * out;
-        // At a face's centre the derivatives are those along the p axis.
+        // At a face's center the derivatives are those along the p axis.
         let near = (b * out).with_slope_of(!outside, || minor * slope * R::new(PI / 12.0));
         let x = R::choose(along_p, far, near);
         let y = R::choose(along_p, near, far);
@@ -116,7 +116,7 @@ impl Projection for CubeEqualArea {
     fn beyond(self, uv: Uv<f64>) -> Uv<f64> {
         let (p, q) = uv.pq();
         let [p, q] = [p, q].map(|x| x.clamped(-FARTHEST, FARTHEST));
-        self.encode(self.decode(Uv::centred(p, q, uv.face)))
+        self.encode(self.decode(Uv::centered(p, q, uv.face)))
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

@@ -1,4 +1,4 @@
-//! The double-sphere camera: two unit spheres ξ apart, then a pinhole between the second's centre and its pole.
+//! The double-sphere camera: two unit spheres ξ apart, then a pinhole between the second's center and its pole.
 //!
 //! Source: Usenko, Demmel & Cremers 2018, The Double Sphere Camera Model, equations 40 to 52: with d1 = |d|
 //! and d2 = √(x² + y² + (ξ d1 + z)²) the image is (x, y)/(α d2 + (1 - α)(ξ d1 + z)), here over its radius at
@@ -99,7 +99,7 @@ impl Projection for DoubleSphere {
                 above: -1.0,
                 maximum: 1.0,
                 unit: "radii",
-                doc: "how far the second sphere's centre lies before the first's",
+                doc: "how far the second sphere's center lies before the first's",
             },
             Parameter {
                 name: "alpha",
@@ -107,7 +107,7 @@ impl Projection for DoubleSphere {
                 above: 0.0,
                 maximum: 1.0,
                 unit: "",
-                doc: "where the pinhole lies, as alpha/(1 - alpha) behind the second sphere's centre",
+                doc: "where the pinhole lies, as alpha/(1 - alpha) behind the second sphere's center",
             },
         ],
         smooth: true,
@@ -140,7 +140,7 @@ impl Projection for DoubleSphere {
     }
 
     fn density_range(self) -> (f64, f64) {
-        lens::extremes(1.0, |r| self.density(Uv::centred(r, 0.0, 0.0)))
+        lens::extremes(1.0, |r| self.density(Uv::centered(r, 0.0, 0.0)))
     }
 
     fn seam(self) -> Seam {

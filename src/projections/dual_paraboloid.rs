@@ -59,7 +59,7 @@ impl Projection for DualParaboloid {
         } else {
             R::new(1.0)
         };
-        Uv::centred(x * inverse, y * inverse, face)
+        Uv::centered(x * inverse, y * inverse, face)
     }
 
     #[inline(always)]

@@ -67,7 +67,7 @@ impl Projection for EqualArea {
         let below = z < R::new(0.0);
         let a = R::choose(below, one - n, m);
         let b = R::choose(below, one - m, n);
-        Uv::centred(a * sign(x), b * sign(y), R::new(0.0))
+        Uv::centered(a * sign(x), b * sign(y), R::new(0.0))
     }
 
     #[inline(always)]

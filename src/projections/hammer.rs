@@ -66,7 +66,7 @@ impl Projection for Hammer {
         let ahead = if front { large } else { small };
         let n = R::new(1.0) / (length * (length + ahead)).sqrt();
         let west = x <= zero;
-        Uv::centred(
+        Uv::centered(
             (along * n).clamped(-1.0, 1.0).negated_if(west),
             (y * n).clamped(-1.0, 1.0),
             zero,

@@ -118,7 +118,7 @@ impl Projection for Healpix {
         let south = face > R::new(7.5);
         let row = R::choose(north, zero, one) + R::choose(south, one, zero);
         let column = face - R::new(4.0) * row;
-        // The longitude of a face's centre, from -1 to 1 half turns.
+        // The longitude of a face's center, from -1 to 1 half turns.
         let middle = R::new(0.5) * column + R::choose(north | south, R::new(0.25), zero);
         let middle = middle - R::choose(middle > one, two, zero);
 
@@ -232,10 +232,10 @@ mod tests {
             let grid = Grid::new(nside);
             for face in 0..12 {
                 for (x, y) in (0..nside).flat_map(|y| (0..nside).map(move |x| (x, y))) {
-                    let centre = |i: i64| (i as f64 + 0.5) / nside as f64;
+                    let center = |i: i64| (i as f64 + 0.5) / nside as f64;
                     let d = Healpix.decode(Uv {
-                        u: centre(x),
-                        v: centre(y),
+                        u: center(x),
+                        v: center(y),
                         face: face as f64,
                     });
                     let (cell, _) = cell_of_direction(grid, d);

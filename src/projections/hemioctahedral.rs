@@ -46,7 +46,7 @@ impl Projection for Hemioctahedral {
         let sum = x.abs() + y.abs() + z.abs();
         let above = z >= R::new(0.0);
         let sum = if above { sum } else { R::new(f64::NAN) };
-        Uv::centred((x + y) / sum, (x - y) / sum, R::new(0.0))
+        Uv::centered((x + y) / sum, (x - y) / sum, R::new(0.0))
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 //!
 //! Source: the icosahedron with vertices at the poles and at latitudes ±atan ½, its twenty triangles joined in pairs
 //! (Sadourny, Arakawa & Mintz 1968; the ten diamonds of DWD's GME, Majewski et al. 2002). Face k is the diamond
-//! (north pole, two upper vertices, lower vertex) around azimuth 72°k + 36°, face 5 + k its neighbour below to the
+//! (north pole, two upper vertices, lower vertex) around azimuth 72°k + 36°, face 5 + k its neighbor below to the
 //! right, down to the south pole. u runs down to the right, v down to the left. Within a triangle the map is linear in the
 //! plane, so that great circles are straight; the density varies by 1.99.
 //!
@@ -63,7 +63,7 @@ const fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// Three vectors whose products with a direction are, but for a common factor, its coordinates by the corners a, b, c,
-/// which run anticlockwise as seen from inside.
+/// which run counterclockwise as seen from inside.
 const fn dual(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [[f64; 3]; 3] {
     [cross(c, b), cross(a, c), cross(b, a)]
 }

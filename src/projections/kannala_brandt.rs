@@ -1,7 +1,7 @@
 //! The Kannala–Brandt lens: a fisheye's radius as an odd polynomial of the angle, as OpenCV's `cv2.fisheye` has it.
 //!
 //! Source: Kannala & Brandt 2006, A Generic Camera Model and Calibration Method for Conventional, Wide-Angle, and
-//! Fish-Eye Lenses, equation 6, in OpenCV's normalisation: θd = θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸), θ in
+//! Fish-Eye Lenses, equation 6, in OpenCV's normalization: θd = θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸), θ in
 //! radians from the axis, and the radius θd/θd(fov/2). With all k = 0 it is the equidistant fisheye. A picture that
 //! is not a whole image circle with the axis in the middle is a crop of this map: OpenCV's focal length f is
 //! half the circle's diameter in pixels over θd(fov/2).
@@ -211,7 +211,7 @@ impl Projection for KannalaBrandt {
     }
 
     fn density_range(self) -> (f64, f64) {
-        let (low, high) = lens::extremes(1.0, |r| self.density(Uv::centred(r, 0.0, 0.0)));
+        let (low, high) = lens::extremes(1.0, |r| self.density(Uv::centered(r, 0.0, 0.0)));
         // sin π is 0 and not what a rounded π gives.
         (if self.rim == 1.0 { 0.0 } else { low }, high)
     }
@@ -236,7 +236,7 @@ impl Projection for KannalaBrandt {
         let radius = t * self.stretch(t * t) * R::new(1.0 / self.radius);
         let radius = if inside { radius } else { R::new(f64::NAN) };
         let factor = radius / (hs + on_axis);
-        Uv::centred(
+        Uv::centered(
             ((xs + on_axis) * factor).clamped(-1.0, 1.0),
             (ys * factor).clamped(-1.0, 1.0),
             zero,

@@ -1,11 +1,11 @@
 //! MatCap: the unit normal itself, seen from the front.
 //!
-//! Source: the lit-sphere shading of Sloan et al. 2001, as modelling programs use it: a material is
+//! Source: the lit-sphere shading of Sloan et al. 2001, as modeling programs use it: a material is
 //! a picture of a ball, looked up by the normal in view space, u = nx/2 + ½, v = ny/2 + ½. The same map
 //! is the orthographic view of a hemisphere.
 //!
 //! Toward the rim an error δ of a coordinate turns the direction by √(2δ), so that every rounding counts.
-//! Encoding normalises twice, the second time by the remainder 1 - |n|² of the first result, computed without
+//! Encoding normalizes twice, the second time by the remainder 1 - |n|² of the first result, computed without
 //! rounding, and rounds the coordinate once; decoding takes z from the same remainder. With plain sums
 //! the round trip was off by up to 5.4e-4 rad in f32.
 //!

@@ -72,7 +72,7 @@ impl Projection for Miller {
         let latitude = R::half_turns(h, -y) - half;
         let (sin, cos) = R::sin_cos_half_turns(latitude * R::new(0.8));
         let q = (sin / cos).asinh() * R::new(1.0 / EDGE);
-        Uv::centred(longitude, q.clamped(-1.0, 1.0), R::new(0.0))
+        Uv::centered(longitude, q.clamped(-1.0, 1.0), R::new(0.0))
     }
 
     #[inline(always)]

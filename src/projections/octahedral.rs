@@ -5,7 +5,7 @@
 //! outward over its edges.
 //!
 //! Domain: all directions; no singular point; the density varies 5.196:1. The fold takes sign(±0) = +1: with
-//! sign(0) = 0 the direction -z would encode to the centre, an error of π. -z encodes to (1, 1).
+//! sign(0) = 0 the direction -z would encode to the center, an error of π. -z encodes to (1, 1).
 
 use crate::light::solid_angle::{self, Rect};
 use crate::projection::{Coverage, Info, Projection, Seam, Uv};
@@ -51,7 +51,7 @@ impl Projection for Octahedral {
         let below = z < R::new(0.0);
         let folded_p = (one - q.abs()) * sign(p);
         let folded_q = (one - p.abs()) * sign(q);
-        Uv::centred(
+        Uv::centered(
             if below { folded_p } else { p },
             if below { folded_q } else { q },
             R::new(0.0),

@@ -56,13 +56,13 @@ impl Projection for Orthographic {
     }
 
     fn density_range(self) -> (f64, f64) {
-        let centre = 4.0 * self.rim * self.rim;
+        let center = 4.0 * self.rim * self.rim;
         let rim = if self.whole() {
             0.0
         } else {
             f64::sin_cos_half_turns(self.angle).1
         };
-        (centre, centre / rim)
+        (center, center / rim)
     }
 
     fn seam(self) -> Seam {

@@ -9,7 +9,7 @@
 //! Domain: all directions. Singular: r = (0, 0, -1), behind the ball, which the whole rim shows; it
 //! encodes to (1, ½).
 //!
-//! The printed form is 0/0 at the blind spot and assumes |r| = 1. Here the distance from the centre is
+//! The printed form is 0/0 at the blind spot and assumes |r| = 1. Here the distance from the center is
 //! sin(θ/2), from whichever of h/√(2L(L+z)) and √((L-z)/2L) does not cancel, along the azimuth. Choosing
 //! numerator and denominator before the one division and root keeps it at two roots and one division,
 //! which is what its time goes to; the azimuth as a unit vector cost two divisions and a root more.
@@ -19,7 +19,7 @@ use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::real::{Real, max, scaled};
 
 /// A direction of any length near 1 in Lambert's map, whose disk has radius 1/`rim`; (1/`rim`, 0) for the direction
-/// opposite the centre. Scaled under the root, it costs no rounding of its own.
+/// opposite the center. Scaled under the root, it costs no rounding of its own.
 #[inline(always)]
 pub(super) fn to_disk<R: Real>([x, y, z]: [R; 3], rim: f64) -> (R, R) {
     let (zero, one) = (R::new(0.0), R::new(1.0));
@@ -91,7 +91,7 @@ impl Projection for Sphere {
     #[inline(always)]
     fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
         let (p, q) = to_disk(d, 1.0);
-        Uv::centred(p.clamped(-1.0, 1.0), q.clamped(-1.0, 1.0), R::new(0.0))
+        Uv::centered(p.clamped(-1.0, 1.0), q.clamped(-1.0, 1.0), R::new(0.0))
     }
 
     #[inline(always)]

@@ -4,8 +4,8 @@
 //! "little planet" picture of panorama programs, and fisheye lenses with r = 2f tan(θ/2).
 //!
 //! Domain: all directions within fov/2 of the axis, else NaN. Singular: the direction opposite the axis lies
-//! infinitely far away, and the range of fov ends at 359°. Density falls from the centre to the rim by
-//! 1/cos⁴(fov/4): wide views round directions near their centre by as much more as texels there are larger.
+//! infinitely far away, and the range of fov ends at 359°. Density falls from the center to the rim by
+//! 1/cos⁴(fov/4): wide views round directions near their center by as much more as texels there are larger.
 
 use super::lens;
 use crate::light::solid_angle::{self, Rect};

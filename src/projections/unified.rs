@@ -1,4 +1,4 @@
-//! The unified camera: a sphere seen from a point off its centre; mirrors with a lens, and most fisheyes.
+//! The unified camera: a sphere seen from a point off its center; mirrors with a lens, and most fisheyes.
 //!
 //! Source: Geyer & Daniilidis 2000, A Unifying Theory for Central Panoramic Systems; Mei & Rives 2007, Single View
 //! Point Omnidirectional Camera Calibration from Planar Grids: (x, y)/(z + ξ|d|), with the radius over that at
@@ -14,7 +14,7 @@ use crate::light::solid_angle::Rect;
 use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
 use crate::real::Real;
 
-/// A sphere seen from a point ξ behind its centre.
+/// A sphere seen from a point ξ behind its center.
 #[derive(Clone, Copy, Debug)]
 pub struct Unified {
     /// How far the point lies behind.
@@ -51,7 +51,7 @@ impl Projection for Unified {
         title: "Unified camera (Mei)",
         known_as: &["mei"],
         source: "Geyer, Daniilidis 2000; Mei, Rives 2007, eq. 1; OpenCV omnidirectional camera model",
-        summary: "A sphere seen from a point off its centre: catadioptric cameras and calibrated fisheyes.",
+        summary: "A sphere seen from a point off its center: catadioptric cameras and calibrated fisheyes.",
         singular: "None in the image.",
         axes: "+x -y -z",
         outline: Outline::Disk,
@@ -63,7 +63,7 @@ impl Projection for Unified {
                 above: 0.0,
                 maximum: 4.0,
                 unit: "radii",
-                doc: "how far behind the sphere's centre the point of view lies",
+                doc: "how far behind the sphere's center the point of view lies",
             },
         ],
         smooth: true,
@@ -94,7 +94,7 @@ impl Projection for Unified {
     }
 
     fn density_range(self) -> (f64, f64) {
-        lens::extremes(1.0, |r| self.density(Uv::centred(r, 0.0, 0.0)))
+        lens::extremes(1.0, |r| self.density(Uv::centered(r, 0.0, 0.0)))
     }
 
     fn seam(self) -> Seam {

@@ -91,7 +91,7 @@ impl<W: Warp> Projection for Warped<W> {
     #[inline(always)]
     fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
         let ([p, q], major, face) = to_face(d);
-        Uv::centred(W::from_plane(p, major), W::from_plane(q, major), face)
+        Uv::centered(W::from_plane(p, major), W::from_plane(q, major), face)
     }
 
     #[inline(always)]
@@ -103,7 +103,7 @@ impl<W: Warp> Projection for Warped<W> {
     fn beyond(self, uv: Uv<f64>) -> Uv<f64> {
         let (p, q) = uv.pq();
         let [p, q] = [p, q].map(|x| x.clamped(-FARTHEST, FARTHEST));
-        self.encode(self.decode(Uv::centred(p, q, uv.face)))
+        self.encode(self.decode(Uv::centered(p, q, uv.face)))
     }
 
     fn beside(self, _: Edge, along: f64, inset: f64) -> f64 {

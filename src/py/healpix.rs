@@ -39,7 +39,7 @@ pub fn healpix_vec2pix<'py>(
     })
 }
 
-/// Centres of pixels: (...) -> (..., 3).
+/// Centers of pixels: (...) -> (..., 3).
 #[pyfunction]
 #[pyo3(signature = (nside, pixels, /, *, nest=false, out=None))]
 pub fn healpix_pix2vec<'py>(
@@ -73,7 +73,7 @@ pub fn healpix_ang2pix<'py>(
     points(py, &angles, "angles", 2, out, "int64", &[], work)
 }
 
-/// Pairs of angles of the centres of pixels: (...) -> (..., 2).
+/// Pairs of angles of the centers of pixels: (...) -> (..., 2).
 #[pyfunction]
 #[pyo3(signature = (nside, pixels, /, *, nest=false, lonlat=false))]
 pub fn healpix_pix2ang<'py>(

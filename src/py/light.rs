@@ -1,4 +1,4 @@
-//! Light as functions of the module: images in, float64 arrays out. `spheremap._light` and its neighbours
+//! Light as functions of the module: images in, float64 arrays out. `spheremap._light` and its neighbors
 //! check images, choose defaults and restore dtypes.
 
 use super::arrays::{finish, output, writable};

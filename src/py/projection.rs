@@ -17,7 +17,7 @@ use pyo3::types::{PyDict, PyTuple};
 #[derive(PartialEq, Eq, Hash)]
 pub struct PyProjection(pub Map);
 
-/// Texel centres' directions are float64 unless asked otherwise.
+/// Texel centers' directions are float64 unless asked otherwise.
 fn wants_f32(dtype: Option<&Bound<'_, PyAny>>) -> PyResult<bool> {
     let Some(dtype) = dtype else { return Ok(false) };
     let dtype = dtype
@@ -201,7 +201,7 @@ impl PyProjection {
         finish(array, false)
     }
 
-    /// The direction of every texel centre of an image of this size; NaN outside the valid image.
+    /// The direction of every texel center of an image of this size; NaN outside the valid image.
     #[pyo3(signature = (size, /, *, rotation=None, dtype=None))]
     fn directions<'py>(
         &self,
@@ -289,7 +289,7 @@ impl PyProjection {
         self.0.axes().to_string()
     }
 
-    /// Where texel centres lie.
+    /// Where texel centers lie.
     #[getter]
     fn grid(&self) -> &'static str {
         self.0.grid().name()

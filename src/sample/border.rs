@@ -1,12 +1,12 @@
 //! What lies beyond an edge.
 //!
 //! A texel that the image does not hold is given as stored texels with weights: the same row half a turn around, the
-//! mirrored edge of an octahedron, the neighbour face of a cube, the far side of a mirror ball's rim.
+//! mirrored edge of an octahedron, the neighbor face of a cube, the far side of a mirror ball's rim.
 //!
 //! - Latitude-longitude and octahedral maps: exactly a texel of the image, so that every filter is as good
 //!   across the seam as elsewhere.
 //! - Faces: the image at the place of the direction that this face's formula, continued, gives; cubic along
-//!   both sides of the neighbour, from texels inside it. Bilinear lookups have a rule of their own (`edges`).
+//!   both sides of the neighbor, from texels inside it. Bilinear lookups have a rule of their own (`edges`).
 //! - Disks: interpolated along the meridian, between the nearest places on both sides of the rim that have all
 //!   four texels: of second order.
 //! - Mirrored rims and the cuts of a net: bilinear at the place where the projection says that the image goes on; texels
@@ -63,7 +63,7 @@ impl<T: Texel> Source<'_, T> {
         };
         let (mut i, mut j) = texel(u, v);
         if raster.outline == Outline::Disk && !raster.holds(i, j) {
-            // Half a texel's diagonal inside the rim every texel has its centre inside.
+            // Half a texel's diagonal inside the rim every texel has its center inside.
             let (p, q) = (2.0 * u - 1.0, 2.0 * v - 1.0);
             let inside = (1.0 + self.safe(Reach::PAIR)) / (2.0 * (p * p + q * q).sqrt());
             let within = texel(0.5 + 0.5 * p * inside, 0.5 + 0.5 * q * inside);
@@ -102,7 +102,7 @@ impl<T: Texel> Source<'_, T> {
         }
     }
 
-    /// A place in texels: 0 at the first centre, `width - 1` at the last.
+    /// A place in texels: 0 at the first center, `width - 1` at the last.
     pub(crate) fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let ((su, ou), (sv, ov)) = (self.raster.along_u.index(), self.raster.along_v.index());
         [u * su + ou, v * sv + ov]
@@ -194,10 +194,10 @@ impl<T: Texel> Source<'_, T> {
                 taps.push(stored(i, j), weight);
             }
             Seam::Faces => {
-                let centre = |axis: GridAxis, i: isize| axis.centre(i as f64);
+                let center = |axis: GridAxis, i: isize| axis.center(i as f64);
                 let uv = Uv {
-                    u: centre(self.raster.along_u, i),
-                    v: centre(self.raster.along_v, j),
+                    u: center(self.raster.along_u, i),
+                    v: center(self.raster.along_v, j),
                     face: face as f64,
                 };
                 let there = self.map.visit_canonical(Continue(uv));
@@ -243,8 +243,8 @@ impl<T: Texel> Source<'_, T> {
         (whole, crossings): (f64, u8),
     ) {
         let there = self.map.visit_canonical(Continue(Uv {
-            u: self.raster.along_u.centre(i as f64),
-            v: self.raster.along_v.centre(j as f64),
+            u: self.raster.along_u.center(i as f64),
+            v: self.raster.along_v.center(j as f64),
             face: face as f64,
         }));
         if there.u.is_nan() {
@@ -264,8 +264,8 @@ impl<T: Texel> Source<'_, T> {
     /// Adds a texel beyond the rim of a disk: interpolated along its meridian, between the nearest
     /// places on both sides of the rim that have all four texels.
     fn across_rim(&self, taps: &mut Taps, face: usize, i: isize, j: isize, weight: f64) {
-        let p = 2.0 * self.raster.along_u.centre(i as f64) - 1.0;
-        let q = 2.0 * self.raster.along_v.centre(j as f64) - 1.0;
+        let p = 2.0 * self.raster.along_u.center(i as f64) - 1.0;
+        let q = 2.0 * self.raster.along_v.center(j as f64) - 1.0;
         let r = (p * p + q * q).sqrt();
         let (cos, sin) = (p / r, q / r);
         let at = |r: f64| self.place([0.5 + 0.5 * r * cos, 0.5 + 0.5 * r * sin]);

@@ -1,20 +1,20 @@
 //! Bilinear lookups across the edges and corners of faces.
 //!
 //! The texels of two faces that meet at an edge are not opposite each other: seen from one face, the
-//! neighbour's spacing widens toward the corner, by up to half a texel. So between the last row of
-//! centres and the edge the value runs linearly from the row to the edge itself, and the edge has a value
+//! neighbor's spacing widens toward the corner, by up to half a texel. So between the last row of
+//! centers and the edge the value runs linearly from the row to the edge itself, and the edge has a value
 //! that both faces compute alike:
 //!
 //! - on the edge, the mean of the two rows next to it, each read at the place from which the edge point lies
 //!   halfway to its mirror image in the other row;
-//! - at the corner, the mean of the three, four or five texels that meet there; between the corner and the last centre
+//! - at the corner, the mean of the three, four or five texels that meet there; between the corner and the last center
 //!   along an edge, linear.
 //!
 //! Where a mirror image lies is the projection's to say ([`Projection::beside`], [`Projection::across`]).
 //!
 //! That is continuous over every edge, of second order in the texel size, and all its weights are positive, so
-//! it never overshoots. What did not help: reading the neighbour's texel of the same number (continuous, as
-//! graphics hardware does it, but of first order), and continuing the face's plane into its neighbour
+//! it never overshoots. What did not help: reading the neighbor's texel of the same number (continuous, as
+//! graphics hardware does it, but of first order), and continuing the face's plane into its neighbor
 //! (second order, but the two faces disagreed on the edge).
 
 use super::border::Taps;
@@ -40,11 +40,11 @@ struct Side {
 }
 
 impl FaceEdge<'_> {
-    /// Adds what stands for a place, in texels, that may lie outside the square of texel centres.
+    /// Adds what stands for a place, in texels, that may lie outside the square of texel centers.
     pub(crate) fn resolve(&self, taps: &mut Taps, face: usize, place: [f64; 2], weight: f64) {
         let last = (self.raster.width - 1) as f64;
         let within = place.map(|x| x.clamp(0.0, last));
-        // How far from the last row of centres toward the edge, 1 on the edge itself.
+        // How far from the last row of centers toward the edge, 1 on the edge itself.
         let depth = [0, 1].map(|k| ((place[k] - within[k]).abs() * 2.0).min(1.0));
         let side = |axis: usize| Side {
             axis,
@@ -70,7 +70,7 @@ impl FaceEdge<'_> {
         }
     }
 
-    /// Adds the texels around a place within the square of centres.
+    /// Adds the texels around a place within the square of centers.
     fn inside(&self, taps: &mut Taps, face: usize, [x, y]: [f64; 2], weight: f64) {
         let last = self.raster.width - 1;
         let (i, j) = (x.floor() as usize, y.floor() as usize);
@@ -111,7 +111,7 @@ impl FaceEdge<'_> {
         }
     }
 
-    /// The place on the neighbour's first row that mirrors the one at `along` on the last row over a side.
+    /// The place on the neighbor's first row that mirrors the one at `along` on the last row over a side.
     fn across(&self, face: usize, side: Side, along: f64) -> (usize, [f64; 2]) {
         let n = self.raster.width as f64;
         let across = Across(self.edge(face, side), along, self.half_texel());

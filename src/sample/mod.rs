@@ -7,7 +7,7 @@
 //! weights that sum to 1, and the result is base + Σ w (texel - base): a constant image stays constant to the
 //! bit, here as on the short way.
 //!
-//! Texels whose centre lies outside the valid image (the corners around a disk, where photographers
+//! Texels whose center lies outside the valid image (the corners around a disk, where photographers
 //! print their credits; the empty cells of a cross) never take part.
 //!
 //! What did not help: continuing the image by its nearest texels (an error of first order at every seam), and a
@@ -196,7 +196,7 @@ impl<'a, T: Texel> Source<'a, T> {
         }
     }
 
-    /// Within this distance from a disk's centre all texels that a filter reaches are valid.
+    /// Within this distance from a disk's center all texels that a filter reaches are valid.
     fn safe(&self, reach: Reach) -> f64 {
         if self.raster.outline != Outline::Disk {
             return f64::INFINITY;

@@ -1,6 +1,6 @@
 //! From image coordinates to texels: which ones, and how far between them.
 //!
-//! A tile of coordinates becomes rows of indices and fractions in vectorised loops, so that the loop that
+//! A tile of coordinates becomes rows of indices and fractions in vectorized loops, so that the loop that
 //! gathers does nothing else, and so that texels can be asked for before they are needed. Each loop does one thing, and only
 //! for what needs it: fractions for filters, a disk's rim for disks, faces where there are several.
 
@@ -174,7 +174,7 @@ impl<F: Scalar> Places<F> {
         )
     }
 
-    /// Takes out lookups that need a texel whose centre lies outside an outline of any shape. Returns whether all are
+    /// Takes out lookups that need a texel whose center lies outside an outline of any shape. Returns whether all are
     /// inside. It looks at every texel of a window: valid corners of one say nothing of a notch.
     pub(crate) fn leave_out_rim<R: Scalar>(
         &mut self,

@@ -1,4 +1,4 @@
-"""ffmpeg's v360 filter on 16-bit grey images. The wheel imageio-ffmpeg carries the program."""
+"""ffmpeg's v360 filter on 16-bit gray images. The wheel imageio-ffmpeg carries the program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Octahedral normals of mesh compressors: meshoptimizer's filter and Draco's quantisation."""
+"""Octahedral normals of mesh compressors: meshoptimizer's filter and Draco's quantization."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import spheremap as sm
 from conftest import random_directions
 
 from oracles import ffmpeg_oracle, need
-from oracles.test_oracle_ffmpeg import QUANTISATION, scene
+from oracles.test_oracle_ffmpeg import QUANTIZATION, scene
 
 
 def test_s2_cells_are_cube_quadratic_s2():
@@ -77,7 +77,7 @@ def test_ffmpeg_eac_is_cube_equiangular():
     want = scene(sm.decode(uv, "cube_equiangular:ffmpeg-eac"))
     # Its pad is not exactly what its formula says near the ends: the difference stays below a
     # hundredth of a texel's step.
-    assert np.abs(got[inside] - want).max() < 2 * QUANTISATION + 2
+    assert np.abs(got[inside] - want).max() < 2 * QUANTIZATION + 2
 
 
 @pytest.mark.parametrize("name", ["cube_quadratic:s2", "cube_equiangular:s2-tangent"])

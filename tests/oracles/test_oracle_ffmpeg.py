@@ -19,7 +19,7 @@ WRITTEN = {
 }
 # Its four weights are multiples of 2^-14, so that their sum is off by up to two of them, and the
 # result is an integer.
-QUANTISATION = 2 / 2**14 * 65535 + 1
+QUANTIZATION = 2 / 2**14 * 65535 + 1
 
 
 def scene(d: np.ndarray) -> np.ndarray:
@@ -37,14 +37,14 @@ def _say_the_version(record_property):
 
 @pytest.mark.parametrize("target", WRITTEN)
 def test_what_it_writes(target):
-    # From a panorama that is fine enough to leave only the quantisation.
+    # From a panorama that is fine enough to leave only the quantization.
     source = scene(sm.directions("latlong:ffmpeg", 512))
     name, shape = WRITTEN[target]
     d = sm.directions(name, shape)
     got, want = oracle.v360(source, "e", target, shape), scene(d)
     ok = ~np.isnan(d[..., 0])
     # A curve bends by 12000 · 6/8 · (2π/1024)² = 0.3 between two texels.
-    assert np.abs(got - want)[ok].max() < QUANTISATION + 1
+    assert np.abs(got - want)[ok].max() < QUANTIZATION + 1
 
 
 # What v360 calls the maps of src/convention/views.rs, with what it must be told, and a shape.
@@ -73,7 +73,7 @@ def test_views_and_world_maps(kind):
     got, want = oracle.v360(source, "e", target, shape), scene(d)
     ok = ~np.isnan(d[..., 0])
     assert ok.mean() > 0.6
-    assert np.abs(got - want)[ok].max() < QUANTISATION + 1
+    assert np.abs(got - want)[ok].max() < QUANTIZATION + 1
 
 
 def test_each_of_its_rows_was_run():
@@ -101,13 +101,13 @@ def test_what_it_reads(source, name, shape):
         uv = sm.encode(d, "cube", axes="+x +y +z")[..., :2]
         inside = (np.abs(uv - 0.5) < 0.5 - 1 / 256).all(-1)
     assert inside.mean() > 0.9
-    assert np.abs(got - want)[inside].max() < QUANTISATION + 1
+    assert np.abs(got - want)[inside].max() < QUANTIZATION + 1
 
 
 def test_reading_and_writing_a_panorama_differ_by_half_a_texel():
     # Its own e to e is no identity, and that is what the two rows say.
     image = scene(sm.directions("latlong:ffmpeg-output", 128))
     got = oracle.v360(image, "e", "e", image.shape)
-    assert np.abs(got - image).max() > 5 * QUANTISATION
+    assert np.abs(got - image).max() > 5 * QUANTIZATION
     read = sm.sample(image, sm.directions("latlong:ffmpeg-output", 128), "latlong:ffmpeg")
-    assert np.abs(got - read).max() < QUANTISATION + 1
+    assert np.abs(got - read).max() < QUANTIZATION + 1

@@ -73,7 +73,7 @@ def test_real_content(data_folder, name):
     error = np.abs(got - want).max(-1) / np.ptp(image)
     # 1e-5 of the range, but for a handful of lookups beside a lamp that is a texel wide: there the
     # oracle's own float32 coordinate shows. It is known to 1.6e-3 texel at 512 columns (the noise
-    # that the issue allows on white noise, where neighbours differ by the whole range).
+    # that the issue allows on white noise, where neighbors differ by the whole range).
     assert np.mean(error < 1e-5) > 0.9995
     assert np.all(error < 1e-5 + 1.6e-3 * image.shape[1] / 512 * contrast(image, d))
 

@@ -161,7 +161,7 @@ def test_the_ball_is_found(skies):
     shot = oracle.photo(skies["venice"], v, sm.rotation(40, 0, 0))
     found = sm.find_ball(shot)
     off = np.hypot(*np.subtract(found.center, v.outline.center))
-    print(f"centre {off:.2f} and radius {found.radius - v.outline.mean:+.2f} pixels off")
+    print(f"center {off:.2f} and radius {found.radius - v.outline.mean:+.2f} pixels off")
     # Before an environment that is infinitely far away the rim is no step in brightness.
     # 2 % of the radius is what is stated of surroundings with detail.
     assert max(off, abs(found.radius - v.outline.mean)) < 0.02 * v.outline.mean

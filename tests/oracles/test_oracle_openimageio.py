@@ -40,7 +40,7 @@ def off_the_poles(d: np.ndarray, rows: int) -> np.ndarray:
 
 
 def compare(image: np.ndarray, seed: int, folder) -> float:
-    # A .tif: its grid is texel centres. An .exr would be read with oiio:sampleborder.
+    # A .tif: its grid is texel centers. An .exr would be read with oiio:sampleborder.
     path = oracle.write(image, folder / "environment.tif")
     d = off_the_poles(directions(seed), image.shape[0])
     assert len(d) >= 10_000 and min(image.shape[:2]) > 64
@@ -64,7 +64,7 @@ def test_real_content(data_folder, tmp_path, name):
 def test_white_noise(tmp_path):
     image = np.random.default_rng(222).random((256, 512, 3)).astype(np.float32)
     # The oracle's float32 coordinate: x = s·512 - ½ is known to 512·2^-24 = 3e-5 texel, after an
-    # arctangent of 2 ulp; a texel differs from its neighbour by 1 at most. The issue allows 1.6e-3.
+    # arctangent of 2 ulp; a texel differs from its neighbor by 1 at most. The issue allows 1.6e-3.
     assert compare(image, 223, tmp_path) < 2e-4
 
 
@@ -122,7 +122,7 @@ def test_light_probe_conversion_on_a_real_probe(data_folder, tmp_path):
     ok = taps_inside(image.shape[:2], d)
     assert ok.sum() >= 10_000
     error = np.abs(got - want).max(-1)[ok] / np.ptp(image)
-    # 1e-5 of the range wherever the image allows it. Where one texel is 600 above its neighbour
+    # 1e-5 of the range wherever the image allows it. Where one texel is 600 above its neighbor
     # (the windows' edges), the oracle's own float32 coordinate shows: u is known to a few times
     # 2^-24, so x = 1000·u - ½ to 2e-4 texel.
     uv = sm.encode(d[ok], "angular:openimageio")

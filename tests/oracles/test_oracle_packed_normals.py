@@ -28,7 +28,7 @@ def test_meshoptimizer(bits):
 
 
 @pytest.mark.parametrize("bits", [8, 12])
-def test_draco_quantises_on_the_grid_of_its_row(bits):
+def test_draco_quantizes_on_the_grid_of_its_row(bits):
     # The lattice |x| + |y| + |z| = const is the same whichever axis is the pole, and what is
     # stored cannot be seen from outside: which axis it is, is read from source.
     d = random_directions(12_000, 421)

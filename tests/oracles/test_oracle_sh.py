@@ -14,7 +14,7 @@ ORDER = 12
 RINGS = sm.projection("latlong", axes="-y -z -x")
 
 
-def test_ducc0_analyses_the_same_grid() -> None:
+def test_ducc0_analyzes_the_same_grid() -> None:
     import ducc0
 
     d = RINGS.directions((64, 128))

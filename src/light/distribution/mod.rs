@@ -9,7 +9,7 @@
 //! # How a sample is drawn
 //!
 //! By inverting distribution functions, v first and then u, so that a low-discrepancy set stays one: no alias table,
-//! which is faster in its inner loop but scatters neighbours. Each search starts from a guide table (the cutpoint
+//! which is faster in its inner loop but scatters neighbors. Each search starts from a guide table (the cutpoint
 //! method, Chen and Asau 1974), which leaves a step or two. A tile of samples goes through each step together:
 //! the loads of one step do not wait for each other, and those of the next tile are under way while this one is
 //! computed, which is what a table larger than the cache needs.

@@ -1,6 +1,6 @@
 //! The basis functions and sums over points, in lanes.
 //!
-//! Y_l,±m = Q_l,m(z) · (Re, Im)(x + iy)^m, where Q_l,m is the normalised associated Legendre function without its
+//! Y_l,±m = Q_l,m(z) · (Re, Im)(x + iy)^m, where Q_l,m is the normalized associated Legendre function without its
 //! factor sinᵐθ. Taken so, everything is a polynomial of x, y and z: there is no angle, and no special case
 //! at the poles. Q_m,m = √(binomial(2m, m)/4ᵐ · (2m+1)/4π) stays near 1 at any order, and
 //!
@@ -108,7 +108,7 @@ impl Basis {
     }
 
     /// Adds Σ value · Y of `N` rows of values to `sums`: `N` lanes a coefficient.
-    pub fn analyse<const N: usize>(
+    pub fn analyze<const N: usize>(
         &self,
         points: [&[f64]; 3],
         rows: [&[f64]; N],
@@ -117,14 +117,14 @@ impl Basis {
     ) {
         scratch.fit(points[0].len() / LANES, 2 * N);
         match N {
-            1 => kernel::packed(Analyse::<N, 2> {
+            1 => kernel::packed(Analyze::<N, 2> {
                 basis: self,
                 points,
                 rows,
                 scratch,
                 sums,
             }),
-            3 => kernel::packed(Analyse::<N, 6> {
+            3 => kernel::packed(Analyze::<N, 6> {
                 basis: self,
                 points,
                 rows,
@@ -156,7 +156,7 @@ impl Basis {
     }
 
     /// Σ coefficient · Y at each point: `channels` numbers a point, for the points that are in use.
-    pub fn synthesise(
+    pub fn synthesize(
         &self,
         points: &Points,
         coefficients: &[f64],
@@ -171,7 +171,7 @@ impl Basis {
                 .step_by(channels)
                 .copied()
                 .collect();
-            kernel::packed(Synthesise {
+            kernel::packed(Synthesize {
                 basis: self,
                 points: [&points.x, &points.y, &points.z],
                 coefficients: &own,
@@ -204,7 +204,7 @@ impl Scratch {
     }
 }
 
-struct Analyse<'a, const N: usize, const M: usize> {
+struct Analyze<'a, const N: usize, const M: usize> {
     basis: &'a Basis,
     points: [&'a [f64]; 3],
     rows: [&'a [f64]; N],
@@ -212,7 +212,7 @@ struct Analyse<'a, const N: usize, const M: usize> {
     sums: &'a mut [Lanes],
 }
 
-impl<const N: usize, const M: usize> Packed for Analyse<'_, N, M> {
+impl<const N: usize, const M: usize> Packed for Analyze<'_, N, M> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let [x, y, z] = self.points.map(|p| p.as_chunks::<LANES>().0);
@@ -346,14 +346,14 @@ fn add<S: Simd, const M: usize>(
     }
 }
 
-struct Synthesise<'a> {
+struct Synthesize<'a> {
     basis: &'a Basis,
     points: [&'a [f64]; 3],
     coefficients: &'a [f64],
     out: &'a mut [Lanes],
 }
 
-impl Packed for Synthesise<'_> {
+impl Packed for Synthesize<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         // Vectors side by side hide the latency of the recurrence.
@@ -415,7 +415,7 @@ impl Packed for Synthesise<'_> {
 }
 
 /// Σ weight · value · Y over points: `channels` values a point, (order + 1)² rows of as many sums.
-pub fn analyse_points(points: &Points, values: &[f64], channels: usize, order: usize) -> Vec<f64> {
+pub fn analyze_points(points: &Points, values: &[f64], channels: usize, order: usize) -> Vec<f64> {
     let basis = Basis::new(order);
     let n = points.x.len();
     let rows: Vec<Vec<f64>> = (0..channels)
@@ -498,9 +498,9 @@ impl Sums {
         for (first, size, sums) in &mut self.groups {
             if *size == 3 {
                 let rows = [row(*first), row(*first + 1), row(*first + 2)];
-                basis.analyse::<3>(points, rows, scratch, sums);
+                basis.analyze::<3>(points, rows, scratch, sums);
             } else {
-                basis.analyse::<1>(points, [row(*first)], scratch, sums);
+                basis.analyze::<1>(points, [row(*first)], scratch, sums);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Coefficients by least squares, for texels that lie anywhere.
 //!
-//! The fit of order F minimises Σ w (L - Σ c Y)² and solves G c = b with b = Σ w L Y over texels and
+//! The fit of order F minimizes Σ w (L - Σ c Y)² and solves G c = b with b = Σ w L Y over texels and
 //! G = Σ w Y Yᵀ. G is near the identity, by as much as the texels are a good quadrature. It is never
 //! built: a product of two Y of order F is of order 2F, so G hangs on the moments m = Σ w Y up to order 2F alone,
 //! and G c is the analysis of (Σ m Y) (Σ c Y) on a small grid of rings that integrates order 4F exactly. Conjugate
@@ -83,7 +83,7 @@ impl Operator {
     fn new(moments: &[f64], high: usize) -> Operator {
         let mut grid = rings::grid(4 * high + 1);
         let mut density = vec![0.0; grid.len()];
-        Basis::new(2 * high).synthesise(&grid, moments, 1, &mut density);
+        Basis::new(2 * high).synthesize(&grid, moments, 1, &mut density);
         for (weight, density) in grid.weight.iter_mut().zip(density) {
             *weight *= density;
         }
@@ -97,8 +97,8 @@ impl Operator {
     fn apply(&self, coefficients: &[f64], channels: usize) -> Vec<f64> {
         let mut values = vec![0.0; self.grid.len() * channels];
         self.basis
-            .synthesise(&self.grid, coefficients, channels, &mut values);
-        basis::analyse_points(&self.grid, &values, channels, self.high)
+            .synthesize(&self.grid, coefficients, channels, &mut values);
+        basis::analyze_points(&self.grid, &values, channels, self.high)
     }
 }
 

@@ -27,7 +27,7 @@ use crate::map::Map;
 use crate::projection::Coverage;
 use basis::Basis;
 
-/// The highest order that images are analysed to.
+/// The highest order that images are analyzed to.
 pub const HIGHEST: usize = 64;
 
 /// The number of coefficients up to an order.
@@ -54,7 +54,7 @@ pub fn project<T: Texel>(
         if order > highest {
             return Err(too_high(shape, order, highest));
         }
-        let own = rings.analyse(image, channels, order);
+        let own = rings.analyze(image, channels, order);
         return Ok(rotate(&own, channels, order, &rings.frame));
     }
     let texels = texels(map, shape)?;
@@ -98,7 +98,7 @@ pub fn evaluate(coefficients: &[f64], channels: usize, directions: &[f64], out: 
                 points.push(d.map(|c| c / length), 0.0);
             }
             points.fill_up();
-            basis.synthesise(&points, coefficients, channels, out);
+            basis.synthesize(&points, coefficients, channels, out);
         },
     );
 }
@@ -106,7 +106,7 @@ pub fn evaluate(coefficients: &[f64], channels: usize, directions: &[f64], out: 
 /// The coefficients of the image turned by an orthogonal matrix (rows): f'(M d) = f(d).
 ///
 /// A band-limited function is known from its values on a grid of rings of the same order. So it is looked up
-/// at the turned grid and analysed again, which is exact but for rounding, at any order, and needs
+/// at the turned grid and analyzed again, which is exact but for rounding, at any order, and needs
 /// no recursion over rotation matrices.
 pub fn rotate(
     coefficients: &[f64],
@@ -124,5 +124,5 @@ pub fn rotate(
     }
     let mut values = vec![0.0; channels * grid.len()];
     evaluate(coefficients, channels, &directions, &mut values);
-    basis::analyse_points(&grid, &values, channels, order)
+    basis::analyze_points(&grid, &values, channels, order)
 }

@@ -72,8 +72,8 @@ impl Rings {
         }
         let (w, h) = (raster.width, raster.height);
         let (along, across) = (
-            Spacing::of(w, raster.along_u.centre(0.0)),
-            Spacing::of(h, raster.along_v.centre(0.0)),
+            Spacing::of(w, raster.along_u.center(0.0)),
+            Spacing::of(h, raster.along_v.center(0.0)),
         );
         // The pole, the meridian of u = 0 and a quarter of a turn from it; then texels of every row and column.
         let mut uv = vec![[0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.25, 0.5, 0.0]];
@@ -119,7 +119,7 @@ impl Rings {
     }
 
     /// The coefficients in the image's own frame.
-    pub fn analyse<T: Texel>(&self, image: &[T], channels: usize, order: usize) -> Vec<f64> {
+    pub fn analyze<T: Texel>(&self, image: &[T], channels: usize, order: usize) -> Vec<f64> {
         let h = self.across.n;
         let parts = order + 1;
         // For each ring, m, part (cosine, sine) and channel.

@@ -119,7 +119,7 @@ impl Strips {
     }
 }
 
-/// Area in (u, v) of the part of `r` inside the disk of centre (½, ½) and radius ½.
+/// Area in (u, v) of the part of `r` inside the disk of center (½, ½) and radius ½.
 pub fn disk_area(r: Rect) -> f64 {
     if interior(r) {
         return r.du() * r.dv();
@@ -365,7 +365,7 @@ fn bands_quarter(c: Quarter, band: &impl Fn(f64, f64) -> f64) -> f64 {
     cuts.windows(2)
         .filter(|ends| ends[1] > ends[0])
         .map(|ends| {
-            // Sixteen nodes are for a fifth of a radian; only texels beside the centre, or long ones, take more.
+            // Sixteen nodes are for a fifth of a radian; only texels beside the center, or long ones, take more.
             let parts = ((ends[1] - ends[0]) / 0.2).ceil().max(1.0);
             let at = |k: f64| ends[0] + (ends[1] - ends[0]) * (k / parts);
             (0..parts as usize)

@@ -174,7 +174,7 @@ pub fn cylindrical(r: Rect, fov: f64, half_height: f64) -> f64 {
 /// A rectangle inside one quadrant of the square, measured from that quadrant's outer corner:
 /// a = ½ - |u - ½| and b = ½ - |v - ½|, both in [0, ½].
 ///
-/// In |p| = 1 - 2a and |q| = 1 - 2b the near corner (of the centre) is (a1, b1), the far one (a0, b0).
+/// In |p| = 1 - 2a and |q| = 1 - 2b the near corner (of the center) is (a1, b1), the far one (a0, b0).
 #[derive(Clone, Copy)]
 struct Quarter {
     a0: f64,

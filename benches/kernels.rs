@@ -2,9 +2,9 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use spheremap::kernel;
+use spheremap::kernel::threads;
 use spheremap::map::{Map, Options};
 use spheremap::projections::REGISTRY;
-use spheremap::threads;
 use std::hint::black_box;
 
 const N: usize = 4096;

@@ -22,39 +22,17 @@
 //! - Every instruction-set level and any number of threads give the same bits.
 //! - Texel solid angles sum to the coverage's solid angle.
 
-pub mod antialias;
-pub mod area;
-pub mod arranged;
-pub mod convention;
-pub mod convert;
-pub mod cost;
-pub mod drawing;
-pub mod dual;
 pub mod error;
-pub mod explain;
-pub mod faces;
-pub mod footprint;
-pub mod frame;
+pub mod geometry;
 pub mod healpix;
 pub mod image;
 pub mod kernel;
 pub mod light;
 pub mod map;
-pub mod math;
-pub mod mips;
+pub mod number;
 pub mod pack;
-pub mod pages;
-pub mod patch;
-pub mod projection;
 pub mod projections;
-pub mod real;
-pub mod reflect;
-pub mod route;
-pub mod sample;
-pub mod threads;
-pub mod tile;
-pub mod trilinear;
-pub mod verbs;
+pub mod resample;
 
 #[cfg(feature = "python")]
 mod py;

@@ -6,16 +6,20 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use proptest::test_runner::{RngSeed, TestRunner};
-use spheremap::convert::{convert, directions, solid_angles};
 use spheremap::error::Error;
-use spheremap::frame::from_angles;
-use spheremap::image::{Texel, shape_of_size};
-use spheremap::kernel::{self, Scalar};
-use spheremap::map::{Grid, Map, Options};
-use spheremap::projection::{Coverage, Outline};
+use spheremap::geometry::axes::from_angles;
+use spheremap::image::raster::shape_of_size;
+use spheremap::image::texel::Texel;
+use spheremap::image::texels::{directions, solid_angles};
+use spheremap::kernel;
+use spheremap::kernel::Scalar;
+use spheremap::map::grid::Grid;
+use spheremap::map::{Map, Options};
+use spheremap::number::real::Real;
 use spheremap::projections::REGISTRY;
-use spheremap::real::Real;
-use spheremap::sample::{Filter, Source};
+use spheremap::projections::projection::{Coverage, Outline};
+use spheremap::resample::lookup::convert;
+use spheremap::resample::sample::{Filter, Source};
 use std::fmt::Debug;
 
 type Outcome = Result<(), TestCaseError>;
@@ -81,7 +85,7 @@ fn maps_on(grid: Grid) -> Vec<Map> {
 trait Float: Scalar + Debug {
     /// Bits of the fraction.
     const FRACTION: u32;
-    /// The first and last biased exponent of tame numbers.
+    /// The first and last biased exponent of normal numbers.
     const TAME: (u64, u64);
     /// A power of two up to which, and down to which, numbers near 1 can be scaled exactly.
     const SCALE: i32;
@@ -203,7 +207,7 @@ fn any_bits<R: Float>() -> impl Strategy<Value = R> {
 }
 
 /// A number that no guard is needed for, over the whole range of such.
-fn tame<R: Float>() -> impl Strategy<Value = R> {
+fn normal<R: Float>() -> impl Strategy<Value = R> {
     let (first, last) = R::TAME;
     (any::<u64>(), first..=last).prop_map(|(bits, exponent)| {
         let field = (1 << (u64::from(size_of::<R>() == 8) * 3 + 8)) - 1;
@@ -237,7 +241,7 @@ fn odd<R: Float>() -> impl Strategy<Value = R> {
 fn number<R: Float>() -> impl Strategy<Value = R> {
     prop_oneof![
         any_bits(),
-        tame(),
+        normal(),
         odd(),
         (0.0..=1.0).prop_map(R::new),
         (0_u8..12).prop_map(|x| R::new(x.into())),
@@ -270,7 +274,7 @@ fn turned() -> impl Strategy<Value = Option<[f64; 3]>> {
 
 /// Whether the map holds a direction; none where rounding decides.
 fn covers<R: Float>(map: &Map, stretch: f64, d: [R; 3]) -> Option<bool> {
-    let view = map.turn(None).apply(d.map(R::to_f64));
+    let view = map.view_rotation(None).apply(d.map(R::to_f64));
     match map.coverage() {
         Coverage::Sphere => Some(true),
         Coverage::Hemisphere => {
@@ -397,11 +401,11 @@ fn a_wild_neighbor_does_not_matter<R: Float>() {
         [1.0, 1.0, f64::INFINITY],
     ])
     .prop_map(|d: [f64; 3]| d.map(R::new));
-    let ds = vec(prop::array::uniform3(tame::<R>()), 64);
+    let ds = vec(prop::array::uniform3(normal::<R>()), 64);
     let values = (ds, wild, any::<Index>(), turned());
     check(3000, values, |(ds, wild, place, turned)| {
-        let tame = |d: [R; 3]| d.iter().all(|x| R::all_tame(x.wildness()));
-        prop_assert!(ds.iter().all(|&d| tame(d)) && !tame(wild));
+        let normal = |d: [R; 3]| d.iter().all(|x| R::all_normal(x.outside_normal_range()));
+        prop_assert!(ds.iter().all(|&d| normal(d)) && !normal(wild));
         let place = place.index(ds.len());
         let mut with = ds.clone();
         with[place] = wild;
@@ -428,7 +432,7 @@ fn guards_change_no_bit() {
 fn levels<R: Float>() {
     let maps = maps();
     let points = prop_oneof![
-        vec(prop::array::uniform3(tame::<R>()), 1..=200),
+        vec(prop::array::uniform3(normal::<R>()), 1..=200),
         vec(prop::array::uniform3((0.0..=1.0).prop_map(R::new)), 1..=200),
         vec(prop::array::uniform3(number::<R>()), 1..=200),
     ];
@@ -574,11 +578,11 @@ fn jacobians_are_central_differences() {
             if map.info().outline == Outline::Disk && p * p + q * q > 0.81 {
                 continue;
             }
-            let arrangement = map.arrangement();
-            let face = face.index(arrangement.faces);
-            let place = &arrangement.places[face];
-            let (columns, rows) = (arrangement.columns as f64, arrangement.rows as f64);
-            let uv = if arrangement.joined {
+            let face_layout = map.face_layout();
+            let face = face.index(face_layout.faces);
+            let place = &face_layout.places[face];
+            let (columns, rows) = (face_layout.columns as f64, face_layout.rows as f64);
+            let uv = if face_layout.is_atlas {
                 let (column, row) = (place.column as f64, place.row as f64);
                 [(column + a) / columns, (row + b) / rows, 0.0]
             } else {
@@ -622,7 +626,7 @@ fn jacobians_are_central_differences() {
 
 /// A shape for a map, of sides up to the larger of these.
 fn shape(map: &Map, height: usize, width: usize) -> Vec<usize> {
-    if map.arrangement().faces == 1 {
+    if map.face_layout().faces == 1 {
         vec![height, width]
     } else {
         shape_of_size(map, height)

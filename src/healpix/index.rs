@@ -5,7 +5,7 @@ use std::hint::select_unpredictable as choose;
 
 /// A pixel by its face and its place there: x north-east, y north-west, from the southern corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cell {
+pub struct FaceCell {
     /// 0 to 11.
     pub face: i64,
     /// 0 to nside - 1.
@@ -116,16 +116,16 @@ impl Grid {
 
     /// The nested number of a cell; nside is a power of two.
     #[inline(always)]
-    pub fn nested(self, cell: Cell) -> i64 {
+    pub fn nested(self, cell: FaceCell) -> i64 {
         (cell.face << (2 * self.order)) | spread(cell.x) | (spread(cell.y) << 1)
     }
 
     /// The cell of a nested number.
     #[inline(always)]
-    pub fn cell_of_nested(self, pixel: i64) -> Cell {
+    pub fn cell_of_nested(self, pixel: i64) -> FaceCell {
         let face = pixel >> (2 * self.order);
         let within = pixel - (face << (2 * self.order));
-        Cell {
+        FaceCell {
             face,
             x: gathered(within),
             y: gathered(within >> 1),
@@ -134,7 +134,7 @@ impl Grid {
 
     /// Where a cell's center lies on its ring.
     #[inline(always)]
-    pub fn ring_of_cell(self, Cell { face, x, y }: Cell) -> OnRing {
+    pub fn ring_of_cell(self, FaceCell { face, x, y }: FaceCell) -> OnRing {
         let n = self.nside;
         let row = face >> 2;
         let ring = product(row + 2, n) - x - y - 1;
@@ -206,7 +206,7 @@ impl Grid {
 
     /// The cell of a place that [`Grid::on_ring`] found.
     #[inline(always)]
-    pub fn cell(self, place: OnRing) -> Cell {
+    pub fn cell(self, place: OnRing) -> FaceCell {
         let OnRing {
             ring,
             quadrant,
@@ -226,7 +226,7 @@ impl Grid {
             quadrant - 1,
         );
         let in_cap = (ring < n) | (ring > 3 * n);
-        Cell {
+        FaceCell {
             face: choose(in_cap, polar.face, equatorial.face),
             x: choose(in_cap, polar.x, equatorial.x),
             y: choose(in_cap, polar.y, equatorial.y),
@@ -235,18 +235,18 @@ impl Grid {
 
     /// A cell of the belt between the caps by its numbers along the diagonals, each below 5 nside.
     #[inline(always)]
-    pub fn between(self, falling: i64, rising: i64) -> Cell {
+    pub fn between(self, falling: i64, rising: i64) -> FaceCell {
         let n = self.nside;
         self.belt(falling, rising, few_times(falling, n), few_times(rising, n))
     }
 
     /// The same for those in which nside goes f and r times.
     #[inline(always)]
-    pub fn belt(self, falling: i64, rising: i64, f: i64, r: i64) -> Cell {
+    pub fn belt(self, falling: i64, rising: i64, f: i64, r: i64) -> FaceCell {
         let n = self.nside;
         let face = choose(f == r, (f & 3) + 4, r + 8);
         let face = choose(f < r, f, face);
-        Cell {
+        FaceCell {
             face,
             x: rising - product(r, n),
             y: n - 1 - (falling - product(f, n)),
@@ -255,10 +255,10 @@ impl Grid {
 
     /// A cell of a cap: its quadrant of a turn, its number along the ring in there and the largest one.
     #[inline(always)]
-    pub fn in_cap(self, turn: i64, south: bool, along: i64, most: i64) -> Cell {
+    pub fn in_cap(self, turn: i64, south: bool, along: i64, most: i64) -> FaceCell {
         let n = self.nside;
         let back = most - along;
-        Cell {
+        FaceCell {
             face: turn + choose(south, 8, 0),
             x: choose(south, along, n - 1 - back),
             y: choose(south, back, n - 1 - along),

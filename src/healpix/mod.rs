@@ -7,7 +7,7 @@
 //! from its southern corner. *Nested* order counts face by face along a Z-order curve (the bits of x
 //! and y in turn), *ring* order counts rings of equal latitude from the north, each from longitude 0 eastward.
 //!
-//! Two exact integer forms of a pixel lie between any two others: its [`Cell`] (face, x, y) and its
+//! Two exact integer forms of a pixel lie between any two others: its [`FaceCell`] (face, x, y) and its
 //! place [`OnRing`] (ring, pixels in a quadrant of it, azimuth in half pixels). Both orders and the center
 //! of a pixel follow from either by additions, so that no formula exists twice.
 //!
@@ -32,11 +32,11 @@ mod index;
 mod place;
 mod run;
 
-pub use index::{Cell, Grid, OnRing};
+pub use index::{FaceCell, Grid, OnRing};
 pub use place::{BORDER, cell_of_direction, center};
 
 use crate::error::Error;
-use crate::real::Real;
+use crate::number::real::Real;
 pub use run::Wide;
 use run::{Step, run};
 use std::f64::consts::{FRAC_1_PI, PI};
@@ -231,7 +231,7 @@ impl Step<i64, i64, 1, 1> for ToRing {
 }
 
 #[inline(always)]
-fn pixel_of<const NESTED: bool>(grid: Grid, cell: Cell) -> i64 {
+fn pixel_of<const NESTED: bool>(grid: Grid, cell: FaceCell) -> i64 {
     if NESTED {
         grid.nested(cell)
     } else {

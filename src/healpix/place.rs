@@ -1,7 +1,8 @@
 //! Directions to cells, and centers of pixels.
 
-use super::index::{Cell, Grid, OnRing, double, floor};
-use crate::real::{Real, max, min};
+use super::index::{FaceCell, Grid, OnRing, double, floor};
+use crate::number::math::{max, min};
+use crate::number::real::Real;
 // An `if` may become a branch, which keeps the loop from being vectorized.
 use std::hint::select_unpredictable as choose;
 
@@ -10,7 +11,7 @@ pub const BORDER: f64 = 4e-15;
 
 /// The cell that a direction falls into, and whether it is a direction: finite and not zero.
 #[inline(always)]
-pub fn cell_of_direction(grid: Grid, [x, y, z]: [f64; 3]) -> (Cell, bool) {
+pub fn cell_of_direction(grid: Grid, [x, y, z]: [f64; 3]) -> (FaceCell, bool) {
     let scale = max(x.abs(), max(y.abs(), z.abs())).binade_scale();
     let (x, y, z) = (x * scale, y * scale, z * scale);
     let sum = x.abs() + y.abs() + z.abs();
@@ -48,17 +49,17 @@ pub fn cell_of_direction(grid: Grid, [x, y, z]: [f64; 3]) -> (Cell, bool) {
         i64::from(falling >= n),
         i64::from(rising >= n),
     );
-    let belt = Cell {
+    let belt = FaceCell {
         face: (belt.face & 12) | ((belt.face + turn) & 3),
         ..belt
     };
     let south = z < 0.0;
-    let cap = Cell {
+    let cap = FaceCell {
         face: turn + choose(south, 8, 0),
         x: choose(south, falling, n - 1 - rising),
         y: choose(south, rising, n - 1 - falling),
     };
-    let cell = Cell {
+    let cell = FaceCell {
         face: choose(polar, cap.face, belt.face),
         x: choose(polar, cap.x, belt.x),
         y: choose(polar, cap.y, belt.y),

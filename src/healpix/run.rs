@@ -1,7 +1,9 @@
 //! One step from I numbers to O others over arrays of them, vectorized and in threads.
 
-use crate::kernel::{self, Job, SOURCE_AHEAD, TARGET_AHEAD, W, prefetch};
-use crate::threads;
+use crate::kernel;
+use crate::kernel::Job;
+use crate::kernel::threads;
+use crate::kernel::tile::{SOURCE_AHEAD, TARGET_AHEAD, W, prefetch};
 
 /// What arrays hold, as steps compute with it.
 pub trait Wide: Copy + Default + Sync {

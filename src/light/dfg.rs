@@ -17,9 +17,9 @@
 //! What did not help: evenly spaced visible normals (the horizon is a kink: 3e-4 with 8192 of them).
 
 use super::prefilter::Distribution;
+use crate::kernel::threads;
 use crate::light::lobe;
-use crate::real::Real;
-use crate::threads;
+use crate::number::real::Real;
 use std::f64::consts::PI;
 
 /// Points over the heights of h, and over the azimuths above the horizon.

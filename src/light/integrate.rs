@@ -4,10 +4,11 @@
 //! eight lanes within a block of 256 texels, lanes as a tree, blocks as a tree. The order depends on
 //! the image's shape alone.
 
-use crate::image::Texel;
-use crate::kernel::{self, Packed};
+use crate::image::texel::Texel;
+use crate::kernel;
+use crate::kernel::SimdWork;
+use crate::kernel::threads;
 use crate::light::texels::{LANES, Texels};
-use crate::threads;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
 /// ∫ f dω and the three components of ∫ f ω dω.
@@ -51,7 +52,7 @@ pub(crate) fn block_moments(texels: &Texels, flux: &[f64], rows: usize) -> Vec<M
             let values = &flux[rows * block.start..][..rows * block.length];
             for (row, moments) in values.chunks_exact(block.length).zip(all) {
                 let mut sums = [[0.0; LANES]; 4];
-                kernel::packed(Sum {
+                kernel::run_simd(Sum {
                     points,
                     row,
                     sums: &mut sums,
@@ -69,7 +70,7 @@ struct Sum<'a> {
     sums: &'a mut [[f64; LANES]; 4],
 }
 
-impl Packed for Sum<'_> {
+impl SimdWork for Sum<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let row = self.row.as_chunks::<LANES>().0;

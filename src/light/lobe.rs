@@ -29,10 +29,11 @@
 //! of the time, for seven digits).
 
 use crate::error::Error;
-use crate::kernel::{self, Packed};
+use crate::kernel;
+use crate::kernel::SimdWork;
+use crate::kernel::threads;
 use crate::light::integrate::{add_lanes, block_moments};
 use crate::light::texels::{Block, LANES, Texels};
-use crate::threads;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, f64x8, u64x8};
 use std::f64::consts::PI;
 
@@ -296,7 +297,7 @@ struct Sum<'a, L, const N: usize> {
     first: usize,
 }
 
-impl<L: Shape, const N: usize> Packed for Sum<'_, L, N> {
+impl<L: Shape, const N: usize> SimdWork for Sum<'_, L, N> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let [x, y, z] = self.points.map(|p| p.as_chunks::<LANES>().0);
@@ -336,7 +337,7 @@ const TARGETS: usize = 256;
 /// direction that is none. `whole` says that the texels cover the sphere.
 ///
 /// A lobe so narrow that it meets no texel gives NaN as well.
-pub fn under<T: crate::image::Texel>(
+pub fn under<T: crate::image::texel::Texel>(
     texels: &Texels,
     image: &[T],
     channels: usize,
@@ -414,7 +415,7 @@ fn add_block(
 ) {
     fn go<L: Shape, const N: usize>(shape: L, first: usize, all: &mut Whole<'_>) {
         let length = all.length;
-        kernel::packed(Sum::<L, N> {
+        kernel::run_simd(Sum::<L, N> {
             shape,
             points: all.points,
             rows: std::array::from_fn(|k| &all.values[(first + k) * length..][..length]),
@@ -508,7 +509,7 @@ impl Block {
 /// x^exponent of positive numbers, the same bits everywhere.
 pub fn power(numbers: &[f64], exponent: f64) -> Vec<f64> {
     struct Power<'a>(&'a mut [[f64; LANES]], f64);
-    impl Packed for Power<'_> {
+    impl SimdWork for Power<'_> {
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
             for x in self.0 {
@@ -519,6 +520,6 @@ pub fn power(numbers: &[f64], exponent: f64) -> Vec<f64> {
     }
     let mut lanes = vec![[1.0; LANES]; numbers.len().div_ceil(LANES)];
     lanes.as_flattened_mut()[..numbers.len()].copy_from_slice(numbers);
-    kernel::packed(Power(&mut lanes, exponent));
+    kernel::run_simd(Power(&mut lanes, exponent));
     lanes.as_flattened()[..numbers.len()].to_vec()
 }

@@ -6,7 +6,6 @@ pub mod integrate;
 pub mod lobe;
 pub mod prefilter;
 pub mod pyramid;
-pub mod rim;
+pub mod reflect;
 pub mod sh;
-pub mod solid_angle;
 pub mod texels;

@@ -13,14 +13,15 @@
 //! A sample has one level for the whole image, so texels are taken in runs, sample by sample: lookups of
 //! neighbors meet in the cache, and all but the four loads is packed arithmetic.
 
-use crate::convert;
 use crate::error::Error;
-use crate::image::{Raster, Texel};
+use crate::image::raster::Raster;
+use crate::image::texel::Texel;
+use crate::image::texels::directions;
+use crate::kernel::threads;
 use crate::light::lobe;
 use crate::light::pyramid::{Pyramid, Rows};
 use crate::map::Map;
-use crate::real::Real;
-use crate::threads;
+use crate::number::real::Real;
 use std::f64::consts::PI;
 
 /// How much larger than 1/(N pdf) a sample's footprint is, so that footprints overlap.
@@ -86,7 +87,7 @@ impl Source {
     ) -> Result<(), Error> {
         let raster = Raster::new(map, shape)?;
         let mut normals = vec![0.0; 3 * raster.texels()];
-        convert::directions(map, shape, None, &mut normals)?;
+        directions(map, shape, None, &mut normals)?;
         let normals = normals.as_chunks::<3>().0;
         let samples = spread(distribution, alpha, samples);
         let total: f64 = samples.iter().map(|s| s.local[2]).sum();

@@ -8,14 +8,17 @@
 //! Directions outside a source's coverage are black.
 
 use crate::error::Error;
-use crate::image::{Raster, Texel};
-use crate::kernel::{self, Packed};
-use crate::light::solid_angle::{self, Rect};
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::image::raster::Raster;
+use crate::image::texel::Texel;
+use crate::kernel;
+use crate::kernel::SimdWork;
+use crate::kernel::threads;
 use crate::light::texels::texels;
 use crate::map::Map;
-use crate::real::Real;
-use crate::sample;
-use crate::threads;
+use crate::number::real::Real;
+use crate::resample::sample;
 use fearless_simd::{Select, Simd, SimdBase, f32x16};
 use ndarray::ArrayView2;
 
@@ -26,7 +29,7 @@ const LARGEST: usize = 512;
 pub type Texel4 = [f32; 4];
 
 /// One level: six faces of (n + 2)² texels.
-pub struct Level {
+pub struct PyramidLevel {
     /// Texels along a face, without its border.
     pub n: usize,
     faces: Vec<Texel4>,
@@ -35,7 +38,7 @@ pub struct Level {
 /// All levels, the finest first.
 pub struct Pyramid {
     /// The levels.
-    pub levels: Vec<Level>,
+    pub levels: Vec<PyramidLevel>,
 }
 
 /// The direction at (p, q) in [-1, 1]² of a face, and beyond: the table that OpenGL, Direct3D and Vulkan share.
@@ -98,7 +101,7 @@ impl Pyramid {
         while 6 * n * n < count && n < LARGEST {
             n *= 2;
         }
-        let mut level = Level::empty(n);
+        let mut level = PyramidLevel::empty(n);
         let row = n + 2;
         threads::rows(&mut level.faces, row, 6 * row * row, |number, out| {
             let (face, j) = (number / row, number % row);
@@ -118,16 +121,16 @@ impl Pyramid {
         });
         level.close();
         let mut levels = vec![level];
-        while let Some(next) = levels.last().filter(|l| l.n > 1).map(Level::half) {
+        while let Some(next) = levels.last().filter(|l| l.n > 1).map(PyramidLevel::half) {
             levels.push(next);
         }
         Ok(Pyramid { levels })
     }
 }
 
-impl Level {
-    fn empty(n: usize) -> Level {
-        Level {
+impl PyramidLevel {
+    fn empty(n: usize) -> PyramidLevel {
+        PyramidLevel {
             n,
             faces: vec![[0.0; 4]; 6 * (n + 2) * (n + 2)],
         }
@@ -172,9 +175,9 @@ impl Level {
     }
 
     /// The next level.
-    fn half(&self) -> Level {
+    fn half(&self) -> PyramidLevel {
         let n = self.n / 2;
-        let mut level = Level::empty(n);
+        let mut level = PyramidLevel::empty(n);
         let area = |i: usize, j: usize| {
             let edge = |k: usize| k as f64 / self.n as f64;
             solid_angle::cube(Rect {
@@ -212,7 +215,7 @@ impl Level {
 
     /// Adds `weight` times the value at each direction.
     pub fn add(&self, rows: &mut Rows, weight: f32, out: &mut [Texel4]) {
-        kernel::packed(Places {
+        kernel::run_simd(Places {
             rows,
             n: self.n as f32,
         });
@@ -297,7 +300,7 @@ struct Places<'a> {
     n: f32,
 }
 
-impl Packed for Places<'_> {
+impl SimdWork for Places<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let number = |x: f32| f32x16::splat(simd, x);
@@ -364,7 +367,10 @@ fn reduced(
     let mut weights = vec![0.0; raster.texels()];
     texels(map, shape)?.stored_weights(&mut weights);
     // Each texel's light goes to those it overlaps, by the parts of its sides.
-    let shares = |from: crate::map::GridAxis, to: crate::map::GridAxis, many: usize, few: usize| {
+    let shares = |from: crate::map::grid::GridAxis,
+                  to: crate::map::grid::GridAxis,
+                  many: usize,
+                  few: usize| {
         let share = |i: usize| {
             let (a, b) = from.cell(i);
             let guess = i * few / many;
@@ -381,7 +387,7 @@ fn reduced(
     let across = shares(raster.along_u, target.along_u, raster.width, w);
     let down = shares(raster.along_v, target.along_v, raster.height, h);
     let mut light = vec![[0.0; 5]; target.texels()];
-    for face in 0..map.arrangement().faces {
+    for face in 0..map.face_layout().faces {
         for (j, rows) in down.iter().enumerate() {
             for (i, columns) in across.iter().enumerate() {
                 let index = raster.view(face).index(i, j);

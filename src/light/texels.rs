@@ -12,15 +12,16 @@
 //!
 //! Finding all this takes longer than most sums over it, so the last few are kept, up to [`KEPT`] texels.
 
-use crate::convert;
 use crate::error::Error;
-use crate::image::{Raster, Texel};
-use crate::light::rim;
-use crate::light::solid_angle::Rect;
+use crate::geometry::solid_angle::Rect;
+use crate::image::raster::Raster;
+use crate::image::rim;
+use crate::image::texel::Texel;
+use crate::image::texels::directions;
+use crate::kernel::threads;
+use crate::kernel::tile::{TILE, Tile};
 use crate::map::Map;
-use crate::threads;
-use crate::tile::{TILE, Tile};
-use crate::verbs::DecodeTile;
+use crate::map::verbs::DecodeTile;
 use std::sync::{Arc, Mutex};
 
 /// Numbers that packed sums go by.
@@ -109,10 +110,10 @@ impl Texels {
             )));
         }
         let (w, h) = (raster.width, raster.height);
-        let faces = map.arrangement().faces;
+        let faces = map.face_layout().faces;
         let weights = face_weights(map, &raster);
         let (across, down) = (w.div_ceil(SIDE), h.div_ceil(SIDE));
-        let turn = map.turn(None).inverse();
+        let turn = map.view_rotation(None).inverse();
 
         // Every block has room for all its texels first, and is closed up afterward.
         let room = SIDE * SIDE;
@@ -204,7 +205,7 @@ impl Texels {
     /// Radiance times solid angle, channel by channel within each block: the numbers of channel c of
     /// a block lie at `channels * start + c * length`. A last channel is the weight alone, if asked for.
     pub fn flux<T: Texel>(&self, image: &[T], channels: usize, with_weight: bool) -> Vec<f64> {
-        use crate::real::Real;
+        use crate::number::real::Real;
         let rows = channels + usize::from(with_weight);
         let mut flux = vec![0.0; rows * self.x.len()];
         let mut parts = Vec::with_capacity(self.blocks.len());
@@ -283,7 +284,7 @@ fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
         }
     }
     for (i, j) in moved {
-        let (a, b) = rim::holder(raster, i, j);
+        let (a, b) = rim::nearest_valid_texel(raster, i, j);
         if (a, b) != (i, j) {
             let weight = std::mem::take(&mut weights[j * w + i]);
             weights[b * w + a] += weight;
@@ -296,6 +297,6 @@ fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
 pub fn centers(map: &Map, shape: &[usize]) -> Result<Vec<f64>, Error> {
     let raster = Raster::new(map, shape)?;
     let mut out = vec![0.0; 3 * raster.texels()];
-    convert::directions(map, shape, None, &mut out)?;
+    directions(map, shape, None, &mut out)?;
     Ok(out)
 }

@@ -5,8 +5,9 @@
 
 use super::Scheme;
 use super::fold::{NEAREST, PRECISE, Rounded, Rounding, choose};
-use super::kernel::{self, Cell, Decode, Encode};
-use crate::real::max;
+use crate::number::math::max;
+use crate::pack::kernel;
+use crate::pack::kernel::{Cell, Decode, Encode};
 
 /// A grid point: two coordinates that are integers, and a face.
 pub type Node<R> = ([R; 2], R);
@@ -47,7 +48,7 @@ impl<R: Cell, C: Chart, const ROUNDING: u8> Encode<R> for Rounded<Charted<C>, RO
             return (R::only_if(ok, chart.code(node)), ok & covered);
         }
         let (s0, t0) = (s.floor(), t.floor());
-        let (s1, t1) = (s0 + R::new(1.0), t0 + R::new(1.0));
+        let (s1, t1) = (s0 + R::ONE, t0 + R::ONE);
         let d = [x, y, z];
         let first = Corner::new(chart, d, [s0, t0], face);
         let second = Corner::new(chart, d, [s1, t0], face);
@@ -111,7 +112,7 @@ impl<C: Chart> Scheme for Charted<C> {
 impl<R: Cell, C: Chart> Decode<R> for Charted<C> {
     #[inline(always)]
     fn decode(self, code: R::Code) -> [R; 3] {
-        let zero = R::new(0.0);
+        let zero = R::ZERO;
         let d: [R; 3] = self.0.direction(self.0.node(code));
         [d[0] + zero, d[1] + zero, d[2] + zero]
     }
@@ -126,7 +127,7 @@ pub fn unit<R: Cell, const TAME: bool>([x, y, z]: [R; 3]) -> ([R; 3], bool) {
         (x, y, z) = (x * scale, y * scale, z * scale);
     }
     let length = (x * x + y * y + z * z).sqrt();
-    let ok = TAME | ((length > R::new(0.0)) & length.finite());
-    let inverse = R::new(1.0) / length;
+    let ok = TAME | ((length > R::ZERO) & length.finite());
+    let inverse = R::ONE / length;
     ([x * inverse, y * inverse, z * inverse], ok)
 }

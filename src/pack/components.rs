@@ -9,9 +9,10 @@
 use super::chart::unit;
 use super::fold::{NEAREST, PRECISE, Rounded, Rounding, choose, held};
 use super::grid::Grid;
-use super::kernel::{self, Cell, Decode, Encode};
 use super::{Family, Scheme, Splits, Unit};
-use crate::real::{max, min};
+use crate::number::math::{max, min};
+use crate::pack::kernel;
+use crate::pack::kernel::{Cell, Decode, Encode};
 use std::sync::Arc;
 
 #[derive(Clone, Copy)]
@@ -86,7 +87,7 @@ impl<R: Cell, const ROUNDING: u8> Encode<R> for Rounded<Components, ROUNDING> {
                 (p[2] - offset).floor() + offset,
             ];
             let [x0, y0, z0] = [max(x, offset), max(y, offset), max(z, offset)];
-            let one = R::new(1.0);
+            let one = R::ONE;
             let [x1, y1, z1] = [min(x + one, n), min(y + one, n), min(z + one, n)];
             let a = Corner::new(p, [x0, y0, z0]).or_nearer(Corner::new(p, [x1, y0, z0]));
             let b = Corner::new(p, [x0, y1, z0]).or_nearer(Corner::new(p, [x1, y1, z0]));
@@ -94,7 +95,7 @@ impl<R: Cell, const ROUNDING: u8> Encode<R> for Rounded<Components, ROUNDING> {
             let d = Corner::new(p, [x0, y1, z1]).or_nearer(Corner::new(p, [x1, y1, z1]));
             a.or_nearer(b).or_nearer(c.or_nearer(d)).q
         };
-        let zero = R::new(0.0);
+        let zero = R::ZERO;
         let code = grid.field(best[0].negated_if(d[0] < zero))
             | (grid.field(best[1].negated_if(d[1] < zero)) << grid.bits)
             | (grid.field(best[2].negated_if(d[2] < zero)) << (2 * grid.bits));
@@ -146,7 +147,7 @@ impl<R: Cell> Decode<R> for Components {
             self.0.place(code >> b),
             self.0.place(code >> (2 * b)),
         ];
-        let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
+        let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
         [x * inverse, y * inverse, z * inverse]
     }
 }

@@ -54,17 +54,17 @@ impl<const CURVE: u8> Cube<CURVE> {
     #[inline(always)]
     fn flat<R: Cell>(p: R) -> R {
         match CURVE {
-            EQUIANGULAR => half_turns(p.abs(), R::new(1.0)) * R::new(4.0),
-            S2 => (R::new(1.0) + R::new(3.0) * p.abs()).sqrt() - R::new(1.0),
+            EQUIANGULAR => half_turns(p.abs(), R::ONE) * R::new(4.0),
+            S2 => (R::ONE + R::new(3.0) * p.abs()).sqrt() - R::ONE,
             _ => p.abs(),
         }
-        .negated_if(p < R::new(0.0))
+        .negated_if(p < R::ZERO)
     }
 
     /// Among the centers of cells.
     #[inline(always)]
     fn cell<R: Cell>(self, a: R) -> R {
-        (a + R::new(1.0)) * R::new(0.5 * self.n) - R::new(0.5)
+        (a + R::ONE) * R::new(0.5 * self.n) - R::HALF
     }
 
     /// Back to the plane.
@@ -75,7 +75,7 @@ impl<const CURVE: u8> Cube<CURVE> {
                 let (sin, cos) = sin_cos_half_turns(a * R::new(0.25));
                 sin / cos
             }
-            S2 => a * (R::new(2.0) + a.abs()) / R::new(3.0),
+            S2 => a * (R::TWO + a.abs()) / R::new(3.0),
             _ => a,
         }
     }
@@ -84,7 +84,7 @@ impl<const CURVE: u8> Cube<CURVE> {
 impl<const CURVE: u8> Chart for Cube<CURVE> {
     #[inline(always)]
     fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
-        let zero = R::new(0.0);
+        let zero = R::ZERO;
         let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
         let by_x = (ax >= ay) & (ax >= az);
         let by_y = ay >= az;
@@ -93,10 +93,10 @@ impl<const CURVE: u8> Chart for Cube<CURVE> {
         let p = if by_x { y } else { x };
         let q_side = if by_y { z } else { y };
         let q = if by_x { z } else { q_side };
-        let face = if by_y { R::new(2.0) } else { R::new(4.0) };
+        let face = if by_y { R::TWO } else { R::new(4.0) };
         let face = if by_x { zero } else { face };
-        let face = face + if major < zero { R::new(1.0) } else { zero };
-        let inverse = R::new(1.0) / major.abs();
+        let face = face + if major < zero { R::ONE } else { zero };
+        let inverse = R::ONE / major.abs();
         let i = self.cell(Self::flat(p * inverse));
         let j = self.cell(Self::flat(q * inverse));
         (([i, j], face), true)
@@ -104,21 +104,21 @@ impl<const CURVE: u8> Chart for Cube<CURVE> {
 
     #[inline(always)]
     fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
-        let (first, last) = (R::new(0.0), R::new(self.n - 1.0));
+        let (first, last) = (R::ZERO, R::new(self.n - 1.0));
         [held(place[0], first, last), held(place[1], first, last)]
     }
 
     #[inline(always)]
     fn direction<R: Cell>(self, ([i, j], face): Node<R>) -> [R; 3] {
-        let one = R::new(1.0);
+        let one = R::ONE;
         let n = R::new(self.n);
         let p = Self::curved((i + i + one) / n - one);
         let q = Self::curved((j + j + one) / n - one);
         let inverse = one / (one + p * p + q * q).sqrt();
         let (p, q) = (p * inverse, q * inverse);
-        let axis = (face * R::new(0.5)).floor();
+        let axis = (face * R::HALF).floor();
         let m = inverse.negated_if(face > axis + axis);
-        let (is_x, is_y) = (axis < R::new(0.5), axis < R::new(1.5));
+        let (is_x, is_y) = (axis < R::HALF, axis < R::new(1.5));
         let y_beside = if is_y { m } else { q };
         let z_beside = if is_y { q } else { m };
         [
@@ -136,7 +136,7 @@ impl<const CURVE: u8> Chart for Cube<CURVE> {
 
     #[inline(always)]
     fn node<R: Cell>(self, code: R::Code) -> Node<R> {
-        let (n, half) = (R::new(self.n), R::new(0.5));
+        let (n, half) = (R::new(self.n), R::HALF);
         let k = R::from_integer(code);
         let row = ((k + half) / n).floor();
         let face = ((row + half) / n).floor();

@@ -35,7 +35,7 @@
 
 use super::grid::Grid;
 use super::kernel::{Cell, Decode, Encode, half_turns, sin_cos_half_turns};
-use crate::real::{max, min};
+use crate::number::math::{max, min};
 
 /// From barycentrics of an octant to directions in it, and back.
 pub trait Warp: Copy + Send + Sync + 'static {
@@ -93,11 +93,11 @@ impl Warp for Warped {
 
     #[inline(always)]
     fn barycentrics<R: Cell>(self, a: [R; 3], sum: R, n: R) -> [R; 3] {
-        let scale = R::new(1.0) / sum;
+        let scale = R::ONE / sum;
         let a = [a[0] * scale, a[1] * scale, a[2] * scale];
         let b = newton(a, newton(a, newton(a, newton(a, a))));
         // Below 0 by a rounding only.
-        let zero = R::new(0.0);
+        let zero = R::ZERO;
         [
             max(b[0], zero) * n,
             max(b[1], zero) * n,
@@ -122,7 +122,7 @@ impl Warp for Warped {
         let slope = R::new(1.0 + K);
         let (p, q) = (from[2], to[2]);
         // q|q| - p|p| is -(q² + p²) across the crease.
-        let squares = choose(q < R::new(0.0), -(q * q + p * p), (q - p) * (q + p));
+        let squares = choose(q < R::ZERO, -(q * q + p * p), (q - p) * (q + p));
         [
             (to[0] - from[0]) * (slope - k * (from[0] + to[0])),
             (to[1] - from[1]) * (slope - k * (from[1] + to[1])),
@@ -147,7 +147,7 @@ fn newton<R: Cell>(a: [R; 3], b: [R; 3]) -> [R; 3] {
     let (q0, q1, q2) = (k * (b[0] * b[0]), k * (b[1] * b[1]), k * (b[2] * b[2]));
     let all = s0 * g0;
     let lambda = (all + (g0 * q0 + g1 * q1 + g2 * q2)) / (g0 * a[0] + g1 * a[1] + g2 * a[2]);
-    let inverse = R::new(1.0) / all;
+    let inverse = R::ONE / all;
     [
         g0 * inverse * (lambda * a[0] - q0),
         g1 * inverse * (lambda * a[1] - q1),
@@ -167,8 +167,8 @@ impl Warp for EqualArea {
         let h2 = x * x + y * y;
         let length = (h2 + z * z).sqrt();
         let radius = (h2 / (length * (length + z))).sqrt();
-        let turn = half_turns(y, x) * R::new(2.0);
-        let r = min(radius, R::new(1.0)) * n;
+        let turn = half_turns(y, x) * R::TWO;
+        let r = min(radius, R::ONE) * n;
         let b = r * turn;
         [r - b, b, n - r]
     }
@@ -177,11 +177,11 @@ impl Warp for EqualArea {
     fn point<R: Cell>(self, [a, b, c]: [R; 3], n: R) -> [R; 3] {
         let sum = max(a + b, R::new(1e-30));
         let radius = (a + b) / n;
-        let (sin, cos) = sin_cos_half_turns(b / sum * R::new(0.5));
+        let (sin, cos) = sin_cos_half_turns(b / sum * R::HALF);
         let square = radius * radius;
-        let h = radius * max(R::new(2.0) - square, R::new(0.0)).sqrt();
-        let z = R::new(1.0) - square;
-        [cos * h, sin * h, z.negated_if(c < R::new(0.0))]
+        let h = radius * max(R::TWO - square, R::ZERO).sqrt();
+        let z = R::ONE - square;
+        [cos * h, sin * h, z.negated_if(c < R::ZERO)]
     }
 }
 
@@ -244,7 +244,7 @@ impl<F: Warp> Fold<F> {
 pub(super) struct Rounded<S, const ROUNDING: u8>(pub S);
 
 /// A direction on a fold: where it is in its octant, and which octant.
-struct Place<R> {
+struct OctantPlace<R> {
     b: [R; 3],
     lower: bool,
     negative: [bool; 2],
@@ -276,8 +276,8 @@ impl<R: Cell> Candidate<R> {
 
 impl<F: Warp> Fold<F> {
     #[inline(always)]
-    fn place<R: Cell, const TAME: bool>(self, [x, y, z]: [R; 3]) -> Place<R> {
-        let zero = R::new(0.0);
+    fn place<R: Cell, const TAME: bool>(self, [x, y, z]: [R; 3]) -> OctantPlace<R> {
+        let zero = R::ZERO;
         let mut a = [x.abs(), y.abs(), z.abs()];
         if !TAME {
             let scale = max(a[0], max(a[1], a[2])).binade_scale();
@@ -285,7 +285,7 @@ impl<F: Warp> Fold<F> {
         }
         let sum = a[0] + a[1] + a[2];
         let ok = TAME | ((sum > zero) & sum.finite());
-        Place {
+        OctantPlace {
             b: self.warp.barycentrics(a, sum, R::new(self.grid.n)),
             lower: z < zero,
             negative: [x < zero, y < zero],
@@ -295,11 +295,11 @@ impl<F: Warp> Fold<F> {
 
     /// Corners of the cell that a place lies in: two values of A, two of B.
     #[inline(always)]
-    fn cell<R: Cell>(self, place: &Place<R>) -> [[R; 2]; 2] {
+    fn cell<R: Cell>(self, place: &OctantPlace<R>) -> [[R; 2]; 2] {
         let (offset, last) = self.range(place);
         let a = (place.b[0] - offset).floor() + offset;
         let b = (place.b[1] - offset).floor() + offset;
-        let one = R::new(1.0);
+        let one = R::ONE;
         [
             [max(a, offset), min(a + one, last)],
             [max(b, offset), min(b + one, last)],
@@ -308,7 +308,7 @@ impl<F: Warp> Fold<F> {
 
     /// The lattice's first and last place along a side of the octant.
     #[inline(always)]
-    fn range<R: Cell>(self, place: &Place<R>) -> (R, R) {
+    fn range<R: Cell>(self, place: &OctantPlace<R>) -> (R, R) {
         let (up, low) = (self.grid.offset, self.lower);
         let (n_up, n_low) = (self.grid.n - low, self.grid.n - up);
         if place.lower {
@@ -320,7 +320,7 @@ impl<F: Warp> Fold<F> {
 
     /// The code of a lattice point.
     #[inline(always)]
-    fn code<R: Cell>(self, place: &Place<R>, a: R, b: R) -> R::Code {
+    fn code<R: Cell>(self, place: &OctantPlace<R>, a: R, b: R) -> R::Code {
         let n = R::new(self.grid.n);
         let s = if place.lower { n - b } else { a };
         let t = if place.lower { n - a } else { b };
@@ -332,7 +332,7 @@ impl<F: Warp> Fold<F> {
     }
 
     #[inline(always)]
-    fn nearest<R: Cell>(self, place: &Place<R>) -> R::Code {
+    fn nearest<R: Cell>(self, place: &OctantPlace<R>) -> R::Code {
         let (first, last) = self.range(place);
         let a = (place.b[0] - first).nearest() + first;
         let b = (place.b[1] - first).nearest() + first;
@@ -340,7 +340,7 @@ impl<F: Warp> Fold<F> {
     }
 
     #[inline(always)]
-    fn hex<R: Cell>(self, place: &Place<R>) -> R::Code {
+    fn hex<R: Cell>(self, place: &OctantPlace<R>) -> R::Code {
         let (first, last) = self.range(place);
         let n = R::new(self.grid.n);
         let third = R::new(self.third);
@@ -358,7 +358,7 @@ impl<F: Warp> Fold<F> {
         if self.grid.offset > 0.0 || self.lower > 0.0 {
             // Beyond the side of the octant lies no lattice point of this face: along its first row,
             // the other coordinate by itself.
-            let half = R::new(0.5);
+            let half = R::HALF;
             let beside_a = (b - (first - a) * half - first).nearest() + first;
             let beside_b = (a - (first - b) * half - first).nearest() + first;
             let (out_a, out_b) = (ra < first, rb < first);
@@ -370,7 +370,7 @@ impl<F: Warp> Fold<F> {
     }
 
     #[inline(always)]
-    fn precise<R: Cell>(self, place: &Place<R>) -> R::Code {
+    fn precise<R: Cell>(self, place: &OctantPlace<R>) -> R::Code {
         let [[a0, a1], [b0, b1]] = self.cell(place);
         let n = R::new(self.grid.n);
         let p = self.warp.point(place.b, n);
@@ -379,7 +379,7 @@ impl<F: Warp> Fold<F> {
         let best = if F::TRIANGLES {
             // The cell is two triangles of the lattice, and the nearest corner belongs to the one that
             // the place lies in.
-            let beyond = place.b[0] + place.b[1] > a0 + b0 + R::new(1.0);
+            let beyond = place.b[0] + place.b[1] > a0 + b0 + R::ONE;
             let corner = self.candidate(place, p, choose(beyond, a1, a0), choose(beyond, b1, b0));
             second.or_nearer(third).or_nearer(corner)
         } else {
@@ -392,7 +392,7 @@ impl<F: Warp> Fold<F> {
 
     /// How far a lattice point is from p, the point of a place.
     #[inline(always)]
-    fn candidate<R: Cell>(self, place: &Place<R>, p: [R; 3], a: R, b: R) -> Candidate<R> {
+    fn candidate<R: Cell>(self, place: &OctantPlace<R>, p: [R; 3], a: R, b: R) -> Candidate<R> {
         let n = R::new(self.grid.n);
         if F::PLAIN && self.grid.offset == 0.0 && self.lower == 0.0 {
             // A lattice of whole numbers has no corner of a triangle beyond the crease, and all steps on a
@@ -410,7 +410,7 @@ impl<F: Warp> Fold<F> {
             };
         }
         let c = n - a - b;
-        let over = min(c, R::new(0.0));
+        let over = min(c, R::ZERO);
         let e = self.warp.step(place.b, [a + over, b + over, c], n);
         let p2 = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
         let pe = p[0] * e[0] + p[1] * e[1] + p[2] * e[2];
@@ -425,14 +425,14 @@ impl<F: Warp> Fold<F> {
 
     #[inline(always)]
     fn direction<R: Cell>(self, code: R::Code) -> [R; 3] {
-        let (zero, n) = (R::new(0.0), R::new(self.grid.n));
+        let (zero, n) = (R::ZERO, R::new(self.grid.n));
         let s: R = self.grid.place(code);
         let t: R = self.grid.place(code >> self.grid.bits);
         let (a, b) = (s.abs(), t.abs());
         let c = n - a - b;
         let over = min(c, zero);
         let [x, y, z] = self.warp.point([a + over, b + over, c], n);
-        let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
+        let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
         // + 0: no -0 where an edge of the square meets itself.
         [
             (x * inverse).negated_if(s < zero) + zero,

@@ -11,8 +11,8 @@
 
 use super::{Packing, Real, Rounding, Scheme, has_direction};
 use crate::error::Error;
-use crate::real::Real as _;
-use crate::threads;
+use crate::kernel::threads;
+use crate::number::real::Real as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Names and sizes: total bits, bits of the normal.

@@ -10,7 +10,7 @@
 //! Schemes work in steps: a lattice of integers shifted by `offset`, 0 or ½, on [-n, n].
 
 use super::kernel::Cell;
-use crate::real::max;
+use crate::number::math::max;
 
 /// A grid of one coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use super::grid::{GRIDS, Grid};
 use super::kernel::Cell;
 use super::oct::EVEN;
 use super::{Family, Splits, Unit};
-use crate::real::max;
+use crate::number::math::max;
 use std::sync::Arc;
 
 #[derive(Clone, Copy)]
@@ -51,7 +51,7 @@ pub const HEMIOCT: Family = Family {
 impl Chart for Hemioct {
     #[inline(always)]
     fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
-        let zero = R::new(0.0);
+        let zero = R::ZERO;
         let scale = R::new(self.grid.n) / (x.abs() + y.abs() + max(z, zero));
         let offset = R::new(self.grid.offset);
         // A lattice of integers: `settle` brings the offset back.
@@ -70,10 +70,10 @@ impl Chart for Hemioct {
 
     #[inline(always)]
     fn direction<R: Cell>(self, ([s, t], _): Node<R>) -> [R; 3] {
-        let half = R::new(0.5);
+        let half = R::HALF;
         let (x, y) = ((s + t) * half, (s - t) * half);
-        let z = max(R::new(self.grid.n) - x.abs() - y.abs(), R::new(0.0));
-        let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
+        let z = max(R::new(self.grid.n) - x.abs() - y.abs(), R::ZERO);
+        let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
         [x * inverse, y * inverse, z * inverse]
     }
 
@@ -88,7 +88,7 @@ impl Chart for Hemioct {
             self.grid.place(code),
             self.grid.place(code >> self.grid.bits),
         ];
-        (place, R::new(0.0))
+        (place, R::ZERO)
     }
 
     fn step(self) -> f64 {

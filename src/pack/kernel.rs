@@ -1,16 +1,15 @@
 //! Directions in, codes out, and back: the loops that every vectorized scheme shares.
 //!
 //! The organization is that of [`crate::kernel`]: chunks of 64 in rows of an aligned buffer, one plain loop, compiled for
-//! each level, and a second copy without guards for chunks of tame numbers. What differs is the end
+//! each level, and a second copy without guards for chunks of normal numbers. What differs is the end
 //! of it: a code is one unsigned word, u32 where a scheme computes in f32 and u64 in f64.
 //!
 //! Floats become integers by their bits: x + 1.5·2²³ holds x, rounded, in its low bits. `as i32`
 //! saturates, which no instruction does, and kept the loop scalar.
 
-use crate::kernel::{
-    Job, Rows, SOURCE_AHEAD, Scalar, TARGET_AHEAD, W, all_tame, dispatch, prefetch,
-};
-use crate::real::Real;
+use crate::kernel::tile::{Rows, SOURCE_AHEAD, TARGET_AHEAD, W, prefetch};
+use crate::kernel::{Job, Scalar, all_normal, dispatch};
+use crate::number::real::Real;
 use std::ops::{BitAnd, BitOr, Shl, Shr, Sub};
 
 /// A float type that schemes compute in, and the word that holds their codes.
@@ -154,7 +153,7 @@ impl<R: Cell, F: Encode<R>> Job for EncodeJob<'_, R, F> {
         let rest = source_rest.len();
         if rest > 0 {
             // Beside real ones: three ones are a direction of every scheme.
-            let one = R::new(1.0);
+            let one = R::ONE;
             let mut source = [[one; 3]; W];
             let mut target = [R::Code::default(); W];
             source[..rest].copy_from_slice(source_rest);
@@ -178,7 +177,7 @@ fn encode_chunk<R: Cell, F: Encode<R>>(
             rows[k][i] = source[i][k];
         }
     }
-    if all_tame(rows) {
+    if all_normal(rows) {
         let mut bad = R::Code::default();
         for i in 0..W {
             let (code, ok) = scheme.encode::<true>([rows[0][i], rows[1][i], rows[2][i]]);

@@ -33,7 +33,7 @@ mod unbounded;
 pub use fold::Rounding;
 
 use crate::error::Error;
-use crate::threads;
+use crate::kernel::threads;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -6,8 +6,9 @@
 
 use super::fold::{EqualArea, Fold, HEX, NEAREST, PRECISE, Plain, Rounded, Rounding, Warp, Warped};
 use super::grid::{GRIDS, Grid};
-use super::kernel::{self, Decode, Encode};
 use super::{Family, Scheme, Splits, Unit};
+use crate::pack::kernel;
+use crate::pack::kernel::{Decode, Encode};
 use std::sync::Arc;
 
 const ALL: &[Rounding] = &[Rounding::Nearest, Rounding::Precise, Rounding::Hex];

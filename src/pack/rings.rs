@@ -11,7 +11,7 @@
 
 use super::fold::Rounding;
 use super::{Family, Scheme, Unit};
-use crate::real::Real;
+use crate::number::real::Real;
 use std::sync::Arc;
 
 /// Bits, rings, codes, sin²(ε/2).

@@ -10,7 +10,7 @@ use super::fold::Rounding;
 use super::kernel::{Cell, half_turns, sin_cos_half_turns};
 use super::oct::EVEN;
 use super::{Family, Splits, Unit};
-use crate::real::{max, min};
+use crate::number::math::{max, min};
 use std::sync::Arc;
 
 #[derive(Clone, Copy)]
@@ -38,7 +38,7 @@ pub const SPHERICAL: Family = Family {
 /// The grid point that an azimuth one step around and a row beyond a pole mean. At a pole, azimuth 0.
 #[inline(always)]
 pub(super) fn around_and_down<R: Cell>([i, j]: [R; 2], columns: f64) -> [R; 2] {
-    let (zero, all) = (R::new(0.0), R::new(columns));
+    let (zero, all) = (R::ZERO, R::new(columns));
     let last = R::new(columns - 1.0);
     let j = min(max(j, zero), last);
     let i = if i < zero { i + all } else { i };
@@ -55,7 +55,7 @@ pub(super) fn split<R: Cell>(code: R::Code, bits: u32) -> Node<R> {
         R::from_integer(code & mask),
         R::from_integer((code >> bits) & mask),
     ];
-    (place, R::new(0.0))
+    (place, R::ZERO)
 }
 
 impl Spherical {
@@ -68,7 +68,7 @@ impl Spherical {
 impl Chart for Spherical {
     #[inline(always)]
     fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
-        let zero = R::new(0.0);
+        let zero = R::ZERO;
         let around = half_turns(y.abs(), x).negated_if(y < zero);
         let down = half_turns((x * x + y * y).sqrt(), z);
         let columns = self.columns;

@@ -14,7 +14,7 @@ use super::grid::Grid;
 use super::kernel::{Cell, half_turns, sin_cos_half_turns};
 use super::oct::EVEN;
 use super::{Family, Splits, Unit};
-use crate::real::max;
+use crate::number::math::max;
 use std::sync::Arc;
 
 const ROUNDINGS: &[Rounding] = &[Rounding::Nearest, Rounding::Precise];
@@ -74,7 +74,7 @@ impl<const WHOLE: bool> Disk<WHOLE> {
     /// One step nearer to the middle, for a point outside the disk: only codes inside are written.
     #[inline(always)]
     fn inward<R: Cell>(self, [p, q]: [R; 2]) -> [R; 2] {
-        let (zero, one, n) = (R::new(0.0), R::new(1.0), R::new(self.0.n));
+        let (zero, one, n) = (R::ZERO, R::ONE, R::new(self.0.n));
         let outside = p * p + q * q > n * n;
         let along_p = p.abs() >= q.abs();
         let step_p = choose(outside & along_p, one.negated_if(p < zero), zero);
@@ -86,7 +86,7 @@ impl<const WHOLE: bool> Disk<WHOLE> {
 impl<const WHOLE: bool> Chart for Disk<WHOLE> {
     #[inline(always)]
     fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
-        let (zero, one, n) = (R::new(0.0), R::new(1.0), R::new(self.0.n));
+        let (zero, one, n) = (R::ZERO, R::ONE, R::new(self.0.n));
         let h2 = x * x + y * y;
         if !WHOLE {
             // What lies below the horizon goes to it.
@@ -113,7 +113,7 @@ impl<const WHOLE: bool> Chart for Disk<WHOLE> {
 
     #[inline(always)]
     fn direction<R: Cell>(self, ([p, q], _): Node<R>) -> [R; 3] {
-        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (zero, one) = (R::ZERO, R::ONE);
         let (p, q) = (p / R::new(self.0.n), q / R::new(self.0.n));
         let r2 = p * p + q * q;
         let inside = r2 <= one;
@@ -138,7 +138,7 @@ impl<const WHOLE: bool> Chart for Disk<WHOLE> {
     #[inline(always)]
     fn node<R: Cell>(self, code: R::Code) -> Node<R> {
         let place = [self.0.place(code), self.0.place(code >> self.0.bits)];
-        (place, R::new(0.0))
+        (place, R::ZERO)
     }
 
     fn step(self) -> f64 {
@@ -163,9 +163,9 @@ impl Cylinder {
 impl Chart for Cylinder {
     #[inline(always)]
     fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
-        let (zero, columns) = (R::new(0.0), self.columns);
+        let (zero, columns) = (R::ZERO, self.columns);
         let around = half_turns(y.abs(), x).negated_if(y < zero);
-        let down = (R::new(1.0) - z) * R::new(0.5 * (columns - 1.0));
+        let down = (R::ONE - z) * R::new(0.5 * (columns - 1.0));
         (([around * R::new(0.5 * columns), down], zero), true)
     }
 
@@ -179,8 +179,8 @@ impl Chart for Cylinder {
         let columns = self.columns;
         let (sin, cos) = sin_cos_half_turns(i * R::new(2.0 / columns));
         let t = (j + j) / R::new(columns - 1.0);
-        let h = (t * (R::new(2.0) - t)).sqrt();
-        [cos * h, sin * h, R::new(1.0) - t]
+        let h = (t * (R::TWO - t)).sqrt();
+        [cos * h, sin * h, R::ONE - t]
     }
 
     #[inline(always)]

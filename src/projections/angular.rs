@@ -9,10 +9,11 @@
 //!
 //! acos loses half the digits near ±z (2.4e-4 rad in f32); the angle is atan2(h, z) instead.
 
-use super::lens;
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::{Real, scaled};
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::{Real, scaled};
+use crate::projections::common::lens;
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// The light probe, or equidistant fisheye.
@@ -72,14 +73,14 @@ impl Projection for Angular {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (zero, one) = (R::ZERO, R::ONE);
         let (xs, ys, unscale) = scaled(x, y);
         let hs = (xs * xs + ys * ys).sqrt();
         // On the axis the azimuth is that of (1, 0).
         let on_axis = if hs.vanishes() { one } else { zero };
         let radius = R::half_turns(hs * unscale, z) * R::new(1.0 / self.rim);
         let inside = radius <= R::new(1.0 + 2.0 * R::EPSILON);
-        let radius = if inside { radius } else { R::new(f64::NAN) };
+        let radius = if inside { radius } else { R::NAN };
         let factor = radius / (hs + on_axis);
         Uv::centered(
             ((xs + on_axis) * factor).clamped(-1.0, 1.0),
@@ -94,7 +95,7 @@ impl Projection for Angular {
         let rim = R::new(self.rim);
         let (a, b) = (p * rim, q * rim);
         let s = a * a + b * b;
-        let one = R::new(1.0);
+        let one = R::ONE;
         let s = if s < one { s } else { one };
         let r = s.sqrt();
         let sinc = R::sinc_half_turns(s, r);
@@ -117,18 +118,18 @@ impl Projection for Angular {
         let (p, q) = uv.pq();
         let rim = R::new(self.rim);
         let s = (p * p + q * q) * rim * rim;
-        let one = R::new(1.0);
+        let one = R::ONE;
         let s = if s < one { s } else { one };
         let r = s.sqrt();
         // sin πr as 2 sin(πr/2) cos(πr/2): with the sine alone, the compiler branches between its two
         // polynomials and does not vectorize.
-        let (sin, cos) = R::sin_cos_half_turns(r * R::new(0.5));
+        let (sin, cos) = R::sin_cos_half_turns(r * R::HALF);
         let center = r < R::new(1e-9);
         let divisor = if center { one } else { r };
         let sinc = if center {
             R::new(PI)
         } else {
-            R::new(2.0) * sin * cos / divisor
+            R::TWO * sin * cos / divisor
         };
         R::new(4.0 * PI) * rim * rim * sinc
     }

@@ -8,9 +8,10 @@
 //! of the equal-area octahedral map, turned by 45°, and as `hemioctahedral` is to `octahedral`.
 
 use super::equal_area::radius;
-use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Projection, Seam, Uv};
-use crate::real::{Real, max, min};
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::{max, min};
+use crate::number::real::Real;
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::{FRAC_PI_4, PI, SQRT_2};
 
 /// The hemisphere in equal areas.
@@ -54,11 +55,11 @@ impl Projection for Concentric {
         let minor = r * (R::half_turns(min(a, b), max(a, b)) * R::new(4.0));
         let p = R::choose(along_x, r, minor);
         let q = R::choose(along_x, minor, r);
-        let zero = R::new(0.0);
+        let zero = R::ZERO;
         let seen = z >= zero;
-        let edge = R::new(1.0);
+        let edge = R::ONE;
         let (p, q) = (R::choose(p > edge, edge, p), R::choose(q > edge, edge, q));
-        let nan = R::new(f64::NAN);
+        let nan = R::NAN;
         Uv::centered(
             R::choose(seen, p.negated_if(x < zero), nan),
             R::choose(seen, q.negated_if(y < zero), nan),
@@ -68,7 +69,7 @@ impl Projection for Concentric {
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
-        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (zero, one) = (R::ZERO, R::ONE);
         let (p, q) = uv.pq();
         let (a, b) = (p.abs(), q.abs());
         let along_x = a >= b;
@@ -77,7 +78,7 @@ impl Projection for Concentric {
         let outside = r > zero;
         let divisor = R::choose(outside, r, one);
         let (sin, cos) = R::sin_cos_half_turns(minor / (divisor * R::new(4.0)));
-        let flat = r * (R::new(2.0) - r * r).sqrt();
+        let flat = r * (R::TWO - r * r).sqrt();
         let near = cos * flat;
         // At the center the derivatives are those along the p axis.
         let far = (sin * flat).with_slope_of(!outside, || minor * R::new(FRAC_PI_4 * SQRT_2));

@@ -8,16 +8,17 @@
 //! Domain: all directions; no singular point; the density varies 5.196:1. Ties, which the table leaves
 //! open: x wins over y wins over z.
 
-use crate::faces::{CUBE_LAYOUTS, LayoutSpec};
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Edge, Info, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::faces::{CUBE_LAYOUTS, LayoutSpec};
+use crate::projections::projection::{Coverage, Edge, Info, Projection, Seam, Uv};
 
 /// The components of a direction in the plane of its face, the largest one's size, and the face. Ties: x wins over y wins
 /// over z.
 #[inline(always)]
 pub(super) fn to_face<R: Real>([x, y, z]: [R; 3]) -> ([R; 2], R, R) {
-    let zero = R::new(0.0);
+    let zero = R::ZERO;
     let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
     let by_x = (ax >= ay) & (ax >= az);
     let by_y = ay >= az;
@@ -46,7 +47,7 @@ pub(super) fn to_face<R: Real>([x, y, z]: [R; 3]) -> ([R; 2], R, R) {
     } else {
         y
     };
-    let (f0, f1, f2) = (R::new(0.0), R::new(1.0), R::new(2.0));
+    let (f0, f1, f2) = (R::ZERO, R::ONE, R::TWO);
     let (f3, f4, f5) = (R::new(3.0), R::new(4.0), R::new(5.0));
     let face_x = if xn { f1 } else { f0 };
     let face_y = if yn { f2 } else { f3 };
@@ -66,7 +67,7 @@ pub(super) fn to_face<R: Real>([x, y, z]: [R; 3]) -> ([R; 2], R, R) {
 pub(super) fn axis_of_face<R: Real>([pn, qn, n]: [R; 3], face: R) -> [R; 3] {
     let side = face < R::new(1.5);
     let pole = face < R::new(3.5);
-    let odd = (face == R::new(1.0)) | (face == R::new(3.0)) | (face == R::new(5.0));
+    let odd = (face == R::ONE) | (face == R::new(3.0)) | (face == R::new(5.0));
     // Up is the even one of its pair and has y negative: down the image is +y.
     let x_side = if odd { -n } else { n };
     let x_front = if odd { -pn } else { pn };
@@ -101,7 +102,7 @@ pub(super) fn axis_of_face<R: Real>([pn, qn, n]: [R; 3], face: R) -> [R; 3] {
 /// The unit direction at gnomonic (p, q) of a face.
 #[inline(always)]
 pub(super) fn from_face<R: Real>([p, q]: [R; 2], face: R) -> [R; 3] {
-    let one = R::new(1.0);
+    let one = R::ONE;
     let n = one / (one + p * p + q * q).sqrt();
     axis_of_face([p * n, q * n, n], face)
 }
@@ -181,7 +182,7 @@ impl Projection for Cube {
     #[inline(always)]
     fn density<R: Real>(self, uv: Uv<R>) -> R {
         let (p, q) = uv.pq();
-        let w = R::new(1.0) + p * p + q * q;
+        let w = R::ONE + p * p + q * q;
         R::new(4.0) / (w * w.sqrt())
     }
 }

@@ -11,10 +11,11 @@
 //! q/p = (12/π) atan(b(a² + b²)/((aD + b²)(D + a))). Back, with t = (π/12) q/p, a : b = cos t - 1/√2 : sin t.
 
 use super::cube::{axis_of_face, to_face};
-use crate::faces::CUBE_LAYOUTS;
-use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Projection, Seam, Uv};
-use crate::real::{Real, max, min};
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::{max, min};
+use crate::number::real::Real;
+use crate::projections::faces::CUBE_LAYOUTS;
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Six faces in equal areas.
@@ -58,7 +59,7 @@ impl Projection for CubeEqualArea {
     #[inline(always)]
     fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
         let ([x, y], m, face) = to_face(d);
-        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (zero, one) = (R::ZERO, R::ONE);
         let (ax, ay) = (x.abs().squarable(), y.abs().squarable());
         let along_x = ax >= ay;
         let (a, b) = (max(ax, ay), min(ax, ay));
@@ -79,7 +80,7 @@ impl Projection for CubeEqualArea {
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
-        let (zero, one, two) = (R::new(0.0), R::new(1.0), R::new(2.0));
+        let (zero, one, two) = (R::ZERO, R::ONE, R::TWO);
         let (p, q) = uv.pq();
         let (ap, aq) = (p.abs(), q.abs());
         let along_p = ap >= aq;

@@ -5,8 +5,8 @@
 //!
 //! Domain: all directions; no singular point; the density varies 1.414:1.
 
-use super::warped_cube::{Names, Warp, Warped};
-use crate::real::Real;
+use crate::number::real::Real;
+use crate::projections::common::warped_cube::{Names, Warp, Warped};
 use std::f64::consts::{FRAC_PI_4, PI, SQRT_2};
 
 /// w(p) = tan(πp/4).
@@ -41,12 +41,12 @@ impl Warp for Equiangular {
     #[inline(always)]
     fn from_plane<R: Real>(component: R, major: R) -> R {
         let p = R::half_turns(component.abs(), major) * R::new(4.0);
-        p.negated_if(component < R::new(0.0))
+        p.negated_if(component < R::ZERO)
     }
 
     #[inline(always)]
     fn slope<R: Real>(_: R, plane: R) -> R {
-        R::new(FRAC_PI_4) * (R::new(1.0) + plane * plane)
+        R::new(FRAC_PI_4) * (R::ONE + plane * plane)
     }
 
     fn width(p0: f64, p1: f64, difference: f64) -> f64 {

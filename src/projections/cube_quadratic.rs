@@ -8,8 +8,8 @@
 //!
 //! The inverse √(1 + 3w) - 1 loses the digits of a small w; it is written as 3w/(√(1 + 3w) + 1).
 
-use super::warped_cube::{Names, Warp, Warped};
-use crate::real::Real;
+use crate::number::real::Real;
+use crate::projections::common::warped_cube::{Names, Warp, Warped};
 
 /// w(p) = p(|p| + 2)/3.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,7 @@ impl Warp for Quadratic {
 
     #[inline(always)]
     fn to_plane<R: Real>(p: R) -> R {
-        p * (p.abs() + R::new(2.0)) * R::new(1.0 / 3.0)
+        p * (p.abs() + R::TWO) * R::new(1.0 / 3.0)
     }
 
     #[inline(always)]
@@ -48,7 +48,7 @@ impl Warp for Quadratic {
 
     #[inline(always)]
     fn slope<R: Real>(p: R, _: R) -> R {
-        (p.abs() + R::new(1.0)) * R::new(2.0 / 3.0)
+        (p.abs() + R::ONE) * R::new(2.0 / 3.0)
     }
 
     fn width(p0: f64, p1: f64, difference: f64) -> f64 {

@@ -8,9 +8,11 @@
 //! Domain: directions within fov/2 of longitude and the stated latitude, else NaN. Singular: none within the
 //! image; at fov = 360 u jumps from 1 to 0 behind the viewer, and the seam itself (x = ±0) has u = 0.
 
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{self, Coverage, Info, Parameter, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::projection;
+use crate::projections::projection::{Coverage, Info, Parameter, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// An unrolled cylinder.
@@ -31,7 +33,7 @@ pub(super) fn longitude<R: Real>(x: R, z: R) -> (R, R) {
     // What is dropped is an angle from the pole below any rounding unit.
     let (xf, zf) = (ax.squarable(), az.squarable());
     let h = (xf * xf + zf * zf).sqrt();
-    let west = x <= R::new(0.0);
+    let west = x <= R::ZERO;
     (R::half_turns(ax, z).negated_if(west), h)
 }
 
@@ -109,7 +111,7 @@ impl Projection for Cylindrical {
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        let one = R::new(1.0);
+        let one = R::ONE;
         let (sin, cos) = R::sin_cos_half_turns(p * R::new(self.edge));
         let y = q * R::new(self.half_height);
         let n = one / (one + y * y).sqrt();
@@ -124,7 +126,7 @@ impl Projection for Cylindrical {
     fn density<R: Real>(self, uv: Uv<R>) -> R {
         let (_, q) = uv.pq();
         let y = q * R::new(self.half_height);
-        let w = R::new(1.0) + y * y;
+        let w = R::ONE + y * y;
         R::new(4.0 * PI * self.edge * self.half_height) / (w * w.sqrt())
     }
 }

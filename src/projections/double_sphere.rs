@@ -8,10 +8,11 @@
 //! Domain: directions within fov/2 of the axis, else NaN; fov/2 must stay below arccos(-w2) of the paper's
 //! equation 43, where the image ends or turns back. Singular: none in the image.
 
-use super::lens;
-use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
-use crate::real::{Real, max};
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::max;
+use crate::number::real::Real;
+use crate::projections::common::lens;
+use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
 
 /// Two spheres.
 #[derive(Clone, Copy, Debug)]
@@ -61,8 +62,8 @@ impl DoubleSphere {
     /// (factor, z) of the direction (factor a, factor b, z) at (a, b) on the image plane, from s = a² + b².
     #[inline(always)]
     fn unproject<R: Real>(self, s: R) -> (R, R) {
-        let (one, xi) = (R::new(1.0), R::new(self.xi));
-        let inner = max(one - R::new(2.0 * self.alpha - 1.0) * s, R::new(0.0));
+        let (one, xi) = (R::ONE, R::new(self.xi));
+        let inner = max(one - R::new(2.0 * self.alpha - 1.0) * s, R::ZERO);
         let mz = (one - R::new(self.alpha * self.alpha) * s)
             / (R::new(self.alpha) * inner.sqrt() + R::new(1.0 - self.alpha));
         let square = mz * mz;
@@ -74,7 +75,7 @@ impl DoubleSphere {
     /// dθ/d(image radius) times sin θ over that radius.
     #[inline(always)]
     fn density_at<R: Real>(self, cosine: R, sine_square: R) -> R {
-        let (one, xi) = (R::new(1.0), R::new(self.xi));
+        let (one, xi) = (R::ONE, R::new(self.xi));
         let (depth, far) = self.depth(one, cosine, sine_square);
         let slope = (one + xi * cosine)
             * (R::new(1.0 - self.alpha) + R::new(self.alpha) * (cosine + xi) / far);
@@ -154,7 +155,7 @@ impl Projection for DoubleSphere {
         let (depth, _) = self.depth(length, z, s);
         let ahead = z > R::new(self.least_cosine) * length;
         let factor = R::new(1.0 / self.radius) / depth;
-        let factor = if ahead { factor } else { R::new(f64::NAN) };
+        let factor = if ahead { factor } else { R::NAN };
         Uv::in_disk(x * factor, y * factor)
     }
 

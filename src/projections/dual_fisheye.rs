@@ -10,11 +10,11 @@
 //! its solid angle, though its density is as it is. Singular: none.
 
 use super::angular::Angular;
-use super::lens;
-use crate::faces::STRIP_AND_COLUMN;
-use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::common::lens;
+use crate::projections::faces::STRIP_AND_COLUMN;
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 
 /// Two lenses back to back.
 #[derive(Clone, Copy, Debug)]
@@ -69,16 +69,16 @@ impl Projection for DualFisheye {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let behind = z < R::new(0.0);
+        let behind = z < R::ZERO;
         let uv = self.lens.encode([x.negated_if(behind), y, z.abs()]);
-        let face = if behind { R::new(1.0) } else { R::new(0.0) };
+        let face = if behind { R::ONE } else { R::ZERO };
         Uv { face, ..uv }
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let [x, y, z] = self.lens.decode(uv);
-        let behind = uv.face > R::new(0.5);
+        let behind = uv.face > R::HALF;
         [x.negated_if(behind), y, z.negated_if(behind)]
     }
 

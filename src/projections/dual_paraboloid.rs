@@ -6,10 +6,11 @@
 //!
 //! Domain: all directions. Valid inside each face's disk. No singular point; the density varies 4:1.
 
-use crate::faces::{LayoutSpec, STRIP_AND_COLUMN};
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::faces::{LayoutSpec, STRIP_AND_COLUMN};
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 
 /// The two paraboloids.
 #[derive(Clone, Copy, Debug)]
@@ -53,23 +54,19 @@ impl Projection for DualParaboloid {
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let length = (x * x + y * y + z * z).sqrt();
-        let inverse = R::new(1.0) / (length + z.abs());
-        let face = if z >= R::new(0.0) {
-            R::new(0.0)
-        } else {
-            R::new(1.0)
-        };
+        let inverse = R::ONE / (length + z.abs());
+        let face = if z >= R::ZERO { R::ZERO } else { R::ONE };
         Uv::centered(x * inverse, y * inverse, face)
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        let (one, two) = (R::new(1.0), R::new(2.0));
+        let (one, two) = (R::ONE, R::TWO);
         let s = p * p + q * q;
         let inverse = one / (one + s);
         let z = (one - s) * inverse;
-        let z = if uv.face < R::new(0.5) { z } else { -z };
+        let z = if uv.face < R::HALF { z } else { -z };
         [two * p * inverse, two * q * inverse, z]
     }
 
@@ -84,7 +81,7 @@ impl Projection for DualParaboloid {
     #[inline(always)]
     fn density<R: Real>(self, uv: Uv<R>) -> R {
         let (p, q) = uv.pq();
-        let w = R::new(1.0) + p * p + q * q;
+        let w = R::ONE + p * p + q * q;
         R::new(16.0) / (w * w)
     }
 }

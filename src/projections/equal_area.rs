@@ -11,9 +11,9 @@
 //! numbers. r is √(1 - |z|) written as √((x² + y²)/L(L + |z|)), which keeps its digits near the poles. The arctangent is
 //! a true one: pbrt's polynomial is off by 6e-6 rad.
 
-use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Projection, Seam, Uv};
-use crate::real::{Real, sign};
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::{Real, sign};
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::{FRAC_PI_4, PI};
 
 /// √((x² + y²)/L(L + |z|)): the radius √(1 - |z|/L) of a direction in the equal-area disk of its hemisphere.
@@ -60,19 +60,19 @@ impl Projection for EqualArea {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let one = R::new(1.0);
+        let one = R::ONE;
         let r = radius([x, y, z]);
-        let n = r * (R::half_turns(y.abs(), x.abs()) * R::new(2.0));
+        let n = r * (R::half_turns(y.abs(), x.abs()) * R::TWO);
         let m = r - n;
-        let below = z < R::new(0.0);
+        let below = z < R::ZERO;
         let a = R::choose(below, one - n, m);
         let b = R::choose(below, one - m, n);
-        Uv::centered(a * sign(x), b * sign(y), R::new(0.0))
+        Uv::centered(a * sign(x), b * sign(y), R::ZERO)
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
-        let (zero, one, two) = (R::new(0.0), R::new(1.0), R::new(2.0));
+        let (zero, one, two) = (R::ZERO, R::ONE, R::TWO);
         let (p, q) = uv.pq();
         let (a, b) = (p.abs(), q.abs());
         let distance = one - a - b;

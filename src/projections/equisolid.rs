@@ -6,11 +6,12 @@
 //! Domain: all directions within fov/2 of the axis, else NaN. Singular: at 360° the direction opposite
 //! the axis fills the rim and encodes to (1, ½), and a coordinate rounded by ε moves a direction there by √ε.
 
-use super::lens;
 use super::sphere::{from_disk, to_disk};
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::common::lens;
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// A fisheye of constant density.

@@ -10,9 +10,11 @@
 //! Half the longitude is taken by roots, cos(λ/2) = √((1 + cos λ)/2), of the larger of sine and cosine; the other
 //! follows from sin λ = 2 sin(λ/2) cos(λ/2), so that nothing cancels.
 
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::{Real, max};
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::max;
+use crate::number::real::Real;
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 
 /// The equal-area ellipse of half longitudes.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +55,7 @@ impl Projection for Hammer {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (zero, half) = (R::new(0.0), R::new(0.5));
+        let (zero, half) = (R::ZERO, R::HALF);
         let ax = x.abs();
         let (xf, yf, zf) = (ax.squarable(), y.squarable(), z.squarable());
         let h = (xf * xf + zf * zf).sqrt();
@@ -64,7 +66,7 @@ impl Projection for Hammer {
         let front = z >= zero;
         let along = if front { small } else { large };
         let ahead = if front { large } else { small };
-        let n = R::new(1.0) / (length * (length + ahead)).sqrt();
+        let n = R::ONE / (length * (length + ahead)).sqrt();
         let west = x <= zero;
         Uv::centered(
             (along * n).clamped(-1.0, 1.0).negated_if(west),
@@ -76,9 +78,9 @@ impl Projection for Hammer {
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        let (one, two) = (R::new(1.0), R::new(2.0));
+        let (one, two) = (R::ONE, R::TWO);
         let s = p * p + q * q;
-        let n = max(two - s, R::new(0.0)).sqrt();
+        let n = max(two - s, R::ZERO).sqrt();
         let (a, b) = (p * n, one - s);
         // At the poles, where both vanish, the direction is the axis.
         let h = max(a * a + b * b, R::new(1e-30)).sqrt();

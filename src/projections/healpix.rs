@@ -14,10 +14,10 @@
 //! zeros. The density is π/3 everywhere. The seams are exact: texels on both sides of an edge are opposite each other,
 //! and at eight vertices only three faces meet.
 
-use crate::faces::{Cells, LayoutSpec};
-use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Edge, Info, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::faces::{Cells, LayoutSpec};
+use crate::projections::projection::{Coverage, Edge, Info, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// The twelve faces.
@@ -69,7 +69,7 @@ impl Projection for Healpix {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (zero, half, one, two) = (R::new(0.0), R::new(0.5), R::new(1.0), R::new(2.0));
+        let (zero, half, one, two) = (R::ZERO, R::HALF, R::ONE, R::TWO);
         let (three, four) = (R::new(3.0), R::new(4.0));
         // The quadrant, and the longitude within it in quarter turns.
         let odd = ((x <= zero) & (y > zero)) | ((x >= zero) & (y < zero));
@@ -113,13 +113,13 @@ impl Projection for Healpix {
 
     #[inline(always)]
     fn decode<R: Real>(self, Uv { u, v, face }: Uv<R>) -> [R; 3] {
-        let (zero, one, two) = (R::new(0.0), R::new(1.0), R::new(2.0));
+        let (zero, one, two) = (R::ZERO, R::ONE, R::TWO);
         let north = face < R::new(3.5);
         let south = face > R::new(7.5);
         let row = R::choose(north, zero, one) + R::choose(south, one, zero);
         let column = face - R::new(4.0) * row;
         // The longitude of a face's center, from -1 to 1 half turns.
-        let middle = R::new(0.5) * column + R::choose(north | south, R::new(0.25), zero);
+        let middle = R::HALF * column + R::choose(north | south, R::new(0.25), zero);
         let middle = middle - R::choose(middle > one, two, zero);
 
         // How far the pole is: 1 where the cap ends.

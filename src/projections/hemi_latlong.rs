@@ -8,9 +8,10 @@
 //! behind the viewer, and the seam itself (x = ±0) has u = 0.
 
 use super::cylindrical::longitude;
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// The panorama of a sky.
@@ -51,10 +52,10 @@ impl Projection for HemiLatlong {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let half = R::new(0.5);
+        let half = R::HALF;
         let (longitude, h) = longitude(x, z);
-        let v = R::half_turns(h, -y) * R::new(2.0);
-        let (below, nan) = (y > R::new(0.0), R::new(f64::NAN));
+        let v = R::half_turns(h, -y) * R::TWO;
+        let (below, nan) = (y > R::ZERO, R::NAN);
         Uv::flat(
             if below { nan } else { half + longitude * half },
             if below { nan } else { v.clamped(0.0, 1.0) },
@@ -65,7 +66,7 @@ impl Projection for HemiLatlong {
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, _) = uv.pq();
         let (sin_longitude, cos_longitude) = R::sin_cos_half_turns(p);
-        let (sin, cos) = R::sin_cos_half_turns(uv.v * R::new(0.5));
+        let (sin, cos) = R::sin_cos_half_turns(uv.v * R::HALF);
         [sin * sin_longitude, -cos, sin * cos_longitude]
     }
 
@@ -85,7 +86,7 @@ impl Projection for HemiLatlong {
 
     #[inline(always)]
     fn density<R: Real>(self, uv: Uv<R>) -> R {
-        let (sin, _) = R::sin_cos_half_turns(uv.v * R::new(0.5));
+        let (sin, _) = R::sin_cos_half_turns(uv.v * R::HALF);
         R::new(PI * PI) * sin
     }
 }

@@ -5,9 +5,11 @@
 //!
 //! Domain: z ≥ 0; below it NaN. No singular point; the density varies 5.196:1. The border is the equator.
 
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Projection, Seam, Uv};
-use crate::real::{Real, max};
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::max;
+use crate::number::real::Real;
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 
 /// Half an octahedron.
 #[derive(Clone, Copy, Debug)]
@@ -44,19 +46,19 @@ impl Projection for Hemioctahedral {
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let sum = x.abs() + y.abs() + z.abs();
-        let above = z >= R::new(0.0);
-        let sum = if above { sum } else { R::new(f64::NAN) };
-        Uv::centered((x + y) / sum, (x - y) / sum, R::new(0.0))
+        let above = z >= R::ZERO;
+        let sum = if above { sum } else { R::NAN };
+        Uv::centered((x + y) / sum, (x - y) / sum, R::ZERO)
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        let half = R::new(0.5);
+        let half = R::HALF;
         let (x, y) = ((p + q) * half, (p - q) * half);
         // |x| + |y| is the larger of |p| and |q|, which costs no rounding on the border.
-        let z = R::new(1.0) - max(p.abs(), q.abs());
-        let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
+        let z = R::ONE - max(p.abs(), q.abs());
+        let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
         [x * inverse, y * inverse, z * inverse]
     }
 

@@ -11,10 +11,11 @@
 //! The sphere is folded: five sectors are turned to one and that one is mirrored, which leaves four triangles to tell
 //! apart by three planes, where a search would look at twenty.
 
-use crate::faces::{Cells, LayoutSpec, STRIP_AND_COLUMN};
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::faces::{Cells, LayoutSpec, STRIP_AND_COLUMN};
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 
 /// Ten diamonds.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +88,7 @@ fn product<R: Real>(n: [f64; 3], d: [R; 3]) -> R {
 /// The plane's point at (u, v) of a face, unfolded into its sector, as (right, up, ahead).
 #[inline(always)]
 fn flat<R: Real>(u: R, v: R, below: bool) -> [R; 3] {
-    let one = R::new(1.0);
+    let one = R::ONE;
     let beyond = u + v > one;
     let tip = if beyond { u + v - one } else { one - u - v };
     let right = if beyond { one - v } else { u };
@@ -150,7 +151,7 @@ impl Projection for Icosahedral {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (zero, one) = (R::ZERO, R::ONE);
         let mut best = product([SECTORS[0][0], 0.0, SECTORS[0][1]], [x, zero, z]);
         let (mut k, mut sin, mut cos) = (zero, R::new(SECTORS[0][0]), R::new(SECTORS[0][1]));
         for (n, [s, c]) in SECTORS.into_iter().enumerate().skip(1) {
@@ -205,7 +206,7 @@ impl Projection for Icosahedral {
         };
         let (sin, cos) = sector(k);
         let [x, up, z] = flat(uv.u, uv.v, below);
-        let n = R::new(1.0) / (x * x + up * up + z * z).sqrt();
+        let n = R::ONE / (x * x + up * up + z * z).sqrt();
         let (x, z) = (x * n, z * n);
         [x * cos + z * sin, -(up * n), z * cos - x * sin]
     }

@@ -14,10 +14,10 @@
 //! found when the map is made, and takes five steps; the map is refused if that does not reach rounding
 //! everywhere, as for coefficients that no lens has. (Two or three do for real lenses.)
 
-use super::lens;
-use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
-use crate::real::{Real, scaled};
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::{Real, scaled};
+use crate::projections::common::lens;
+use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// How many places the first guess goes through.
@@ -54,7 +54,7 @@ impl KannalaBrandt {
     #[inline(always)]
     fn stretch<R: Real>(self, w: R) -> R {
         let [a, b, c, d] = self.k.map(R::new);
-        R::new(1.0) + w * (a + w * (b + w * (c + w * d)))
+        R::ONE + w * (a + w * (b + w * (c + w * d)))
     }
 
     /// 2w P'(w).
@@ -226,7 +226,7 @@ impl Projection for KannalaBrandt {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (zero, one) = (R::new(0.0), R::new(1.0));
+        let (zero, one) = (R::ZERO, R::ONE);
         let (xs, ys, unscale) = scaled(x, y);
         let hs = (xs * xs + ys * ys).sqrt();
         // On the axis the azimuth is that of (1, 0).
@@ -234,7 +234,7 @@ impl Projection for KannalaBrandt {
         let t = R::half_turns(hs * unscale, z);
         let inside = t * R::new(1.0 / self.rim) <= R::new(1.0 + 2.0 * R::EPSILON);
         let radius = t * self.stretch(t * t) * R::new(1.0 / self.radius);
-        let radius = if inside { radius } else { R::new(f64::NAN) };
+        let radius = if inside { radius } else { R::NAN };
         let factor = radius / (hs + on_axis);
         Uv::centered(
             ((xs + on_axis) * factor).clamped(-1.0, 1.0),

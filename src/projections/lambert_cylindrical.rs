@@ -8,9 +8,11 @@
 //! pole v is near 1, and a coordinate rounded by ε moves a direction by √ε; near the upper one v is small and keeps its
 //! digits, because 1 + y is written as (x² + z²)/(1 - y).
 
-use crate::light::solid_angle::Rect;
-use crate::projection::{self, Coverage, Info, Projection, Seam, Uv};
-use crate::real::{Real, max};
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::max;
+use crate::number::real::Real;
+use crate::projections::projection;
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// The cylinder of equal areas.
@@ -57,26 +59,26 @@ impl Projection for LambertCylindrical {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (zero, half) = (R::new(0.0), R::new(0.5));
+        let (zero, half) = (R::ZERO, R::HALF);
         let (ax, az) = (x.abs(), z.abs());
         let (xf, zf) = (ax.squarable(), az.squarable());
         let flat = xf * xf + zf * zf;
         let length = (flat + y * y).sqrt();
-        let near = flat / (length * (length + y.abs()) * R::new(2.0));
+        let near = flat / (length * (length + y.abs()) * R::TWO);
         let longitude = R::half_turns(ax, z) * half;
         let west = x <= zero;
         Uv::flat(
             half + longitude.negated_if(west),
-            if y < zero { near } else { R::new(1.0) - near },
+            if y < zero { near } else { R::ONE - near },
         )
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
-        let (one, two) = (R::new(1.0), R::new(2.0));
+        let (one, two) = (R::ONE, R::TWO);
         let (p, q) = uv.pq();
         let (sin, cos) = R::sin_cos_half_turns(p);
-        let flat = max(uv.v * (one - uv.v), R::new(0.0)).sqrt() * two;
+        let flat = max(uv.v * (one - uv.v), R::ZERO).sqrt() * two;
         [flat * sin, q, flat * cos]
     }
 

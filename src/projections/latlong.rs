@@ -8,9 +8,10 @@
 //!
 //! θ is atan2(hypot(x, z), -y): acos(-y) loses half the digits near the poles.
 
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// The panorama.
@@ -50,13 +51,13 @@ impl Projection for Latlong {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let half = R::new(0.5);
+        let half = R::HALF;
         let (ax, az) = (x.abs(), z.abs());
         // What is dropped is an angle from the pole below any rounding unit.
         let (xf, zf) = (ax.squarable(), az.squarable());
         let h = (xf * xf + zf * zf).sqrt();
         let longitude = R::half_turns(ax, z) * half;
-        let west = x <= R::new(0.0);
+        let west = x <= R::ZERO;
         Uv::flat(half + longitude.negated_if(west), R::half_turns(h, -y))
     }
 

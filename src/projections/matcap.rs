@@ -12,9 +12,11 @@
 //! Domain: z ≥ 0; behind it NaN. Singular: the rim, where the density 4/√(1-p²-q²) grows without bound
 //! and a coordinate rounded by ε moves the direction by √ε.
 
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::{Real, max};
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::max;
+use crate::number::real::Real;
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 
 /// 1 - |n|² for |n| near 1, without rounding: the heads lie on a grid so coarse that their squares and
 /// sums are exact, and what the tails add is small.
@@ -27,14 +29,14 @@ pub(super) fn remainder<R: Real>(n: [R; 3]) -> R {
     });
     let heads = n.map(|x| (x + grid) - grid);
     let tail = |k: usize| (n[k] - heads[k]) * (n[k] + heads[k]);
-    let exact = R::new(1.0) - heads[0] * heads[0] - heads[1] * heads[1] - heads[2] * heads[2];
+    let exact = R::ONE - heads[0] * heads[0] - heads[1] * heads[1] - heads[2] * heads[2];
     exact - (tail(0) + tail(1) + tail(2))
 }
 
 /// ½ + p(1 + correction)/2 with one rounding: what the first sum rounds off is carried on.
 #[inline(always)]
 pub(super) fn rounded_once<R: Real>(p: R, correction: R) -> R {
-    let half = R::new(0.5);
+    let half = R::HALF;
     let x = p * half;
     let sum = half + x;
     (sum + ((x - (sum - half)) + x * correction)).clamped(0.0, 1.0)
@@ -76,12 +78,12 @@ impl Projection for Matcap {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
+        let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
         let (p, q, r) = (x * inverse, y * inverse, z * inverse);
-        let half = remainder([p, q, r]) * R::new(0.5);
+        let half = remainder([p, q, r]) * R::HALF;
         let uv = Uv::flat(rounded_once(p, half), rounded_once(q, half));
-        let nan = R::new(f64::NAN);
-        let front = z >= R::new(0.0);
+        let nan = R::NAN;
+        let front = z >= R::ZERO;
         Uv {
             u: if front { uv.u } else { nan },
             v: if front { uv.v } else { nan },
@@ -92,8 +94,8 @@ impl Projection for Matcap {
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        let c = remainder([p, q, R::new(0.0)]);
-        [p, q, max(c, R::new(0.0)).sqrt()]
+        let c = remainder([p, q, R::ZERO]);
+        [p, q, max(c, R::ZERO).sqrt()]
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {
@@ -103,6 +105,6 @@ impl Projection for Matcap {
     #[inline(always)]
     fn density<R: Real>(self, uv: Uv<R>) -> R {
         let (p, q) = uv.pq();
-        R::new(4.0) / max(R::new(1.0) - (p * p + q * q), R::new(0.0)).sqrt()
+        R::new(4.0) / max(R::ONE - (p * p + q * q), R::ZERO).sqrt()
     }
 }

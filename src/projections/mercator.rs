@@ -11,9 +11,10 @@
 //! them at the first, and sin φ, cos φ at either.
 
 use super::cylindrical::longitude;
-use crate::light::solid_angle::Rect;
-use crate::projection::{self, Coverage, Info, Parameter, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::projection;
+use crate::projections::projection::{Coverage, Info, Parameter, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// The conformal cylinder.
@@ -91,7 +92,7 @@ impl Projection for Mercator {
         let (p, q) = uv.pq();
         let (sin, cos) = R::sin_cos_half_turns(p);
         let (sinh, cosh) = (q * R::new(self.edge)).sinh_cosh();
-        let n = R::new(1.0) / cosh;
+        let n = R::ONE / cosh;
         [sin * n, sinh * n, cos * n]
     }
 

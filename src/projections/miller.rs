@@ -8,9 +8,10 @@
 //! The logarithm is asinh tan(4φ/5), which keeps its digits at the equator.
 
 use super::cylindrical::longitude;
-use crate::light::solid_angle::Rect;
-use crate::projection::{self, Coverage, Info, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::projection;
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// A cylinder between Mercator's and the equirectangular one.
@@ -25,7 +26,7 @@ impl Miller {
     #[inline(always)]
     fn latitude<R: Real>(q: R) -> R {
         let (sinh, _) = (q * R::new(EDGE)).sinh_cosh();
-        (R::half_turns(sinh.abs(), R::new(1.0)) * R::new(1.25)).negated_if(q < R::new(0.0))
+        (R::half_turns(sinh.abs(), R::ONE) * R::new(1.25)).negated_if(q < R::ZERO)
     }
 }
 
@@ -67,12 +68,12 @@ impl Projection for Miller {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let half = R::new(0.5);
+        let half = R::HALF;
         let (longitude, h) = longitude(x, z);
         let latitude = R::half_turns(h, -y) - half;
         let (sin, cos) = R::sin_cos_half_turns(latitude * R::new(0.8));
         let q = (sin / cos).asinh() * R::new(1.0 / EDGE);
-        Uv::centered(longitude, q.clamped(-1.0, 1.0), R::new(0.0))
+        Uv::centered(longitude, q.clamped(-1.0, 1.0), R::ZERO)
     }
 
     #[inline(always)]
@@ -94,7 +95,7 @@ impl Projection for Miller {
         let (_, q) = uv.pq();
         let (_, cos) = R::sin_cos_half_turns(Miller::latitude(q));
         let (_, cosh) = (q * R::new(EDGE)).sinh_cosh();
-        let cos = if cos < R::new(0.0) { R::new(0.0) } else { cos };
+        let cos = if cos < R::ZERO { R::ZERO } else { cos };
         R::new(5.0 * PI * EDGE) * cos / cosh
     }
 }

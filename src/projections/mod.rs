@@ -4,19 +4,12 @@
 //! projection is one file and one line here; everything else (encode, decode, jacobian, solid
 //! angles, sampling, conversion, the command line, tests, benchmarks, tables) iterates the registry.
 
-use crate::projection::{Info, Projection};
+mod common;
+pub mod cost;
+pub mod faces;
+pub mod projection;
 
-mod lens;
-
-/// Something to be done with a projection whose type is known at compile time.
-pub trait Visitor {
-    /// What comes out of it.
-    type Output;
-    /// Do it.
-    fn visit<P: Projection>(self, projection: P) -> Self::Output;
-}
-
-mod warped_cube;
+use crate::projections::projection::{Info, Projection, Visitor};
 
 macro_rules! projections {
     ($($module:ident::$name:ident),+ $(,)?) => {

@@ -13,9 +13,11 @@
 //! warns. Three of its steps do for the rest.
 
 use super::cylindrical::longitude;
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::{Real, max, min};
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::{max, min};
+use crate::number::real::Real;
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// The equal-area ellipse.
@@ -25,7 +27,7 @@ pub struct Mollweide;
 /// ψ - sin ψ, by its series below 1. `sin` is sin ψ.
 #[inline(always)]
 fn lag<R: Real>(psi: R, sin: R) -> R {
-    let one = R::new(1.0);
+    let one = R::ONE;
     let s = psi * psi;
     let term = |rest: R, divisor: f64| one - s * R::new(1.0 / divisor) * rest;
     let series = term(
@@ -80,7 +82,7 @@ impl Projection for Mollweide {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (half, one) = (R::new(0.5), R::new(1.0));
+        let (half, one) = (R::HALF, R::ONE);
         let (longitude, h) = longitude(x, z);
         let ay = y.abs();
         let yf = ay.squarable();
@@ -93,11 +95,11 @@ impl Projection for Mollweide {
         let mut psi = c * (one + s * (a + s * (b + s * (d + s * e))));
         for _ in 0..3 {
             let (sin, cos) = R::sin_cos_half_turns(psi * R::new(0.5 / PI));
-            let two = R::new(2.0);
+            let two = R::TWO;
             psi = psi - (lag(psi, two * sin * cos) - side) / (two * sin * sin);
         }
         let (sin, cos) = R::sin_cos_half_turns(psi * R::new(0.5 / PI));
-        let up = y < R::new(0.0);
+        let up = y < R::ZERO;
         Uv::flat(
             (longitude * sin * half + half).clamped(0.0, 1.0),
             cos.negated_if(up) * half + half,
@@ -107,10 +109,10 @@ impl Projection for Mollweide {
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        let (one, two) = (R::new(1.0), R::new(2.0));
+        let (one, two) = (R::ONE, R::TWO);
         // 1 - |q| from the nearer end of v, which keeps its digits at the pole.
         let below = min(uv.v, one - uv.v) * two;
-        let below = max(below, R::new(0.0));
+        let below = max(below, R::ZERO);
         let aq = one - below;
         let s = (below * (one + aq)).sqrt();
         let psi = R::half_turns(s, aq) * R::new(2.0 * PI);
@@ -118,7 +120,7 @@ impl Projection for Mollweide {
         let cos = (missing * (two - missing)).sqrt();
         let width = max(s, R::new(1e-30));
         let (sin_longitude, cos_longitude) = R::sin_cos_half_turns((p / width).clamped(-4.0, 4.0));
-        let up = q < R::new(0.0);
+        let up = q < R::ZERO;
         [
             cos * sin_longitude,
             (one - missing).negated_if(up),

@@ -7,9 +7,11 @@
 //! Domain: all directions; no singular point; the density varies 5.196:1. The fold takes sign(±0) = +1: with
 //! sign(0) = 0 the direction -z would encode to the center, an error of π. -z encodes to (1, 1).
 
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Projection, Seam, Uv};
-use crate::real::{Real, max, sign};
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::max;
+use crate::number::real::{Real, sign};
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 
 /// The full octahedron.
 #[derive(Clone, Copy, Debug)]
@@ -45,27 +47,27 @@ impl Projection for Octahedral {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let one = R::new(1.0);
+        let one = R::ONE;
         let sum = x.abs() + y.abs() + z.abs();
         let (p, q) = (x / sum, y / sum);
-        let below = z < R::new(0.0);
+        let below = z < R::ZERO;
         let folded_p = (one - q.abs()) * sign(p);
         let folded_q = (one - p.abs()) * sign(q);
         Uv::centered(
             if below { folded_p } else { p },
             if below { folded_q } else { q },
-            R::new(0.0),
+            R::ZERO,
         )
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        let z = R::new(1.0) - p.abs() - q.abs();
-        let over = max(-z, R::new(0.0));
+        let z = R::ONE - p.abs() - q.abs();
+        let over = max(-z, R::ZERO);
         let x = p - sign(p) * over;
         let y = q - sign(q) * over;
-        let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
+        let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
         [x * inverse, y * inverse, z * inverse]
     }
 

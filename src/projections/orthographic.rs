@@ -7,11 +7,13 @@
 //! Domain: all directions within fov/2 of the axis, else NaN. Singular: the rim at 180°, where the density
 //! grows without bound and a coordinate rounded by ε moves the direction by √ε.
 
-use super::lens;
 use super::matcap::{remainder, rounded_once};
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::{Real, max};
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::max;
+use crate::number::real::Real;
+use crate::projections::common::lens;
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// A globe from far away.
@@ -71,13 +73,13 @@ impl Projection for Orthographic {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let inverse = R::new(1.0) / (x * x + y * y + z * z).sqrt();
+        let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
         let (a, b, c) = (x * inverse, y * inverse, z * inverse);
-        let half = remainder([a, b, c]) * R::new(0.5);
+        let half = remainder([a, b, c]) * R::HALF;
         let scale = R::new(1.0 / self.rim);
         let (p, q) = (a * scale, b * scale);
-        let inside = (z >= R::new(0.0)) & (p * p + q * q <= R::new(1.0 + 8.0 * R::EPSILON));
-        let nan = R::new(f64::NAN);
+        let inside = (z >= R::ZERO) & (p * p + q * q <= R::new(1.0 + 8.0 * R::EPSILON));
+        let nan = R::NAN;
         Uv::flat(
             if inside { rounded_once(p, half) } else { nan },
             if inside { rounded_once(q, half) } else { nan },
@@ -88,8 +90,8 @@ impl Projection for Orthographic {
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
         let (a, b) = (p * R::new(self.rim), q * R::new(self.rim));
-        let c = remainder([a, b, R::new(0.0)]);
-        [a, b, max(c, R::new(0.0)).sqrt()]
+        let c = remainder([a, b, R::ZERO]);
+        [a, b, max(c, R::ZERO).sqrt()]
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {
@@ -107,7 +109,7 @@ impl Projection for Orthographic {
     fn density<R: Real>(self, uv: Uv<R>) -> R {
         let (p, q) = uv.pq();
         let t = R::new(self.rim * self.rim);
-        let cosine = max(R::new(1.0) - t * (p * p + q * q), R::new(0.0)).sqrt();
+        let cosine = max(R::ONE - t * (p * p + q * q), R::ZERO).sqrt();
         R::new(4.0) * t / cosine
     }
 }

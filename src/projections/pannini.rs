@@ -9,10 +9,12 @@
 //! Domain: directions that the picture shows, else NaN; fov/2 must stay below arccos(-d), arccos(-1/d) where d > 1, and
 //! 90° where s > 0. Singular: none in the image.
 
-use super::lens;
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{self, Coverage, Info, Parameter, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::common::lens;
+use crate::projections::projection;
+use crate::projections::projection::{Coverage, Info, Parameter, Projection, Seam, Uv};
 
 /// A cylinder seen from behind its axis.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +58,7 @@ impl Pannini {
     /// (S, cos λ) from x.
     #[inline(always)]
     fn column<R: Real>(self, x: R) -> (R, R) {
-        let one = R::new(1.0);
+        let one = R::ONE;
         let k = x * x * R::new(1.0 / ((self.d + 1.0) * (self.d + 1.0)));
         let root = (one + k * R::new((1.0 - self.d) * (1.0 + self.d))).sqrt();
         let cos = (root - k * R::new(self.d)) / (k + one);
@@ -157,8 +159,8 @@ impl Projection for Pannini {
         let h = (xf * xf + zf * zf).sqrt();
         let (sin, cos, tan) = (x / h, z / h, y / h);
         let depth = R::new(self.d) + cos;
-        let ahead = (depth > R::new(0.0)) & (R::new(1.0) + R::new(self.d) * cos > R::new(0.0));
-        let ahead = ahead & ((cos > R::new(0.0)) | (self.s == 0.0));
+        let ahead = (depth > R::ZERO) & (R::ONE + R::new(self.d) * cos > R::ZERO);
+        let ahead = ahead & ((cos > R::ZERO) | (self.s == 0.0));
         let scale = R::new(self.d + 1.0) / depth;
         let p = scale * sin * R::new(1.0 / self.half[0]);
         let q = self.height(scale, cos) * tan * R::new(1.0 / self.half[1]);
@@ -172,7 +174,7 @@ impl Projection for Pannini {
         let (scale, cos) = self.column(x);
         let sin = x / scale;
         let tan = q * R::new(self.half[1]) / self.height(scale, cos);
-        let n = R::new(1.0) / (sin * sin + tan * tan + cos * cos).sqrt();
+        let n = R::ONE / (sin * sin + tan * tan + cos * cos).sqrt();
         [sin * n, tan * n, cos * n]
     }
 
@@ -202,7 +204,7 @@ impl Projection for Pannini {
     #[inline(always)]
     fn density<R: Real>(self, uv: Uv<R>) -> R {
         let (p, q) = uv.pq();
-        let (one, d) = (R::new(1.0), R::new(self.d));
+        let (one, d) = (R::ONE, R::new(self.d));
         let (scale, cos) = self.column(p * R::new(self.half[0]));
         let height = self.height(scale, cos);
         let tan = q * R::new(self.half[1]) / height;

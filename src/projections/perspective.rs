@@ -9,9 +9,11 @@
 //! Domain: directions that the rectangle shows, z > 0 among them, else NaN. No singular point; toward 180° the
 //! density falls with the cube of the cosine, which is why the range ends at 179°.
 
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{self, Coverage, Info, Parameter, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::projection;
+use crate::projections::projection::{Coverage, Info, Parameter, Projection, Seam, Uv};
 
 /// A pinhole camera.
 #[derive(Clone, Copy, Debug)]
@@ -119,13 +121,13 @@ impl Projection for Perspective {
         let [half_x, half_y] = self.half;
         let p = x / z * R::new(1.0 / half_x) + R::new(self.principal[0]);
         let q = y / z * R::new(1.0 / half_y) + R::new(self.principal[1]);
-        Uv::in_square(p, q, z > R::new(0.0))
+        Uv::in_square(p, q, z > R::ZERO)
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
-        let one = R::new(1.0);
+        let one = R::ONE;
         let a = (p - R::new(self.principal[0])) * R::new(self.half[0]);
         let b = (q - R::new(self.principal[1])) * R::new(self.half[1]);
         let n = one / (one + a * a + b * b).sqrt();
@@ -141,7 +143,7 @@ impl Projection for Perspective {
         let (p, q) = uv.pq();
         let a = (p - R::new(self.principal[0])) * R::new(self.half[0]);
         let b = (q - R::new(self.principal[1])) * R::new(self.half[1]);
-        let w = R::new(1.0) + a * a + b * b;
+        let w = R::ONE + a * a + b * b;
         R::new(4.0 * self.half[0] * self.half[1]) / (w * w.sqrt())
     }
 }

@@ -6,9 +6,10 @@
 //! outline; u jumps from one rim to the other behind the viewer, and the seam itself (x = ±0) is the left rim.
 
 use super::cylindrical::longitude;
-use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::{Real, max};
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::max;
+use crate::number::real::Real;
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// Parallels at their lengths.
@@ -62,7 +63,7 @@ impl Projection for Sinusoidal {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let half = R::new(0.5);
+        let half = R::HALF;
         let (longitude, h) = longitude(x, z);
         let yf = y.squarable();
         let cos = h / (h * h + yf * yf).sqrt();

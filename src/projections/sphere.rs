@@ -14,15 +14,17 @@
 //! numerator and denominator before the one division and root keeps it at two roots and one division,
 //! which is what its time goes to; the azimuth as a unit vector cost two divisions and a root more.
 
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::{Real, max, scaled};
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::max;
+use crate::number::real::{Real, scaled};
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 
 /// A direction of any length near 1 in Lambert's map, whose disk has radius 1/`rim`; (1/`rim`, 0) for the direction
 /// opposite the center. Scaled under the root, it costs no rounding of its own.
 #[inline(always)]
 pub(super) fn to_disk<R: Real>([x, y, z]: [R; 3], rim: f64) -> (R, R) {
-    let (zero, one) = (R::new(0.0), R::new(1.0));
+    let (zero, one) = (R::ZERO, R::ONE);
     let (xs, ys, _) = scaled(x, y);
     let hs = xs * xs + ys * ys;
     let blind = hs.vanishes();
@@ -47,9 +49,9 @@ pub(super) fn to_disk<R: Real>([x, y, z]: [R; 3], rim: f64) -> (R, R) {
 #[inline(always)]
 pub(super) fn from_disk<R: Real>(p: R, q: R) -> [R; 3] {
     let s = p * p + q * q;
-    let one = R::new(1.0);
-    let c = max(one - s, R::new(0.0));
-    let root = c.sqrt() * R::new(2.0);
+    let one = R::ONE;
+    let c = max(one - s, R::ZERO);
+    let root = c.sqrt() * R::TWO;
     [p * root, q * root, c - (one - c)]
 }
 
@@ -91,7 +93,7 @@ impl Projection for Sphere {
     #[inline(always)]
     fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
         let (p, q) = to_disk(d, 1.0);
-        Uv::centered(p.clamped(-1.0, 1.0), q.clamped(-1.0, 1.0), R::new(0.0))
+        Uv::centered(p.clamped(-1.0, 1.0), q.clamped(-1.0, 1.0), R::ZERO)
     }
 
     #[inline(always)]

@@ -7,10 +7,11 @@
 //! infinitely far away, and the range of fov ends at 359°. Density falls from the center to the rim by
 //! 1/cos⁴(fov/4): wide views round directions near their center by as much more as texels there are larger.
 
-use super::lens;
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::common::lens;
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
 /// A conformal fisheye.
@@ -62,8 +63,8 @@ impl Projection for Stereographic {
         let length = (x * x + y * y + z * z).sqrt();
         // Behind, L + z cancels and is (x² + y²)/(L - z). What that loses by underflow is outside of any fov.
         let near = length + z.abs();
-        let front = z >= R::new(0.0);
-        let numerator = if front { R::new(1.0) } else { near };
+        let front = z >= R::ZERO;
+        let numerator = if front { R::ONE } else { near };
         let denominator = if front { near } else { x * x + y * y };
         let factor = numerator / denominator * R::new(1.0 / self.rim);
         Uv::in_disk(x * factor, y * factor)
@@ -74,7 +75,7 @@ impl Projection for Stereographic {
         let (p, q) = uv.pq();
         let (a, b) = (p * R::new(self.rim), q * R::new(self.rim));
         let s = a * a + b * b;
-        let (one, two) = (R::new(1.0), R::new(2.0));
+        let (one, two) = (R::ONE, R::TWO);
         let n = one / (one + s);
         [two * a * n, two * b * n, (one - s) * n]
     }
@@ -99,7 +100,7 @@ impl Projection for Stereographic {
     fn density<R: Real>(self, uv: Uv<R>) -> R {
         let (p, q) = uv.pq();
         let t = R::new(self.rim * self.rim);
-        let w = R::new(1.0) + t * (p * p + q * q);
+        let w = R::ONE + t * (p * p + q * q);
         R::new(16.0) * t / (w * w)
     }
 }

@@ -7,9 +7,12 @@
 //! Domain: all directions. u is periodic; the top and the bottom edge are each folded on themselves, u to 1 - u. Singular:
 //! none, but the four vertices see texels 27 times smaller than the middles of the faces do.
 
-use crate::light::solid_angle::{self, Rect};
-use crate::projection::{self, Coverage, Info, Projection, Seam, Uv};
-use crate::real::{Real, max};
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::number::math::max;
+use crate::number::real::Real;
+use crate::projections::projection;
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 
 /// An unrolled tetrahedron.
 #[derive(Clone, Copy, Debug)]
@@ -21,8 +24,8 @@ const ASPECT: f64 = 2.309_401_076_758_503;
 /// The point of the tetrahedron at (u, v).
 #[inline(always)]
 fn surface<R: Real>(u: R, v: R) -> [R; 3] {
-    let (one, two, three, four) = (R::new(1.0), R::new(2.0), R::new(3.0), R::new(4.0));
-    let left = u < R::new(0.5);
+    let (one, two, three, four) = (R::ONE, R::TWO, R::new(3.0), R::new(4.0));
+    let left = u < R::HALF;
     let x = if left {
         four * u - one
     } else {
@@ -69,10 +72,10 @@ impl Projection for Tetrahedral {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let (quarter, half) = (R::new(0.25), R::new(0.5));
+        let (quarter, half) = (R::new(0.25), R::HALF);
         // The larger of two faces each.
         let (left, right) = (z + (x - y).abs(), (x + y).abs() - z);
-        let n = R::new(1.0) / max(left, right);
+        let n = R::ONE / max(left, right);
         let along = (x * n).clamped(-1.0, 1.0) * quarter;
         let on_left = left >= right;
         Uv::flat(
@@ -88,7 +91,7 @@ impl Projection for Tetrahedral {
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let [x, y, z] = surface(uv.u, uv.v);
-        let n = R::new(1.0) / (x * x + y * y + z * z).sqrt();
+        let n = R::ONE / (x * x + y * y + z * z).sqrt();
         [x * n, y * n, z * n]
     }
 

@@ -9,10 +9,10 @@
 //! on the image lies infinitely far away, and below arccos(-1/ξ) where ξ > 1, at which it turns back. Singular:
 //! none in the image.
 
-use super::lens;
-use crate::light::solid_angle::Rect;
-use crate::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
-use crate::real::Real;
+use crate::geometry::solid_angle::Rect;
+use crate::number::real::Real;
+use crate::projections::common::lens;
+use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
 
 /// A sphere seen from a point ξ behind its center.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +39,7 @@ impl Unified {
     /// η, with which (a, b) on the image plane is the unit direction (ηa, ηb, η - ξ), from a² + b².
     #[inline(always)]
     fn eta<R: Real>(self, s: R) -> R {
-        let (one, xi) = (R::new(1.0), R::new(self.xi));
+        let (one, xi) = (R::ONE, R::new(self.xi));
         let root = (one + R::new((1.0 - self.xi) * (1.0 + self.xi)) * s).sqrt();
         (xi + root) / (one + s)
     }
@@ -107,8 +107,8 @@ impl Projection for Unified {
         let depth = z + R::new(self.xi) * length;
         let factor = R::new(1.0 / self.radius) / depth;
         // Where ξ > 1 the image turns back: what lies behind would appear a second time.
-        let ahead = (depth > R::new(0.0)) & (length + R::new(self.xi) * z > R::new(0.0));
-        let factor = if ahead { factor } else { R::new(f64::NAN) };
+        let ahead = (depth > R::ZERO) & (length + R::new(self.xi) * z > R::ZERO);
+        let factor = if ahead { factor } else { R::NAN };
         Uv::in_disk(x * factor, y * factor)
     }
 
@@ -134,7 +134,7 @@ impl Projection for Unified {
         let (p, q) = uv.pq();
         let (a, b) = (p * R::new(self.radius), q * R::new(self.radius));
         let eta = self.eta(a * a + b * b);
-        let slope = R::new(1.0) + R::new(self.xi) * (eta - R::new(self.xi));
+        let slope = R::ONE + R::new(self.xi) * (eta - R::new(self.xi));
         R::new(4.0 * self.radius * self.radius) * (eta * eta * eta) / slope
     }
 }

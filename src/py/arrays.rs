@@ -1,7 +1,7 @@
 //! numpy arrays in and out.
 
-use crate::frame;
-use crate::image::tuple;
+use crate::geometry::axes;
+use crate::image::raster::tuple;
 use crate::kernel::Scalar;
 use glam::DMat3;
 use numpy::{
@@ -335,5 +335,5 @@ pub fn rotation(object: Option<&Bound<'_, PyAny>>) -> PyResult<Option<DMat3>> {
     let rows: [[f64; 3]; 3] = rows
         .try_into()
         .map_err(|_| PyValueError::new_err("Expected `rotation` to have shape (3, 3)."))?;
-    Ok(Some(frame::rotation(rows)?))
+    Ok(Some(axes::rotation(rows)?))
 }

@@ -1,12 +1,12 @@
 //! The class `Distribution`: an importance distribution in the core, and the weights of texels.
 
-use super::arrays::{
-    self, Float, contiguous, disjoint, finish, leading, output, points, reals, run, with_reals,
-    writable,
-};
 use super::projection::{PyProjection, size};
+use crate::image::rim;
 use crate::light::distribution::{Distribution, Radiance};
-use crate::light::rim;
+use crate::py::arrays;
+use crate::py::arrays::{
+    Float, contiguous, disjoint, finish, leading, output, points, reals, run, with_reals, writable,
+};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

@@ -1,19 +1,21 @@
 //! The module's functions.
 
-use super::arrays::{
-    self, Float, Parts, Points, Reals, converted, disjoint, finish, leading, output, reals, run,
-    writable,
-};
-use super::images::{self, Lookup};
 use super::projection::{PyProjection, size};
-use crate::convention;
-use crate::cost;
-use crate::frame;
+use crate::geometry::axes;
 use crate::kernel;
+use crate::kernel::threads;
+use crate::map::conventions;
 use crate::map::{Map, Options};
-use crate::projection::{Coverage, Projection};
-use crate::projections::{Kind, REGISTRY, Visitor};
-use crate::threads;
+use crate::projections::cost;
+use crate::projections::projection::Visitor;
+use crate::projections::projection::{Coverage, Projection};
+use crate::projections::{Kind, REGISTRY};
+use crate::py::arrays;
+use crate::py::arrays::{
+    Float, Parts, Points, Reals, converted, disjoint, finish, leading, output, reals, run, writable,
+};
+use crate::py::images;
+use crate::py::images::Lookup;
 use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -182,7 +184,7 @@ fn reflect_arrays<'py, T: Float>(
         let (view, normal) = (view.as_slice()?, normal.as_slice()?);
         disjoint(view, out)?;
         disjoint(normal, out)?;
-        py.detach(|| crate::reflect::reflect(view, normal, out));
+        py.detach(|| crate::light::reflect::reflect(view, normal, out));
     }
     finish(array, out.is_some())
 }
@@ -205,7 +207,9 @@ fn reflect_blocks<'py, T: Float>(
             let (view, normal) = (converted::<T>(&view)?, converted::<T>(&normal)?);
             let (view, normal) = (view.as_slice()?, normal.as_slice()?);
             let out = output.next(view.len())?;
-            run(py, out.len(), || crate::reflect::reflect(view, normal, out));
+            run(py, out.len(), || {
+                crate::light::reflect::reflect(view, normal, out)
+            });
         }
     }
     finish(array, out.is_some())
@@ -225,7 +229,7 @@ pub fn rotation(
             "`yaw`, `pitch` and `roll` must be finite.",
         ));
     }
-    let rows = frame::rows(frame::from_angles(yaw, pitch, roll)).map(Vec::from);
+    let rows = axes::rows(axes::from_angles(yaw, pitch, roll)).map(Vec::from);
     Ok(PyArray2::from_vec2(py, &rows)?)
 }
 
@@ -286,7 +290,7 @@ pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         dict.set_item("parameters", parameters)?;
         dict.set_item(
             "conventions",
-            convention::of(info.name)
+            conventions::of(info.name)
                 .map(|c| c.name)
                 .collect::<Vec<_>>(),
         )?;
@@ -299,7 +303,7 @@ pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
 #[pyfunction]
 pub fn convention_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     let list = PyList::empty(py);
-    for row in convention::all() {
+    for row in conventions::all() {
         let parameters = PyDict::new(py);
         for (name, value) in row.parameters {
             parameters.set_item(name, value)?;

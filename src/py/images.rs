@@ -3,14 +3,17 @@
 use super::arrays::{
     Reals, contiguous, disjoint, finish, helper, leading, output, reals, with_reals, writable,
 };
-use crate::area::{self, Statistic};
-use crate::convert;
 use crate::error::Error;
-use crate::image::{Texel, tuple};
+use crate::image::raster::tuple;
+use crate::image::texel::Texel;
 use crate::map::Map;
-use crate::mips;
-use crate::sample::{Filter, Source};
-use crate::trilinear::{self, Chained};
+use crate::resample::area;
+use crate::resample::area::Statistic;
+use crate::resample::lookup;
+use crate::resample::mips;
+use crate::resample::sample::{Filter, Source};
+use crate::resample::trilinear;
+use crate::resample::trilinear::Chained;
 use glam::DMat3;
 use half::f16;
 use ndarray::ArrayView2;
@@ -93,7 +96,7 @@ pub fn image<'py>(
 
 /// An image's shape without channels, how many channels, and the shape of one of its texels.
 pub fn split<'a>(map: &Map, shape: &'a [usize]) -> PyResult<(&'a [usize], usize, &'a [usize])> {
-    let dimensions = if map.arrangement().joined { 2 } else { 3 };
+    let dimensions = if map.face_layout().is_atlas { 2 } else { 3 };
     if shape.len() != dimensions && shape.len() != dimensions + 1 {
         let pattern = if dimensions == 2 {
             "(H, W) or (H, W, C)"
@@ -318,7 +321,7 @@ fn convert_texels<'py, T: PyTexel>(
                 trilinear::convert(&source, dst, shape, rotation, filter, &fill, out)
             }
             Way::Looked(filter, antialias) => {
-                convert::convert(&source, dst, shape, rotation, filter, antialias, &fill, out)
+                lookup::convert(&source, dst, shape, rotation, filter, antialias, &fill, out)
             }
         })?;
     }

@@ -7,7 +7,7 @@ use super::projection::{PyProjection, size};
 use crate::light::lobe::Lobe;
 use crate::light::prefilter::{Distribution, Source};
 use crate::light::{dfg as table, integrate, lobe as lobes, sh, texels};
-use crate::projection::Coverage;
+use crate::projections::projection::Coverage;
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

@@ -1,11 +1,12 @@
 //! Packed unit vectors: codes of any unsigned dtype.
 
-use super::arrays::{
-    self, Float, contiguous, converted, disjoint, finish, helper, output, reals, with_reals,
-    writable,
-};
+use crate::pack;
 use crate::pack::frame::FramePacking;
-use crate::pack::{self, Invalid, Packing, Rounding, Store};
+use crate::pack::{Invalid, Packing, Rounding, Store};
+use crate::py::arrays;
+use crate::py::arrays::{
+    Float, contiguous, converted, disjoint, finish, helper, output, reals, with_reals, writable,
+};
 use numpy::{Element, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

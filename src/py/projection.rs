@@ -1,11 +1,13 @@
 //! The class `Projection`: a map, with its verbs as methods.
 
-use super::arrays::{self, Float, finish, output, points, reals, with_reals, writable};
-use super::images::{self, Lookup};
-use crate::convert;
-use crate::explain::explain;
-use crate::image::{LONGEST_SIDE, Raster, shape_of_size};
+use crate::image::raster::{LONGEST_SIDE, Raster, shape_of_size};
+use crate::image::texels;
+use crate::map::explain::explain;
 use crate::map::{Map, Options};
+use crate::py::arrays;
+use crate::py::arrays::{Float, finish, output, points, reals, with_reals, writable};
+use crate::py::images;
+use crate::py::images::Lookup;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -71,7 +73,7 @@ impl PyProjection {
         {
             let mut target = writable(&array)?;
             let out = target.as_slice_mut()?;
-            py.detach(|| convert::directions(&self.0, shape, rotation, out))?;
+            py.detach(|| texels::directions(&self.0, shape, rotation, out))?;
         }
         finish(array, false)
     }
@@ -196,7 +198,7 @@ impl PyProjection {
         {
             let mut target = writable(&array)?;
             let out = target.as_slice_mut()?;
-            py.detach(|| convert::solid_angles(&self.0, &shape, out))?;
+            py.detach(|| texels::solid_angles(&self.0, &shape, out))?;
         }
         finish(array, false)
     }

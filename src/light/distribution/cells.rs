@@ -3,14 +3,14 @@
 
 use super::Row;
 use crate::error::Error;
-use crate::image::Raster;
-use crate::light::solid_angle::Rect;
+use crate::geometry::solid_angle::Rect;
+use crate::image::raster::Raster;
+use crate::kernel::pages;
+use crate::kernel::threads;
 use crate::map::Map;
-use crate::pages;
-use crate::projection::{Outline, Projection};
-use crate::projections::Visitor;
-use crate::threads;
-use crate::verbs::DensityCanonical;
+use crate::map::verbs::DensityCanonical;
+use crate::projections::projection::Visitor;
+use crate::projections::projection::{Outline, Projection};
 
 /// The most that the density of a cell may be off when it is taken for straight, relative.
 pub const STRAIGHT: f64 = 8e-6;
@@ -23,7 +23,7 @@ pub(super) struct Cells {
     pub(super) rows: Vec<Row>,
     /// Row by row, each after one to skip; negative where the density is not straight.
     pub(super) solid_angles: Vec<f64>,
-    pub(super) crooked: Vec<u64>,
+    pub(super) nonlinear: Vec<u64>,
 }
 
 impl Cells {
@@ -57,20 +57,20 @@ impl Cells {
             .map(|(face, k)| row(face, k))
             .collect();
         let solid_angles = signed_solid_angles(map, &edges, &rows);
-        let crooked = signs(&solid_angles, columns);
+        let nonlinear = signs(&solid_angles, columns);
         Ok(Cells {
             columns,
             split,
             edges,
             rows,
             solid_angles,
-            crooked,
+            nonlinear,
         })
     }
 
-    pub(super) fn crooked_share(&self) -> f64 {
-        let crooked: u32 = self.crooked.iter().map(|word| word.count_ones()).sum();
-        f64::from(crooked) / self.solid_angles.len() as f64
+    pub(super) fn nonlinear_share(&self) -> f64 {
+        let nonlinear: u32 = self.nonlinear.iter().map(|word| word.count_ones()).sum();
+        f64::from(nonlinear) / self.solid_angles.len() as f64
     }
 }
 

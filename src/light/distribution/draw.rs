@@ -1,13 +1,15 @@
 //! Drawing samples.
 
+use super::refine::Refine;
 use super::search::{BELOW_ONE, WINDOW, bucket, position, search};
-use super::straighten::Straighten;
 use super::{Distribution, Radiance};
-use crate::kernel::{Packed, Scalar, packed, prefetch_item, vectorize};
-use crate::real::{Real, min};
-use crate::threads;
-use crate::tile::{TILE, Tile};
-use crate::verbs::DrawTile;
+use crate::kernel::threads;
+use crate::kernel::tile::prefetch_item;
+use crate::kernel::tile::{TILE, Tile};
+use crate::kernel::{Scalar, SimdWork, run_simd, vectorize};
+use crate::map::verbs::DrawTile;
+use crate::number::math::min;
+use crate::number::real::Real;
 use fearless_simd::Simd;
 
 /// Samples that one thread draws before it looks for more work.
@@ -106,13 +108,13 @@ impl Distribution {
     /// Rows, and where the search for the column will begin.
     fn draft<R: Scalar>(&self, xi: &[R], drafts: &mut Drafts) {
         struct Draft<'a, R>(&'a Distribution, &'a [R], &'a mut Drafts);
-        impl<R: Scalar> Packed for Draft<'_, R> {
+        impl<R: Scalar> SimdWork for Draft<'_, R> {
             #[inline(always)]
             fn run<S: Simd>(self, simd: S) {
                 self.0.draft_here(simd, self.1, self.2);
             }
         }
-        packed(Draft(self, xi, drafts));
+        run_simd(Draft(self, xi, drafts));
     }
 
     #[inline(always)]
@@ -163,13 +165,13 @@ impl Distribution {
             &'a mut [usize],
             bool,
         );
-        impl Packed for FindCells<'_> {
+        impl SimdWork for FindCells<'_> {
             #[inline(always)]
             fn run<S: Simd>(self, simd: S) {
                 self.0.find_cells_here(simd, self.1, self.2, self.3, self.4);
             }
         }
-        packed(FindCells(self, drafts, cells, texels, weighted));
+        run_simd(FindCells(self, drafts, cells, texels, weighted));
     }
 
     #[inline(always)]
@@ -211,7 +213,7 @@ impl Distribution {
             s[k] = position(drafts.x[k], [ends[0][k], ends[1][k]]);
             t[k] = drafts.t[k];
         }
-        if !self.crooked.is_empty() {
+        if !self.nonlinear.is_empty() {
             for (k, column) in columns[..n].iter().enumerate() {
                 if self.is_crooked(drafts.row[k] as usize, *column) {
                     cells.set(k, self.straightened(cells.at(k)));
@@ -222,7 +224,7 @@ impl Distribution {
 
     #[inline(never)]
     fn straightened(&self, cell: [f64; 7]) -> [f64; 7] {
-        self.map.visit_canonical(Straighten(cell))
+        self.map.visit_canonical(Refine(cell))
     }
 
     #[inline(always)]
@@ -260,7 +262,7 @@ impl Distribution {
         if valid.iter().all(|valid| *valid) {
             return;
         }
-        let nan = R::new(f64::NAN);
+        let nan = R::NAN;
         for (k, _) in valid.iter().enumerate().filter(|(_, valid)| !**valid) {
             directions[3 * k..3 * k + 3].fill(nan);
             pdf[k] = nan;
@@ -305,7 +307,7 @@ impl Distribution {
     #[inline(always)]
     fn is_crooked(&self, row: usize, column: usize) -> bool {
         let words = self.columns.div_ceil(64);
-        self.crooked[row * words + column / 64] >> (column % 64) & 1 != 0
+        self.nonlinear[row * words + column / 64] >> (column % 64) & 1 != 0
     }
 }
 

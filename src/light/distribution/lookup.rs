@@ -1,11 +1,12 @@
 //! The density in directions.
 
 use super::Distribution;
+use crate::kernel::threads;
+use crate::kernel::tile::{TILE, Tile, Tuples};
 use crate::kernel::{Scalar, vectorize};
-use crate::real::{Real, max, min};
-use crate::threads;
-use crate::tile::{TILE, Tile, Tuples};
-use crate::verbs::EncodeTile;
+use crate::map::verbs::EncodeTile;
+use crate::number::math::{max, min};
+use crate::number::real::Real;
 
 impl Distribution {
     /// The density per steradian in world directions, three numbers each: 0 outside the coverage, NaN for

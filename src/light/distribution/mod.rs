@@ -15,7 +15,7 @@
 //! computed, which is what a table larger than the cache needs.
 //!
 //! Within a cell the density of the *map* must be inverted as well. Where it is nearly a straight line in v, and
-//! then in u, the inverse is a root ([`crate::verbs::DrawTile`]). The grid of cells is the image's, cut into
+//! then in u, the inverse is a root ([`crate::map::verbs::DrawTile`]). The grid of cells is the image's, cut into
 //! whole parts until a face has 512 of them or more along each side, as many as it needs for a straight line to be off by less
 //! than [`STRAIGHT`] in most.
 //! The cells in which it is not (across a rim, beside a crease or a singular point) are halved, by exact solid angles of
@@ -37,22 +37,22 @@ mod cells;
 mod draw;
 mod lookup;
 mod records;
+mod refine;
 mod search;
-mod straighten;
 
 use crate::error::Error;
-use crate::frame::Turn;
-use crate::image::Raster;
+use crate::geometry::axes::Rotation;
+use crate::image::raster::Raster;
+use crate::kernel::pages;
+use crate::kernel::threads;
 use crate::map::Map;
-use crate::pages;
-use crate::threads;
 use cells::Cells;
 pub use cells::STRAIGHT;
 use glam::DMat3;
 use records::{recorded, sources};
 use search::{accumulate, fill_guide, normalize};
 
-/// Cells along a side of a face, at least, and the share of them that may be crooked; else the next. Bisection is slow,
+/// Cells along a side of a face, at least, and the share of them that may be nonlinear; else the next. Bisection is slow,
 /// but a finer grid takes memory, however small the image.
 const GRIDS: [(usize, f64); 3] = [(512, 0.1), (1024, 0.4), (2048, 1.0)];
 
@@ -83,8 +83,8 @@ struct Row {
 pub struct Distribution {
     map: Map,
     raster: Raster,
-    into_view: Turn,
-    into_world: Turn,
+    into_view: Rotation,
+    into_world: Rotation,
     /// Cells along u.
     columns: usize,
     /// Cells along u in a texel.
@@ -98,7 +98,7 @@ pub struct Distribution {
     guide: Vec<u32>,
     buckets: usize,
     /// A bit for each cell in which the map's density is not straight; empty if there is none.
-    crooked: Vec<u64>,
+    nonlinear: Vec<u64>,
     /// For each texel, face by face, the density per steradian.
     density: Vec<f32>,
     /// For each texel its channels, and its density once more: a sample finds both in one place.
@@ -138,7 +138,7 @@ impl Distribution {
             edges,
             rows,
             solid_angles: mut conditional,
-            crooked,
+            nonlinear,
         } = fine_cells(map, &raster)?;
         let sources = sources(&raster, faces);
         let light: Vec<f64> = sources
@@ -192,8 +192,8 @@ impl Distribution {
         Ok(Distribution {
             map: map.clone(),
             raster,
-            into_view: map.turn(rotation),
-            into_world: map.turn(rotation).inverse(),
+            into_view: map.view_rotation(rotation),
+            into_world: map.view_rotation(rotation).inverse(),
             columns,
             split,
             edges,
@@ -203,7 +203,7 @@ impl Distribution {
             conditional,
             guide,
             buckets,
-            crooked,
+            nonlinear,
             density,
             records,
             channels,
@@ -222,13 +222,13 @@ impl Distribution {
     }
 }
 
-/// The cells of an image, of the first grid that has few crooked ones.
+/// The cells of an image, of the first grid that has few nonlinear ones.
 fn fine_cells(map: &Map, raster: &Raster) -> Result<Cells, Error> {
     let shorter = raster.width.min(raster.height);
     let (mut fine, mut few) = GRIDS[0];
     let mut cells = Cells::new(map, raster, fine)?;
     for next in &GRIDS[1..] {
-        if cells.crooked_share() <= few || shorter >= next.0 {
+        if cells.nonlinear_share() <= few || shorter >= next.0 {
             break;
         }
         (fine, few) = *next;
@@ -246,15 +246,15 @@ mod tests {
     fn cells_of_a_fine_grid_are_straight_but_for_few() {
         for info in crate::projections::REGISTRY {
             let map = Map::new(info.name, Options::default()).unwrap();
-            let shape = crate::image::shape_of_size(&map, GRIDS[0].0);
+            let shape = crate::image::raster::shape_of_size(&map, GRIDS[0].0);
             let texels: usize = shape.iter().product();
             let light = vec![1.0; texels];
             let radiance = Radiance::Single(vec![1.0; texels]);
             let made = Distribution::new(&map, &shape, None, &light, &radiance, 1).unwrap();
-            let crooked: u32 = made.crooked.iter().map(|word| word.count_ones()).sum();
+            let nonlinear: u32 = made.nonlinear.iter().map(|word| word.count_ones()).sum();
             // Most of them, even of the MatCap, whose density rises without bound toward the rim.
             let cells = made.rows.len() * made.columns;
-            let share = f64::from(crooked) / cells as f64;
+            let share = f64::from(nonlinear) / cells as f64;
             assert!(share < 0.4, "{} {share}", info.name);
             let total = map.coverage().solid_angle();
             assert!(

@@ -1,12 +1,12 @@
 //! What each texel holds, gathered for samples.
 
-use crate::image::Raster;
-use crate::light::rim::holder;
-use crate::light::solid_angle::Rect;
-use crate::pages;
-use crate::projection::Outline;
-use crate::real::Real;
-use crate::threads;
+use crate::geometry::solid_angle::Rect;
+use crate::image::raster::Raster;
+use crate::image::rim::nearest_valid_texel;
+use crate::kernel::pages;
+use crate::kernel::threads;
+use crate::number::real::Real;
+use crate::projections::projection::Outline;
 
 /// For each texel, face by face, the stored texel that holds its value; none where it covers nothing.
 pub(super) fn sources(raster: &Raster, faces: usize) -> Vec<Option<usize>> {
@@ -20,7 +20,7 @@ pub(super) fn sources(raster: &Raster, faces: usize) -> Vec<Option<usize>> {
             let view = raster.view(face);
             for (i, source) in sources.iter_mut().enumerate() {
                 if covers_some(raster, i, j) {
-                    let (a, b) = holder(raster, i, j);
+                    let (a, b) = nearest_valid_texel(raster, i, j);
                     *source = Some(view.index(a, b));
                 }
             }

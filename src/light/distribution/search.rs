@@ -1,8 +1,8 @@
 //! Distribution functions, and their inverses by guide tables.
 
 use super::Row;
-use crate::real::{max, min};
-use crate::threads;
+use crate::kernel::threads;
+use crate::number::math::{max, min};
 use fearless_simd::{Simd, SimdBase, SimdMask, f64x8};
 
 /// How many edges a search looks at in one go.

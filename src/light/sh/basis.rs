@@ -11,7 +11,8 @@
 //! Sums over points take two degrees at a time: the loads of the values then serve 2 × 2 × channels sums, and
 //! arithmetic is what limits.
 
-use crate::kernel::{self, Packed};
+use crate::kernel;
+use crate::kernel::SimdWork;
 use crate::light::integrate::add_lanes;
 use crate::light::texels::LANES;
 use fearless_simd::{Simd, SimdBase, f64x8};
@@ -117,14 +118,14 @@ impl Basis {
     ) {
         scratch.fit(points[0].len() / LANES, 2 * N);
         match N {
-            1 => kernel::packed(Analyze::<N, 2> {
+            1 => kernel::run_simd(Analyze::<N, 2> {
                 basis: self,
                 points,
                 rows,
                 scratch,
                 sums,
             }),
-            3 => kernel::packed(Analyze::<N, 6> {
+            3 => kernel::run_simd(Analyze::<N, 6> {
                 basis: self,
                 points,
                 rows,
@@ -145,7 +146,7 @@ impl Basis {
         sums: &mut [Lanes],
     ) {
         scratch.fit(z.len() / LANES, M);
-        kernel::packed(Legendre {
+        kernel::run_simd(Legendre {
             basis: self,
             m,
             z: z.as_chunks().0,
@@ -171,7 +172,7 @@ impl Basis {
                 .step_by(channels)
                 .copied()
                 .collect();
-            kernel::packed(Synthesize {
+            kernel::run_simd(Synthesize {
                 basis: self,
                 points: [&points.x, &points.y, &points.z],
                 coefficients: &own,
@@ -212,7 +213,7 @@ struct Analyze<'a, const N: usize, const M: usize> {
     sums: &'a mut [Lanes],
 }
 
-impl<const N: usize, const M: usize> Packed for Analyze<'_, N, M> {
+impl<const N: usize, const M: usize> SimdWork for Analyze<'_, N, M> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let [x, y, z] = self.points.map(|p| p.as_chunks::<LANES>().0);
@@ -265,7 +266,7 @@ struct Legendre<'a, const M: usize> {
     sums: &'a mut [Lanes],
 }
 
-impl<const M: usize> Packed for Legendre<'_, M> {
+impl<const M: usize> SimdWork for Legendre<'_, M> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let n = self.z.len();
@@ -353,7 +354,7 @@ struct Synthesize<'a> {
     out: &'a mut [Lanes],
 }
 
-impl Packed for Synthesize<'_> {
+impl SimdWork for Synthesize<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         // Vectors side by side hide the latency of the recurrence.
@@ -434,7 +435,7 @@ pub fn analyze_points(points: &Points, values: &[f64], channels: usize, order: u
     let group = n.div_ceil(groups).next_multiple_of(BLOCK);
     let groups = n.div_ceil(group);
     let mut parts = vec![0.0; groups * per];
-    crate::threads::rows(&mut parts, per, n * (order + 1), |number, part| {
+    crate::kernel::threads::rows(&mut parts, per, n * (order + 1), |number, part| {
         let span = number * group..((number + 1) * group).min(n);
         let mut sums = Sums::new(order, channels);
         for start in span.clone().step_by(BLOCK) {

@@ -13,11 +13,12 @@
 //! What did not help: weights that make sums exact (solving for them takes G up to order 4F), and
 //! analysis of the residual over all texels (two passes over the image a step).
 
-use super::basis::{self, Basis, Points, Sums};
 use super::{count, rings};
-use crate::image::Texel;
+use crate::image::texel::Texel;
+use crate::kernel::threads;
+use crate::light::sh::basis;
+use crate::light::sh::basis::{Basis, Points, Sums};
 use crate::light::texels::Texels;
-use crate::threads;
 
 /// Plain sums Σ flux · Y.
 pub fn sums(texels: &Texels, flux: &[f64], channels: usize, order: usize) -> Vec<f64> {

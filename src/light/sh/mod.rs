@@ -21,10 +21,10 @@ pub mod fit;
 pub mod rings;
 
 use crate::error::Error;
-use crate::image::Texel;
+use crate::image::texel::Texel;
 use crate::light::texels::texels;
 use crate::map::Map;
-use crate::projection::Coverage;
+use crate::projections::projection::Coverage;
 use basis::Basis;
 
 /// The highest order that images are analyzed to.
@@ -73,7 +73,7 @@ pub fn project<T: Texel>(
 fn too_high(shape: &[usize], order: usize, highest: usize) -> Error {
     Error::Shape(format!(
         "An image of shape {} holds spherical harmonics up to order {highest}, got `order` {order}.",
-        crate::image::tuple(shape)
+        crate::image::raster::tuple(shape)
     ))
 }
 
@@ -82,7 +82,7 @@ fn too_high(shape: &[usize], order: usize, highest: usize) -> Error {
 pub fn evaluate(coefficients: &[f64], channels: usize, directions: &[f64], out: &mut [f64]) {
     let order = ((coefficients.len() / channels) as f64).sqrt() as usize - 1;
     let basis = Basis::new(order);
-    crate::threads::rows(
+    crate::kernel::threads::rows(
         out,
         256 * channels,
         directions.len() / 3 * (order + 1),

@@ -8,15 +8,17 @@
 use super::basis::{Basis, Points, Sums};
 use super::count;
 use crate::error::Error;
-use crate::image::{Raster, Texel};
-use crate::kernel::{self, Packed};
+use crate::image::raster::Raster;
+use crate::image::texel::Texel;
+use crate::kernel;
+use crate::kernel::SimdWork;
+use crate::kernel::threads;
+use crate::kernel::tile::{TILE, Tile, TuplesMut};
 use crate::light::integrate::add_lanes;
 use crate::light::texels::LANES;
 use crate::map::Map;
-use crate::real::Real;
-use crate::threads;
-use crate::tile::{TILE, Tile, TuplesMut};
-use crate::verbs::DecodeTile;
+use crate::map::verbs::DecodeTile;
+use crate::number::real::Real;
 use fearless_simd::{Simd, SimdBase, f64x8};
 use std::f64::consts::PI;
 
@@ -67,7 +69,7 @@ impl Rings {
     /// The rings of an image, if it is made of them.
     pub fn of(map: &Map, shape: &[usize]) -> Result<Option<Rings>, Error> {
         let raster = Raster::new(map, shape)?;
-        if map.arrangement().faces != 1 || raster.has_rim() {
+        if map.face_layout().faces != 1 || raster.has_rim() {
             return Ok(None);
         }
         let (w, h) = (raster.width, raster.height);
@@ -88,7 +90,7 @@ impl Rings {
         for (uv, directions) in uv.chunks(TILE).zip(directions.chunks_mut(TILE)) {
             uv.iter().enumerate().for_each(|(k, uv)| tile.set(k, *uv));
             map.visit_canonical(DecodeTile {
-                turn: map.turn(None).inverse(),
+                turn: map.view_rotation(None).inverse(),
                 input: &tile,
                 output: TuplesMut::Interleaved(directions),
             });
@@ -206,14 +208,14 @@ impl Tables {
             while first < channels {
                 let row = |k: usize| &values[(first + k) * padded..][..padded];
                 let size = if channels - first >= 3 {
-                    kernel::packed(Products {
+                    kernel::run_simd(Products {
                         tables: [cos, sin],
                         rows: [row(0), row(1), row(2)],
                         sums: &mut sums,
                     });
                     3
                 } else {
-                    kernel::packed(Products {
+                    kernel::run_simd(Products {
                         tables: [cos, sin],
                         rows: [row(0)],
                         sums: &mut sums,
@@ -236,7 +238,7 @@ struct Products<'a, const N: usize> {
     sums: &'a mut [[f64; LANES]; 6],
 }
 
-impl<const N: usize> Packed for Products<'_, N> {
+impl<const N: usize> SimdWork for Products<'_, N> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let [cos, sin] = self.tables.map(|t| t.as_chunks::<LANES>().0);

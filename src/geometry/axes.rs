@@ -1,0 +1,246 @@
+//! Axes and rotations: from the world to the view frame of an image.
+//!
+//! Formulas live in the view frame: x to the image's right, y down, z toward its center. `Axes` says
+//! which signed world axes those are, as in "+x -y -z"; it is one of 48 signed permutations, and -1 as its
+//! determinant means that the picture is mirrored as seen from inside, in a right-handed world. Signed
+//! permutations are applied exactly (a sign flip rounds nothing, and keeps ±0 and NaN), general
+//! rotations as a 3×3 matrix.
+//!
+//! A rotation turns the map in the world, like the `to_world` of a renderer's environment light: a
+//! direction d looks up what the unturned map shows at Rᵀd.
+
+use crate::error::Error;
+use glam::{DMat3, DVec3};
+use std::fmt;
+use std::str::FromStr;
+
+/// The signed world axes that point right, down and forward.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Axes {
+    /// `world[k]` is the number of the world axis along view axis k.
+    pub world: [u8; 3],
+    /// Whether view axis k runs against it.
+    pub negative: [bool; 3],
+}
+
+impl Axes {
+    /// ±1 for each view axis.
+    pub fn signs(self) -> [f64; 3] {
+        self.negative
+            .map(|negative| if negative { -1.0 } else { 1.0 })
+    }
+
+    /// For each world axis, the view axis that lies along it.
+    pub fn inverse(self) -> Axes {
+        let mut inverse = self;
+        for (view, &world) in self.world.iter().enumerate() {
+            inverse.world[world as usize] = view as u8;
+            inverse.negative[world as usize] = self.negative[view];
+        }
+        inverse
+    }
+
+    /// The matrix that takes world directions to the view frame.
+    pub fn matrix(self) -> DMat3 {
+        let rows = [0, 1, 2].map(|k| {
+            let mut row = [0.0; 3];
+            row[self.world[k] as usize] = self.signs()[k];
+            DVec3::from(row)
+        });
+        DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
+    }
+
+    /// Whether a view frame (right, down, forward) with these axes is left-handed.
+    pub fn mirrored(self) -> bool {
+        self.matrix().determinant() < 0.0
+    }
+}
+
+impl FromStr for Axes {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        let error = |why: &str| Error::Axes {
+            text: text.to_owned(),
+            why: why.to_owned(),
+        };
+        let parts: Vec<&str> = text.split_whitespace().collect();
+        if parts.len() != 3 {
+            return Err(error("there must be three, for right, down and forward"));
+        }
+        let mut axes = Axes {
+            world: [0; 3],
+            negative: [false; 3],
+        };
+        for (k, part) in parts.iter().enumerate() {
+            let mut letters = part.chars();
+            axes.negative[k] = match letters.next() {
+                Some('+') => false,
+                Some('-') => true,
+                _ => return Err(error("each needs a sign, as in \"+x -y -z\"")),
+            };
+            axes.world[k] = match (letters.next(), letters.next()) {
+                (Some('x'), None) => 0,
+                (Some('y'), None) => 1,
+                (Some('z'), None) => 2,
+                _ => return Err(error("each must be x, y or z")),
+            };
+        }
+        let mut seen = axes.world;
+        seen.sort_unstable();
+        if seen != [0, 1, 2] {
+            return Err(error("x, y and z must each appear once"));
+        }
+        Ok(axes)
+    }
+}
+
+impl fmt::Display for Axes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for k in 0..3 {
+            let sign = if self.negative[k] { '-' } else { '+' };
+            let axis = ['x', 'y', 'z'][self.world[k] as usize];
+            write!(f, "{}{sign}{axis}", if k > 0 { " " } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+/// What takes world directions to the view frame.
+#[derive(Clone, Copy, Debug)]
+pub enum Rotation {
+    /// A signed permutation.
+    Axes(Axes),
+    /// Any rotation, mirrored or not; row by row.
+    Matrix([[f64; 3]; 3]),
+}
+
+impl Rotation {
+    /// World to view for an image with these axes that `rotation` has turned in the world.
+    pub fn new(axes: Axes, rotation: Option<DMat3>) -> Rotation {
+        match rotation {
+            None => Rotation::Axes(axes),
+            Some(r) => Rotation::Matrix(rows(axes.matrix() * r.transpose())),
+        }
+    }
+
+    /// View to world.
+    pub fn inverse(self) -> Rotation {
+        match self {
+            Rotation::Axes(axes) => Rotation::Axes(axes.inverse()),
+            Rotation::Matrix(m) => Rotation::Matrix([0, 1, 2].map(|i| [m[0][i], m[1][i], m[2][i]])),
+        }
+    }
+
+    /// One direction, turned.
+    pub fn apply(self, d: [f64; 3]) -> [f64; 3] {
+        match self {
+            Rotation::Axes(axes) => {
+                let signs = axes.signs();
+                [0, 1, 2].map(|k| signs[k] * d[axes.world[k] as usize])
+            }
+            Rotation::Matrix(m) => m.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2]),
+        }
+    }
+}
+
+/// A matrix as rows.
+pub fn rows(m: DMat3) -> [[f64; 3]; 3] {
+    m.transpose().to_cols_array_2d()
+}
+
+/// A proper rotation from its rows, or why it is none. float32 matrices pass: the tolerance is a few
+/// of their rounding units.
+pub fn rotation(rows: [[f64; 3]; 3]) -> Result<DMat3, Error> {
+    let m = DMat3::from_cols_array_2d(&rows).transpose();
+    let defect = m * m.transpose() - DMat3::IDENTITY;
+    if !defect
+        .to_cols_array()
+        .iter()
+        .all(|entry| entry.abs() <= 1e-5)
+    {
+        return Err(Error::Rotation("its rows must be orthonormal".to_owned()));
+    }
+    if m.determinant() < 0.0 {
+        return Err(Error::Rotation(
+            "its determinant is -1, a mirror image; use `axes` for that".to_owned(),
+        ));
+    }
+    Ok(m)
+}
+
+/// The rotation of these angles in degrees: roll about +z, then pitch about +x, then yaw about +y, each
+/// right-handed.
+pub fn from_angles(yaw: f64, pitch: f64, roll: f64) -> DMat3 {
+    DMat3::from_rotation_y(yaw.to_radians())
+        * DMat3::from_rotation_x(pitch.to_radians())
+        * DMat3::from_rotation_z(roll.to_radians())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all() -> Vec<Axes> {
+        let mut all = Vec::new();
+        for order in [
+            [0, 1, 2],
+            [0, 2, 1],
+            [1, 0, 2],
+            [1, 2, 0],
+            [2, 0, 1],
+            [2, 1, 0],
+        ] {
+            for bits in 0..8 {
+                let negative = [bits & 1 != 0, bits & 2 != 0, bits & 4 != 0];
+                all.push(Axes {
+                    world: order,
+                    negative,
+                });
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn axes_print_as_they_parse_and_invert() {
+        assert_eq!(all().len(), 48);
+        for axes in all() {
+            assert_eq!(axes.to_string().parse::<Axes>().unwrap(), axes);
+            let d = [1.0, -2.0, 3.0];
+            let turned = Rotation::Axes(axes).apply(d);
+            assert_eq!(Rotation::Axes(axes).inverse().apply(turned), d);
+            assert_eq!(Rotation::Matrix(rows(axes.matrix())).apply(d), turned);
+        }
+        assert_eq!(all().iter().filter(|axes| axes.mirrored()).count(), 24);
+    }
+
+    #[test]
+    fn a_photo_is_not_mirrored_and_the_opengl_cube_is() {
+        assert!(!"+x -y -z".parse::<Axes>().unwrap().mirrored());
+        assert!("+x -y +z".parse::<Axes>().unwrap().mirrored());
+    }
+
+    #[test]
+    fn bad_axes_say_why() {
+        for (text, why) in [
+            ("+x -y", "three"),
+            ("x y z", "sign"),
+            ("+x -y +w", "x, y or z"),
+            ("+x -x +z", "each appear once"),
+        ] {
+            assert!(
+                text.parse::<Axes>().unwrap_err().to_string().contains(why),
+                "{text}"
+            );
+        }
+    }
+
+    #[test]
+    fn rotations_are_checked() {
+        assert!(rotation(rows(from_angles(10.0, 20.0, 30.0))).is_ok());
+        assert!(rotation([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]).is_err());
+        assert!(rotation([[f64::NAN; 3]; 3]).is_err());
+        assert!(rotation([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]).is_err());
+    }
+}

@@ -1,0 +1,6 @@
+//! Images: texel types, where each texel is stored, and what part of the sphere it stands for.
+
+pub mod raster;
+pub mod rim;
+pub mod texel;
+pub mod texels;

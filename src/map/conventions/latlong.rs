@@ -1,0 +1,219 @@
+//! Panoramas: everyone has the same angles, and nearly everyone other axes.
+
+use super::{Convention, Known, ROW, Y_DOWN, Y_UP_LEFT, Z_UP, Z_UP_LEFT};
+use crate::map::grid::Grid;
+
+/// Rows of `latlong`.
+pub const TABLE: &[Convention] = &[
+    Convention {
+        kind: "latlong",
+        name: "mitsuba",
+        axes: "-x -y +z",
+        grid: Grid::CornersV,
+        note: "Rows lie on the poles: row 0 at theta = 0, the last at theta = pi.",
+        source: "mitsuba 3, envmap emitter",
+        version: "mitsuba 3.9.1",
+        known: Known::Run,
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "openimageio",
+        axes: "-x -y +z",
+        note: "y up, files without oiio:sampleborder (.tif, .tx); its lookups clamp at the poles.",
+        source: "OpenImageIO, TextureSystem::environment",
+        version: "OpenImageIO 3.2.2",
+        known: Known::Run,
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "openimageio-sampleborder",
+        axes: "-x -y +z",
+        grid: Grid::Corners,
+        note: "y up, files with oiio:sampleborder, as every .exr that maketx writes.",
+        source: "OpenImageIO, TextureSystem::environment",
+        version: "OpenImageIO 3.2.2",
+        known: Known::Run,
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "openimageio-z-up",
+        axes: "+y -z +x",
+        world: Z_UP,
+        note: "With the attribute latlong_up = \"z\"; mirrored, as its y-up map is not.",
+        source: "OpenImageIO, TextureSystem::environment",
+        version: "OpenImageIO 3.2.2",
+        known: Known::Run,
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "openexr",
+        axes: "-x -y +z",
+        grid: Grid::Corners,
+        note: "An .exr with envmap = latlong: the first and last columns show the same meridian.",
+        source: "OpenEXR, ImfEnvmap, LatLongMap",
+        version: "OpenEXR 3",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "pbrt",
+        axes: "-y -z -x",
+        world: Z_UP_LEFT,
+        note: "u = 0 is +x. Read from the math; pbrt-v4 itself wants its environment lights equal-area.",
+        source: "pbrt-v4, SphericalTheta and SphericalPhi, imgtool makeequiarea",
+        version: "pbrt-v4",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "blender",
+        axes: "-y -z +x",
+        world: Z_UP,
+        note: "Center +x, -y to the right.",
+        source: "Blender, Cycles equirectangular mapping",
+        version: "Blender 4",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "threejs",
+        axes: "+z -y +x",
+        note: "Center +x, +z to the right. Textures are flipped on upload, so row 0 is the top.",
+        source: "three.js, equirectUv",
+        version: "three.js r150 and later",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "gltf",
+        axes: "+z -y +x",
+        note: "The guideline for panoramas of glTF viewers: the same as three.js.",
+        source: "Khronos glTF sample viewer, panorama_to_cubemap",
+        version: "glTF 2.0",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "nvdiffrec",
+        axes: "+x -y -z",
+        note: "Center -z, +x to the right.",
+        source: "nvdiffrec, render/util.py, latlong_to_cubemap",
+        version: "nvdiffrec, 2022",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "ict",
+        axes: "+x -y -z",
+        note: "The high-resolution probes of USC-ICT.",
+        source: "USC-ICT, High-Resolution Light Probe Image Gallery",
+        version: "the gallery",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "skylibs",
+        axes: "+x -y -z",
+        note: "Center -z, unmirrored; its lookups clamp at the seam.",
+        source: "skylibs, envmap.projections",
+        version: "skylibs 0.7.7",
+        known: Known::Run,
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "filament",
+        axes: "+x -y +z",
+        grid: Grid::Corners,
+        note: "Mirrored: +x is to the right of the center +z.",
+        source: "Filament, libs/ibl, CubemapUtils::equirectangularToCubemap",
+        version: "Filament 1",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "cmft",
+        axes: "+x -y +z",
+        note: "The same angles as Filament's.",
+        source: "cmft, latLongFromVec",
+        version: "cmft 1",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "bimg",
+        axes: "+x -y +z",
+        grid: Grid::Corners,
+        note: "cmft's angles on texel corners.",
+        source: "bimg, imageCubemapFromLatLongRgba32F",
+        version: "bimg, 2023",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "py360convert",
+        axes: "+x -y +z",
+        note: "Its panorama has texel centers, its faces and views have corners.",
+        source: "py360convert, utils.xyz2uv and uv2coor",
+        version: "py360convert 1.0.4",
+        known: Known::Run,
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "equilib",
+        axes: "+y -z +x",
+        world: Z_UP,
+        note: "As equi2cube reads it; equi2equi at no rotation shifts the picture by half a texel each way.",
+        source: "pyequilib, equi2cube.numpy.convert_grid",
+        version: "pyequilib 0.6.0",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "ffmpeg",
+        axes: "+x +y +z",
+        grid: Grid::Corners,
+        world: Y_DOWN,
+        note: "v360's `e` as it reads it. It writes texel centers, so `e` to `e` is not the identity.",
+        source: "ffmpeg, vf_v360",
+        version: "ffmpeg 9.0.2",
+        known: Known::Run,
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "ffmpeg-output",
+        axes: "+x +y +z",
+        world: Y_DOWN,
+        note: "v360's `e` as it writes it: on texel centers.",
+        source: "ffmpeg, vf_v360",
+        version: "ffmpeg 9.0.2",
+        known: Known::Run,
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "unity",
+        axes: "-z -y +x",
+        world: Y_UP_LEFT,
+        note: "Center +x, -z to the right, which is not mirrored in Unity's left-handed world.",
+        source: "Unity built-in shader Skybox/Panoramic, ToRadialCoords",
+        version: "Unity 2017 and later",
+        ..ROW
+    },
+    Convention {
+        kind: "latlong",
+        name: "unreal",
+        axes: "+x -z -y",
+        world: Z_UP_LEFT,
+        note: "Center -y, +x to the right. Its importer reads texel i at u = i/W, half a texel off this grid.",
+        source: "Unreal Engine, TextureCompressorModule, LookupLongLatDouble",
+        version: "Unreal Engine 5",
+        ..ROW
+    },
+];

@@ -1,0 +1,349 @@
+//! Coordinates of faces to those of a stored image, and back.
+//!
+//! A projection computes canonical (u, v, face). Where its faces are stored in another order, turned, or side by side
+//! in one image, a second formula takes that to the image's own coordinates ([`store`]) or back ([`locate`]). It knows
+//! the [`FaceLayout`] and no projection: so there is one of it, and not one for each projection of several faces and
+//! each of its verbs, which was a third of the library's code. The numbers between the two formulas stay in the
+//! first-level cache.
+
+use crate::kernel;
+use crate::kernel::tile::{TILE, Tuples, TuplesMut};
+use crate::kernel::{Frame, Point, Scalar};
+use crate::number::real::Real;
+use crate::projections::faces::{FaceLayout, MAX_FACES, Side, Sides};
+use crate::projections::projection::Uv;
+
+/// Faces in an face_layout: ATLAS in one image, or apart in another order. FACES is the most it has room for.
+#[derive(Clone, Copy)]
+struct LaidOut<const FACES: usize, const ATLAS: bool> {
+    columns: f64,
+    rows: f64,
+    stored: [f64; FACES],
+    sides: [Sides; FACES],
+    swap: [f64; FACES],
+}
+
+/// A place on a canonical face.
+struct Located<R> {
+    place: Uv<R>,
+    found: bool,
+    /// How fast the face's coordinates along the image's u and v change.
+    slope: [R; 2],
+    swapped: bool,
+}
+
+impl<const FACES: usize, const ATLAS: bool> LaidOut<FACES, ATLAS> {
+    fn new(face_layout: &FaceLayout) -> Self {
+        let mut arranged = LaidOut {
+            columns: face_layout.columns as f64,
+            rows: face_layout.rows as f64,
+            stored: [-1.0; FACES],
+            sides: [Sides::NOWHERE; FACES],
+            swap: [0.0; FACES],
+        };
+        for (face, place) in face_layout.places[..face_layout.faces].iter().enumerate() {
+            arranged.stored[face] = place.stored as f64;
+            arranged.sides[face] = place.sides;
+            arranged.swap[face] = f64::from(u8::from(place.orientation.swap));
+        }
+        arranged
+    }
+
+    /// The place on a face at `uv`, if one is there.
+    #[inline(always)]
+    fn locate<R: Real>(self, uv: Uv<R>) -> Located<R> {
+        let one = R::ONE;
+        let (columns, rows) = (R::new(self.columns), R::new(self.rows));
+        let cell = |x: R, cells: R| {
+            let cell = (x * cells).floor();
+            R::choose(cell > cells - one, cells - one, cell)
+        };
+        let (column, row) = (cell(uv.u, columns), cell(uv.v, rows));
+        let nan = R::NAN;
+        let mut place = Uv {
+            u: nan,
+            v: nan,
+            face: nan,
+        };
+        let (mut along_sign, mut down_sign, mut swap) = (nan, nan, nan);
+        let mut found = false;
+        // Each face's place is computed and one is chosen: choosing the constants first saves the
+        // arithmetic, but the compiler makes branches of it.
+        macro_rules! try_face {
+            ($($face:literal),+) => {$(
+                if $face < FACES {
+                    let (along, down) =
+                        (self.sides[$face % FACES].of::<R>(0), self.sides[$face % FACES].of::<R>(1));
+                    let here = if ATLAS {
+                        (column == along.cell) & (row == down.cell)
+                    } else {
+                        uv.face == R::new(self.stored[$face % FACES])
+                    };
+                    let a = ((uv.u - along.high) - along.low) * columns * along.sign;
+                    let b = ((uv.v - down.high) - down.low) * rows * down.sign;
+                    let (a, b) = (a.clamped(0.0, 1.0), b.clamped(0.0, 1.0));
+                    let turned = R::new(self.swap[$face % FACES]);
+                    let swapped = turned > R::ZERO;
+                    place.u = R::choose(here, R::choose(swapped, b, a), place.u);
+                    place.v = R::choose(here, R::choose(swapped, a, b), place.v);
+                    place.face = R::choose(here, R::new($face as f64), place.face);
+                    along_sign = R::choose(here, along.sign, along_sign);
+                    down_sign = R::choose(here, down.sign, down_sign);
+                    swap = R::choose(here, turned, swap);
+                    found |= here;
+                }
+            )+};
+        }
+        try_face!(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
+        let (zero, one) = (R::ZERO, R::ONE);
+        let in_square = (uv.u >= zero) & (uv.u <= one) & (uv.v >= zero) & (uv.v <= one);
+        Located {
+            place,
+            found: found & in_square,
+            slope: [columns * along_sign, rows * down_sign],
+            swapped: swap > R::ZERO,
+        }
+    }
+}
+
+#[inline(always)]
+fn choose_side<R: Real>(first: bool, a: Side<R>, b: Side<R>) -> Side<R> {
+    Side {
+        sign: R::choose(first, a.sign, b.sign),
+        high: R::choose(first, a.high, b.high),
+        low: R::choose(first, a.low, b.low),
+        first: R::choose(first, a.first, b.first),
+        last: R::choose(first, a.last, b.last),
+        cell: b.cell,
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Store<const FACES: usize, const ATLAS: bool>(LaidOut<FACES, ATLAS>);
+
+impl<R: Scalar, const FACES: usize, const ATLAS: bool, const O: usize> Point<R, 3, O>
+    for Store<FACES, ATLAS>
+{
+    #[inline(always)]
+    fn apply(self, [u, v, face]: [R; 3]) -> [R; O] {
+        let arranged = self.0;
+        let (mut along, mut down) = (arranged.sides[0].of::<R>(0), arranged.sides[0].of::<R>(1));
+        let mut swap = R::new(arranged.swap[0]);
+        let mut stored = R::new(arranged.stored[0]);
+        macro_rules! choose {
+            ($($face:literal),+) => {$(
+                if $face < FACES {
+                    let here = face == R::new($face as f64);
+                    along = choose_side(here, arranged.sides[$face % FACES].of(0), along);
+                    down = choose_side(here, arranged.sides[$face % FACES].of(1), down);
+                    swap = R::choose(here, R::new(arranged.swap[$face % FACES]), swap);
+                    stored = R::choose(here, R::new(arranged.stored[$face % FACES]), stored);
+                }
+            )+};
+        }
+        choose!(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
+        let swapped = swap > R::ZERO;
+        let (u, v) = (R::choose(swapped, v, u), R::choose(swapped, u, v));
+        // NaN passes both comparisons.
+        let at = |x: R, side: Side<R>, cells: f64| {
+            let x = side.high + (side.low + side.sign * x / R::new(cells));
+            let x = R::choose(x > side.last, side.last, x);
+            R::choose(x < side.first, side.first, x)
+        };
+        let (u, v) = (at(u, along, arranged.columns), at(v, down, arranged.rows));
+        let all = [u, v, R::choose(u.is_nan(), u, stored)];
+        std::array::from_fn(|k| all[k])
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Locate<const FACES: usize, const ATLAS: bool>(LaidOut<FACES, ATLAS>);
+
+impl<R: Scalar, const FACES: usize, const ATLAS: bool, const I: usize> Point<R, I, 3>
+    for Locate<FACES, ATLAS>
+{
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 3] {
+        let at = self.0.locate(Uv {
+            u: x[0],
+            v: x[1],
+            face: if I > 2 { x[2] } else { R::ZERO },
+        });
+        let nan = R::NAN;
+        [
+            R::choose(at.found, at.place.u, nan),
+            R::choose(at.found, at.place.v, nan),
+            R::choose(at.found, at.place.face, nan),
+        ]
+    }
+}
+
+/// Chooses the smallest room for the faces.
+macro_rules! with_room {
+    ($face_layout:expr, |$arranged:ident| $atlas:expr, $apart:expr) => {
+        match ($face_layout.faces, $face_layout.is_atlas) {
+            (..=2, true) => {
+                let $arranged = LaidOut::<2, true>::new($face_layout);
+                $atlas
+            }
+            (..=2, false) => {
+                let $arranged = LaidOut::<2, false>::new($face_layout);
+                $apart
+            }
+            (..=6, true) => {
+                let $arranged = LaidOut::<6, true>::new($face_layout);
+                $atlas
+            }
+            (..=6, false) => {
+                let $arranged = LaidOut::<6, false>::new($face_layout);
+                $apart
+            }
+            (_, true) => {
+                let $arranged = LaidOut::<MAX_FACES, true>::new($face_layout);
+                $atlas
+            }
+            (_, false) => {
+                let $arranged = LaidOut::<MAX_FACES, false>::new($face_layout);
+                $apart
+            }
+        }
+    };
+}
+
+/// Directions to the stored image's coordinates: `encode` computes canonical (u, v, face) of a block.
+pub fn store<R: Scalar>(
+    face_layout: &FaceLayout,
+    directions: &[R],
+    uv: &mut [R],
+    encode: &dyn Fn(&[R], &mut [R]),
+) {
+    fn blocks<R: Scalar>(
+        width: usize,
+        directions: &[R],
+        uv: &mut [R],
+        encode: &dyn Fn(&[R], &mut [R]),
+        store: impl Fn(&[R], &mut [R]),
+    ) {
+        let mut canonical = [R::default(); 3 * TILE];
+        let blocks = directions.chunks(3 * TILE);
+        for (directions, uv) in blocks.zip(uv.chunks_mut(width * TILE)) {
+            let canonical = &mut canonical[..directions.len()];
+            encode(directions, canonical);
+            store(canonical, uv);
+        }
+    }
+    with_room!(
+        face_layout,
+        |arranged| blocks(2, directions, uv, encode, |from, to| {
+            let (from, to) = (Tuples::of(from), TuplesMut::of(to));
+            kernel::run::<R, _, 3, 2>(Store(arranged), &Frame::plain(), from, to);
+        }),
+        blocks(3, directions, uv, encode, |from, to| {
+            let (from, to) = (Tuples::of(from), TuplesMut::of(to));
+            kernel::run::<R, _, 3, 3>(Store(arranged), &Frame::plain(), from, to);
+        })
+    );
+}
+
+/// The stored image's coordinates to canonical (u, v, face), NaN where there is no face; block by block,
+/// `work(first, canonical)` with the number of the block's first place.
+pub fn locate<R: Scalar>(face_layout: &FaceLayout, uv: &[R], work: &mut dyn FnMut(usize, &[R])) {
+    fn blocks<R: Scalar>(
+        width: usize,
+        uv: &[R],
+        work: &mut dyn FnMut(usize, &[R]),
+        locate: impl Fn(&[R], &mut [R]),
+    ) {
+        let mut canonical = [R::default(); 3 * TILE];
+        for (number, uv) in uv.chunks(width * TILE).enumerate() {
+            let canonical = &mut canonical[..3 * (uv.len() / width)];
+            locate(uv, canonical);
+            work(number * TILE, canonical);
+        }
+    }
+    with_room!(
+        face_layout,
+        |arranged| blocks(2, uv, work, |from, to| {
+            let (from, to) = (Tuples::of(from), TuplesMut::of(to));
+            kernel::run::<R, _, 2, 3>(Locate(arranged), &Frame::plain(), from, to);
+        }),
+        blocks(3, uv, work, |from, to| {
+            let (from, to) = (Tuples::of(from), TuplesMut::of(to));
+            kernel::run::<R, _, 3, 3>(Locate(arranged), &Frame::plain(), from, to);
+        })
+    );
+}
+
+/// Makes derivatives by canonical (u, v), as rows of two, derivatives by the stored image's coordinates.
+pub fn scale_derivatives<R: Scalar>(face_layout: &FaceLayout, uv: &[R], jacobians: &mut [R]) {
+    fn scale<R: Scalar>(
+        width: usize,
+        uv: &[R],
+        jacobians: &mut [R],
+        locate: impl Fn(Uv<R>) -> Located<R>,
+    ) {
+        for (uv, jacobian) in uv.chunks_exact(width).zip(jacobians.chunks_exact_mut(6)) {
+            let at = locate(Uv {
+                u: uv[0],
+                v: uv[1],
+                face: if width > 2 { uv[2] } else { R::ZERO },
+            });
+            for row in jacobian.as_chunks_mut::<2>().0 {
+                let (along, down) = if at.swapped {
+                    (row[1], row[0])
+                } else {
+                    (row[0], row[1])
+                };
+                *row = [along * at.slope[0], down * at.slope[1]];
+            }
+        }
+    }
+    with_room!(
+        face_layout,
+        |arranged| scale(2, uv, jacobians, |uv| arranged.locate(uv)),
+        scale(3, uv, jacobians, |uv| arranged.locate(uv))
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projections::Cube;
+    use crate::projections::faces::{CROSS, Cells, FaceTable, VERTICAL_CROSS};
+    use crate::projections::projection::Projection;
+
+    #[test]
+    fn the_cross_is_continuous_where_cells_touch() {
+        for cells in [Cells::Grid(4, 3, CROSS), Cells::Grid(3, 4, VERTICAL_CROSS)] {
+            let face_layout = FaceLayout::new(6, FaceTable::CANONICAL, cells);
+            let arranged = LaidOut::<6, true>::new(&face_layout);
+            let (columns, rows) = (face_layout.columns as f64, face_layout.rows as f64);
+            let mut shared = 0;
+            for column in 0..face_layout.columns {
+                for row in 0..face_layout.rows {
+                    for (du, dv) in [(1.0, 0.5), (0.5, 1.0)] {
+                        let at = |offset: f64| {
+                            let (eu, ev) = if du == 1.0 {
+                                (offset, 0.0)
+                            } else {
+                                (0.0, offset)
+                            };
+                            arranged.locate(Uv::flat(
+                                (column as f64 + du + eu) / columns,
+                                (row as f64 + dv + ev) / rows,
+                            ))
+                        };
+                        let (a, b) = (at(-1e-9), at(1e-9));
+                        if a.found && b.found {
+                            let (a, b) = (Cube.decode(a.place), Cube.decode(b.place));
+                            let dot: f64 = (0..3).map(|k| a[k] * b[k]).sum();
+                            assert!(dot > 1.0 - 1e-12);
+                            shared += 1;
+                        }
+                    }
+                }
+            }
+            assert_eq!(shared, 5, "six faces that hang together share five edges");
+        }
+    }
+}

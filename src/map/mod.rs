@@ -1,0 +1,531 @@
+//! A projection with everything that a program decides about it: axes, grid, face order, layout.
+//!
+//! [`Map`] is the run-time value behind every call. Its verbs find the compiled formula through the
+//! registry, put the frame around it and spread the work over threads.
+
+pub mod conventions;
+pub mod drawing;
+pub mod explain;
+pub mod grid;
+pub mod layout;
+pub mod verbs;
+
+use crate::error::Error;
+use crate::geometry::axes::{Axes, Rotation};
+use crate::geometry::solid_angle::Rect;
+use crate::kernel::Scalar;
+use crate::kernel::threads;
+use crate::kernel::tile::{TILE, Tile, Tuples};
+use crate::map::conventions::Convention;
+use crate::map::grid::Grid;
+use crate::map::verbs::{
+    Beyond, DecodeOwn, DensityOwn, EncodeOwn, EncodeTile, JacobianOwn, ValidCanonical,
+};
+use crate::projections::faces::{Cells, FaceLayout, FaceTable};
+use crate::projections::projection::Visitor;
+use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
+use crate::projections::{Kind, REGISTRY};
+use glam::DMat3;
+
+/// What may be said when a map is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options<'a> {
+    /// A program's name.
+    pub convention: Option<&'a str>,
+    /// Which world axes point right, down and forward.
+    pub axes: Option<&'a str>,
+    /// Where texel centers lie.
+    pub grid: Option<&'a str>,
+    /// How several faces are laid out.
+    pub layout: Option<&'a str>,
+    /// Parameters by name.
+    pub parameters: &'a [(String, f64)],
+}
+
+/// A projection with its axes, grid, faces and parameters.
+#[derive(Clone, Debug)]
+pub struct Map {
+    kind: Kind,
+    info: &'static Info,
+    convention: Option<&'static str>,
+    axes: Axes,
+    grid: Grid,
+    layout: Option<&'static str>,
+    face_layout: FaceLayout,
+    parameters: Vec<f64>,
+}
+
+impl Eq for Map {}
+
+impl std::hash::Hash for Map {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        self.info.name.hash(state);
+        self.convention.hash(state);
+        self.axes.hash(state);
+        self.grid.hash(state);
+        self.layout.hash(state);
+        self.parameters.iter().for_each(|x| x.to_bits().hash(state));
+    }
+}
+
+impl PartialEq for Map {
+    fn eq(&self, other: &Self) -> bool {
+        self.info.name == other.info.name
+            && self.convention == other.convention
+            && self.axes == other.axes
+            && self.grid == other.grid
+            && self.layout == other.layout
+            && self.face_layout == other.face_layout
+            && self.parameters == other.parameters
+    }
+}
+
+impl Map {
+    /// The map of this name, which may be qualified by a convention as in "latlong:mitsuba".
+    pub fn new(name: &str, options: Options<'_>) -> Result<Map, Error> {
+        let (name, qualifier) = match name.split_once(':') {
+            Some((name, convention)) => (name, Some(convention)),
+            None => (name, None),
+        };
+        let names: Vec<&str> = REGISTRY.iter().map(|info| info.name).collect();
+        let info = REGISTRY
+            .iter()
+            .find(|info| info.name == name)
+            .ok_or_else(|| unknown_projection(name, &names))?;
+        let convention = match (qualifier, options.convention) {
+            (Some(a), Some(b)) if a != b => {
+                return Err(Error::Contradiction(format!(
+                    "two conventions for '{name}': '{a}' in its name and `convention` '{b}'"
+                )));
+            }
+            (a, b) => a
+                .or(b)
+                .map(|name| conventions::find(info.name, name))
+                .transpose()?,
+        };
+        let axes = options
+            .axes
+            .or(convention.map(|c| c.axes))
+            .unwrap_or(info.axes)
+            .parse()?;
+        let grid = match options.grid {
+            Some(name) => find_grid(name)?,
+            None => convention.map_or(Grid::Centers, |c| c.grid),
+        };
+        let parameters = parameters(info, convention, options.parameters)?;
+        Kind::check(info.name, &parameters).map_err(|why| Error::Together {
+            projection: info.name,
+            why,
+        })?;
+        let kind = Kind::new(info.name, &parameters)
+            .ok_or_else(|| Error::unknown("projection", name, &names))?;
+        let table = convention
+            .and_then(|c| c.faces)
+            .unwrap_or(FaceTable::CANONICAL);
+        let wanted = options.layout.or(convention.and_then(|c| c.layout));
+        let (layout, face_layout) = face_layout(info, table, wanted)?;
+        let convention = convention.map(|c| c.name);
+        Ok(Map {
+            kind,
+            info,
+            convention,
+            axes,
+            grid,
+            layout,
+            face_layout,
+            parameters,
+        })
+    }
+
+    /// What the projection claims about itself.
+    pub fn info(&self) -> &'static Info {
+        self.info
+    }
+
+    /// The name of the convention it was made with.
+    pub fn convention(&self) -> Option<&'static str> {
+        self.convention
+    }
+
+    /// Which world axes point right, down and forward.
+    pub fn axes(&self) -> Axes {
+        self.axes
+    }
+
+    /// Where texel centers lie.
+    pub fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// The layout's name; none for a projection of one face.
+    pub fn layout(&self) -> Option<&'static str> {
+        self.layout
+    }
+
+    /// Where the faces lie.
+    pub fn face_layout(&self) -> &FaceLayout {
+        &self.face_layout
+    }
+
+    /// The parameters, in the order of the claims' list.
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// How many numbers an image coordinate has: 3 where faces are apart, else 2.
+    pub fn uv_width(&self) -> usize {
+        if self.face_layout.is_atlas { 2 } else { 3 }
+    }
+
+    /// How many faces the image coordinates tell apart.
+    pub fn faces(&self) -> usize {
+        if self.face_layout.is_atlas {
+            1
+        } else {
+            self.face_layout.faces
+        }
+    }
+
+    /// The part of the sphere it holds.
+    pub fn coverage(&self) -> Coverage {
+        struct Get;
+        impl Visitor for Get {
+            type Output = Coverage;
+            fn visit<P: Projection>(self, p: P) -> Coverage {
+                p.coverage()
+            }
+        }
+        self.kind.visit(Get)
+    }
+
+    /// What lies beyond its edges.
+    pub fn seam(&self) -> Seam {
+        struct Get;
+        impl Visitor for Get {
+            type Output = Seam;
+            fn visit<P: Projection>(self, p: P) -> Seam {
+                p.seam()
+            }
+        }
+        self.kind.visit(Get)
+    }
+
+    /// Width and height of a face of size `n`.
+    pub fn face_size(&self, n: usize) -> (usize, usize) {
+        struct Get(usize);
+        impl Visitor for Get {
+            type Output = (usize, usize);
+            fn visit<P: Projection>(self, p: P) -> (usize, usize) {
+                p.size(self.0)
+            }
+        }
+        self.kind.visit(Get(n))
+    }
+
+    /// The exact solid angle that a rectangle of a canonical face sees, rims included.
+    pub fn solid_angle(&self, rect: Rect) -> f64 {
+        struct Get(Rect);
+        impl Visitor for Get {
+            type Output = f64;
+            fn visit<P: Projection>(self, p: P) -> f64 {
+                p.solid_angle(self.0)
+            }
+        }
+        self.visit_canonical(Get(rect))
+    }
+
+    /// Smallest and largest dω/(du dv) over the valid image.
+    pub fn density_range(&self) -> (f64, f64) {
+        struct Get;
+        impl Visitor for Get {
+            type Output = (f64, f64);
+            fn visit<P: Projection>(self, p: P) -> (f64, f64) {
+                p.density_range()
+            }
+        }
+        let (low, high) = self.visit_canonical(Get);
+        (low * self.cells(), high * self.cells())
+    }
+
+    /// For each canonical face, whether its picture is mirrored as seen from inside a right-handed
+    /// world. Not all formulas keep the view frame's sense, and faces may differ.
+    pub fn mirrored(&self) -> Vec<bool> {
+        struct Sense;
+        impl Visitor for Sense {
+            type Output = Vec<bool>;
+            fn visit<P: Projection>(self, p: P) -> Vec<bool> {
+                let reversed = |face: usize| {
+                    let uv = Uv {
+                        u: 0.45,
+                        v: 0.4,
+                        face: face as f64,
+                    };
+                    let [a, b] = p.jacobian(uv).map(glam::DVec3::from);
+                    a.cross(b).dot(glam::DVec3::from(p.decode(uv))) < 0.0
+                };
+                (0..P::INFO.faces).map(reversed).collect()
+            }
+        }
+        let turned = |(face, reversed): (usize, bool)| {
+            let o = self.face_layout.places[face].orientation;
+            reversed ^ o.swap ^ o.flip_u ^ o.flip_v ^ self.axes.mirrored()
+        };
+        self.visit_canonical(Sense)
+            .into_iter()
+            .enumerate()
+            .map(turned)
+            .collect()
+    }
+
+    /// Whether both give each canonical coordinate the same direction: they may differ in size, grid and
+    /// layout of their images.
+    pub fn same_formula(&self, other: &Map) -> bool {
+        self.info.name == other.info.name
+            && self.axes == other.axes
+            && self.parameters == other.parameters
+    }
+
+    /// World to view, for the map turned by `rotation`.
+    pub fn view_rotation(&self, rotation: Option<DMat3>) -> Rotation {
+        Rotation::new(self.axes, rotation)
+    }
+
+    /// The projection with its parameters.
+    pub(crate) fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// Calls the visitor with the projection in its own order of faces, three numbers a coordinate.
+    pub fn visit_canonical<V: Visitor>(&self, visitor: V) -> V::Output {
+        self.kind.visit(visitor)
+    }
+
+    /// Calls `work` with the canonical (u, v, face) of blocks of places, and O items of output for each.
+    fn located<R: Scalar, T, const O: usize>(
+        &self,
+        uv: &[R],
+        output: &mut [T],
+        work: impl Fn(&[R], &mut [T]),
+    ) {
+        layout::locate(&self.face_layout, uv, &mut |first, canonical| {
+            let end = first + canonical.len() / 3;
+            work(canonical, &mut output[O * first..O * end]);
+        });
+    }
+
+    /// Directions, three numbers each, to image coordinates.
+    pub fn encode<R: Scalar>(&self, rotation: Option<DMat3>, directions: &[R], uv: &mut [R]) {
+        let turn = self.view_rotation(rotation);
+        let width = self.uv_width();
+        let own = |input: &[R], output: &mut [R]| {
+            self.visit_canonical(EncodeOwn {
+                turn,
+                input,
+                output,
+            });
+        };
+        threads::blocks(directions, 3, uv, width, |directions, uv| {
+            if self.face_layout.is_canonical() {
+                return own(directions, uv);
+            }
+            layout::store(&self.face_layout, directions, uv, &own);
+        });
+    }
+
+    /// Image coordinates to unit directions, three numbers each.
+    pub fn decode<R: Scalar>(&self, rotation: Option<DMat3>, uv: &[R], directions: &mut [R]) {
+        let turn = self.view_rotation(rotation).inverse();
+        let own = |input: &[R], output: &mut [R]| {
+            self.visit_canonical(DecodeOwn {
+                turn,
+                input,
+                output,
+            });
+        };
+        threads::blocks(uv, self.uv_width(), directions, 3, |uv, directions| {
+            if self.face_layout.is_canonical() {
+                return own(uv, directions);
+            }
+            self.located::<R, R, 3>(uv, directions, own);
+        });
+    }
+
+    /// The directions that the image shows at canonical (u, v, face), also beyond a face's edges.
+    pub fn beyond<R: Scalar>(&self, canonical: &[R], directions: &mut [R]) {
+        let turn = self.view_rotation(None).inverse();
+        threads::blocks(canonical, 3, directions, 3, |input, output| {
+            self.visit_canonical(Beyond {
+                turn,
+                input,
+                output,
+            });
+        });
+    }
+
+    /// ∂d/∂(u, v) at image coordinates, six numbers each.
+    pub fn jacobian<R: Scalar>(&self, rotation: Option<DMat3>, uv: &[R], jacobians: &mut [R]) {
+        let turn = self.view_rotation(rotation).inverse();
+        let own = |input: &[R], output: &mut [R]| {
+            self.visit_canonical(JacobianOwn {
+                turn,
+                input,
+                output,
+            });
+        };
+        threads::blocks(uv, self.uv_width(), jacobians, 6, |uv, jacobians| {
+            if self.face_layout.is_canonical() {
+                return own(uv, jacobians);
+            }
+            self.located::<R, R, 6>(uv, jacobians, own);
+            layout::scale_derivatives(&self.face_layout, uv, jacobians);
+        });
+    }
+
+    /// dω/(du dv) at image coordinates.
+    pub fn density<R: Scalar>(&self, uv: &[R], density: &mut [R]) {
+        let own = |input: &[R], output: &mut [R]| {
+            self.visit_canonical(DensityOwn { input, output });
+        };
+        let cells = R::new(self.cells());
+        threads::blocks(uv, self.uv_width(), density, 1, |uv, density| {
+            if self.face_layout.is_canonical() {
+                return own(uv, density);
+            }
+            self.located::<R, R, 1>(uv, density, |canonical, out| {
+                own(canonical, out);
+                out.iter_mut().for_each(|x| *x = *x * cells);
+            });
+        });
+    }
+
+    /// How many cells of the size of a face the image has.
+    fn cells(&self) -> f64 {
+        if self.face_layout.is_atlas {
+            (self.face_layout.columns * self.face_layout.rows) as f64
+        } else {
+            1.0
+        }
+    }
+
+    /// Whether image coordinates lie in the valid image.
+    pub fn valid<R: Scalar>(&self, uv: &[R], valid: &mut [bool]) {
+        threads::blocks(uv, self.uv_width(), valid, 1, |uv, valid| {
+            self.located::<R, bool, 1>(uv, valid, |input, output| {
+                self.visit_canonical(ValidCanonical { input, output });
+            });
+        });
+    }
+
+    /// Whether directions lie in the coverage.
+    pub fn covers<R: Scalar>(
+        &self,
+        rotation: Option<DMat3>,
+        directions: &[R],
+        covered: &mut [bool],
+    ) {
+        let turn = self.view_rotation(rotation);
+        threads::blocks(directions, 3, covered, 1, |directions, covered| {
+            let mut uv = Tile::new();
+            for (input, covered) in directions.chunks(3 * TILE).zip(covered.chunks_mut(TILE)) {
+                self.visit_canonical(EncodeTile {
+                    turn,
+                    input: Tuples::of(input),
+                    output: &mut uv,
+                });
+                for (u, covered) in uv.0[0].iter().zip(covered) {
+                    *covered = !u.is_nan();
+                }
+            }
+        });
+    }
+}
+
+fn find_grid(name: &str) -> Result<Grid, Error> {
+    let names = Grid::ALL.map(Grid::name);
+    let found = Grid::ALL.into_iter().find(|grid| grid.name() == name);
+    found.ok_or_else(|| Error::unknown("grid", name, &names))
+}
+
+/// The error for a name that no projection has, but others may use for one.
+fn unknown_projection(name: &str, names: &[&str]) -> Error {
+    let here: Vec<&str> = REGISTRY
+        .iter()
+        .filter(|info| info.known_as.contains(&name))
+        .map(|info| info.name)
+        .collect();
+    if here.is_empty() {
+        Error::unknown("projection", name, names)
+    } else {
+        Error::known_here_as("projection", name, &here)
+    }
+}
+
+fn parameters(
+    info: &'static Info,
+    convention: Option<&Convention>,
+    given: &[(String, f64)],
+) -> Result<Vec<f64>, Error> {
+    let names: Vec<&str> = info.parameters.iter().map(|p| p.name).collect();
+    if let Some((name, _)) = given
+        .iter()
+        .find(|(name, _)| !names.contains(&name.as_str()))
+    {
+        if names.is_empty() {
+            return Err(Error::Contradiction(format!(
+                "projection '{}' takes no parameters, got `{name}`",
+                info.name
+            )));
+        }
+        return Err(Error::unknown("parameter", name, &names));
+    }
+    let value = |parameter: &crate::projections::projection::Parameter| {
+        let by_caller = given
+            .iter()
+            .find(|(name, _)| name == parameter.name)
+            .map(|(_, x)| *x);
+        let by_convention = convention
+            .and_then(|c| {
+                c.parameters
+                    .iter()
+                    .find(|(name, _)| *name == parameter.name)
+            })
+            .map(|(_, x)| *x);
+        let value = by_caller.or(by_convention).unwrap_or(parameter.default);
+        if value > parameter.above && value <= parameter.maximum {
+            Ok(value)
+        } else {
+            Err(Error::Parameter {
+                name: parameter.name,
+                above: parameter.above,
+                maximum: parameter.maximum,
+                value,
+            })
+        }
+    };
+    info.parameters.iter().map(value).collect()
+}
+
+fn face_layout(
+    info: &'static Info,
+    table: FaceTable,
+    wanted: Option<&str>,
+) -> Result<(Option<&'static str>, FaceLayout), Error> {
+    if info.layouts.is_empty() {
+        return match wanted {
+            None => Ok((None, FaceLayout::single())),
+            Some(layout) => Err(Error::Contradiction(format!(
+                "projection '{}' has one face and no layouts, got layout '{layout}'",
+                info.name
+            ))),
+        };
+    }
+    let names: Vec<&str> = info.layouts.iter().map(|layout| layout.name).collect();
+    let name = wanted.unwrap_or(names[0]);
+    let layout = info.layouts.iter().find(|layout| layout.name == name);
+    let layout = layout.ok_or_else(|| Error::unknown("layout", name, &names))?;
+    debug_assert!(!matches!(layout.cells, Cells::Grid(_, _, cells) if cells.len() != info.faces));
+    Ok((
+        Some(layout.name),
+        FaceLayout::new(info.faces, table, layout.cells),
+    ))
+}

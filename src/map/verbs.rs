@@ -1,0 +1,504 @@
+//! The verbs as kernels: what is compiled for each projection.
+//!
+//! A formula is compiled once for each float type and level of instructions, and that is nearly all of the library's
+//! code and of the time to build it. So there is one kernel a verb, and it computes as many numbers as the projection's own
+//! coordinates have: of (u, v, face) in rows it takes the first two, of interleaved ones what a loop that knows no
+//! projection leaves ([`narrow`]), and arrangements of faces are a formula of their own (`arranged`). Projections that
+//! are not [`COMMON`](Projection::COMMON) have kernels for f64 only, up to AVX2.
+//!
+//! Everything here runs on the caller's thread.
+
+use crate::geometry::axes::Rotation;
+use crate::kernel;
+use crate::kernel::tile::{TILE, Tile, Tuples, TuplesMut};
+use crate::kernel::{Frame, Point, Scalar, SignedPermutation, vectorize};
+use crate::number::math::max;
+use crate::number::real::{Normal, Real};
+use crate::projections::projection::Visitor;
+use crate::projections::projection::{Projection, Uv};
+
+/// The direction with its largest component brought near 1, and whether it is a direction at all:
+/// finite and not zero.
+#[inline(always)]
+fn prepared<R: Real>([x, y, z]: [R; 3]) -> ([R; 3], bool) {
+    let scale = max(x.abs(), max(y.abs(), z.abs())).binade_scale();
+    let d = [x * scale, y * scale, z * scale];
+    let sum = d[0].abs() + d[1].abs() + d[2].abs();
+    (d, (sum > R::ZERO) & (sum < R::new(f64::INFINITY)))
+}
+
+#[inline(always)]
+fn only_if<R: Real, const N: usize>(ok: bool, x: [R; N]) -> [R; N] {
+    x.map(|x| R::choose(ok, x, R::NAN))
+}
+
+#[inline(always)]
+fn uv<R: Real, const I: usize>(x: [R; I]) -> Uv<R> {
+    Uv {
+        u: x[0],
+        v: x[1],
+        face: if I > 2 { x[2] } else { R::ZERO },
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Encode<P>(P);
+
+impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
+    const DIRECTION_IN: bool = true;
+    const HAS_NORMAL_FORM: bool = true;
+    const EVERY_LEVEL: bool = P::COMMON;
+
+    #[inline(always)]
+    fn apply(self, d: [R; 3]) -> [R; O] {
+        let (d, ok) = prepared(d);
+        let uv = self.0.encode(d);
+        // A face number is never NaN by itself: outside the coverage u is.
+        let ok = ok & !uv.u.is_nan();
+        let all = only_if(ok, [uv.u, uv.v, uv.face]);
+        std::array::from_fn(|k| all[k])
+    }
+
+    #[inline(always)]
+    fn apply_normal(self, d: [R; 3]) -> [R; O] {
+        let uv = self.0.encode(d.map(Normal));
+        let (Normal(u), Normal(v), Normal(face)) = (uv.u, uv.v, uv.face);
+        let face = if O > 2 {
+            only_if(!u.is_nan(), [face])[0]
+        } else {
+            face
+        };
+        let all = [u, v, face];
+        std::array::from_fn(|k| all[k])
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Decode<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
+    const DIRECTION_OUT: bool = true;
+    const EVERY_LEVEL: bool = P::COMMON;
+
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 3] {
+        only_if(self.0.contains(uv(x)), self.0.decode(uv(x)))
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Jacobian<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
+    const DIRECTION_OUT: bool = true;
+    const EVERY_LEVEL: bool = P::COMMON;
+
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 6] {
+        let [a, b] = self.0.jacobian(uv(x));
+        only_if(self.0.contains(uv(x)), [a[0], b[0], a[1], b[1], a[2], b[2]])
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Density<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 1> for Density<P> {
+    const EVERY_LEVEL: bool = P::COMMON;
+    #[inline(always)]
+    fn apply(self, x: [R; I]) -> [R; 1] {
+        only_if(self.0.contains(uv(x)), [self.0.density(uv(x))])
+    }
+}
+
+/// World directions into the view frame, on the way in.
+fn frame_in<const O: usize>(turn: Rotation) -> Frame<f64, 3, O> {
+    let mut frame = Frame::plain();
+    match turn {
+        Rotation::Axes(axes) => {
+            frame.input = SignedPermutation {
+                order: axes.world.map(usize::from),
+                negative: axes.negative,
+            };
+        }
+        Rotation::Matrix(m) => frame.rotate_input = Some(m),
+    }
+    frame
+}
+
+/// View directions, or their derivatives by `columns` variables, into the world on the way out.
+fn frame_out<const I: usize, const O: usize>(turn: Rotation) -> Frame<f64, I, O> {
+    let columns = O / 3;
+    let mut frame = Frame::plain();
+    match turn {
+        Rotation::Axes(axes) => {
+            let source = |k: usize| axes.world[k / columns] as usize * columns + k % columns;
+            frame.output.order = std::array::from_fn(source);
+            frame.output.negative = std::array::from_fn(|k| axes.negative[k / columns]);
+        }
+        Rotation::Matrix(m) => frame.rotate_output = Some(m),
+    }
+    frame
+}
+
+/// Runs a verb of a projection: in kernels for its arrays' type, or in those for f64.
+fn run<P: Projection, R: Scalar, F, const I: usize, const O: usize>(
+    point: F,
+    frame: &Frame<f64, I, O>,
+    input: Tuples<'_, R, I>,
+    output: TuplesMut<'_, R, O>,
+) where
+    F: Point<f64, I, O> + Point<R, I, O>,
+{
+    if const { P::COMMON || size_of::<R>() == size_of::<f64>() } {
+        kernel::run(point, &frame.cast::<R>(), input, output);
+    } else {
+        kernel::run_in_double(point, frame, input, output);
+    }
+}
+
+/// Leaves the face out of (u, v, face).
+fn narrow<R: Scalar>(canonical: &[R], flat: &mut [R]) {
+    let (canonical, flat) = (canonical.as_chunks::<3>().0, flat.as_chunks_mut::<2>().0);
+    vectorize(
+        #[inline(always)]
+        || {
+            for (flat, &[u, v, _]) in flat.iter_mut().zip(canonical) {
+                *flat = [u, v];
+            }
+        },
+    );
+}
+
+/// Calls `work(uv, out)` with blocks of (u, v) of canonical (u, v, face) and of O numbers each.
+fn narrowed<R: Scalar, const O: usize>(
+    canonical: &[R],
+    out: &mut [R],
+    work: impl Fn(&[R], &mut [R]),
+) {
+    let mut flat = [R::default(); 2 * TILE];
+    for (canonical, out) in canonical.chunks(3 * TILE).zip(out.chunks_mut(O * TILE)) {
+        let flat = &mut flat[..canonical.len() / 3 * 2];
+        narrow(canonical, flat);
+        work(flat, out);
+    }
+}
+
+/// A verb on the projection's own coordinates: (u, v), or (u, v, face) where it has several faces.
+macro_rules! own_verb {
+    ($(#[$doc:meta])* $verb:ident: $point:ident, $frame:ident, $flat:literal => $out:literal, $wide:literal => $wide_out:literal) => {
+        $(#[$doc])*
+        pub struct $verb<'a, R> {
+            /// World to view for directions that come in, view to world for those that go out.
+            pub turn: Rotation,
+            /// What goes in.
+            pub input: &'a [R],
+            /// What comes out.
+            pub output: &'a mut [R],
+        }
+
+        impl<R: Scalar> Visitor for $verb<'_, R> {
+            type Output = ();
+            fn visit<P: Projection>(self, p: P) {
+                let (point, turn) = ($point(p), self.turn);
+                if const { P::INFO.faces == 1 } {
+                    let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
+                    run::<P, R, _, $flat, $out>(point, &$frame(turn), input, output);
+                } else {
+                    let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
+                    run::<P, R, _, $wide, $wide_out>(point, &$frame(turn), input, output);
+                }
+            }
+        }
+    };
+}
+
+own_verb! {
+    /// World directions to the projection's own coordinates.
+    EncodeOwn: Encode, frame_in, 3 => 2, 3 => 3
+}
+own_verb! {
+    /// The projection's own coordinates to world directions.
+    DecodeOwn: Decode, frame_out, 2 => 3, 3 => 3
+}
+own_verb! {
+    /// ∂d/∂(u, v) in the world at the projection's own coordinates, six numbers each.
+    JacobianOwn: Jacobian, frame_out, 2 => 6, 3 => 6
+}
+
+/// dω/(du dv) at the projection's own coordinates; NaN outside the valid image.
+pub struct DensityOwn<'a, R> {
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Densities.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DensityOwn<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (input, output) = (self.input, TuplesMut::of(self.output));
+        if const { P::INFO.faces == 1 } {
+            run::<P, R, _, 2, 1>(Density(p), &Frame::plain(), Tuples::of(input), output);
+        } else {
+            run::<P, R, _, 3, 1>(Density(p), &Frame::plain(), Tuples::of(input), output);
+        }
+    }
+}
+
+/// Whether canonical (u, v, face) lie in the valid image.
+pub struct ValidCanonical<'a, R> {
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Whether they do.
+    pub output: &'a mut [bool],
+}
+
+impl<R: Scalar> Visitor for ValidCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        for (&[u, v, face], valid) in self.input.as_chunks::<3>().0.iter().zip(self.output) {
+            *valid = p.contains(Uv { u, v, face });
+        }
+    }
+}
+
+/// Canonical (u, v, face), also beyond a face's edges, to the directions that the image shows there.
+pub struct Beyond<'a, R> {
+    /// View to world.
+    pub turn: Rotation,
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Directions.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for Beyond<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let output = self.output.as_chunks_mut::<3>().0;
+        for (uv, d) in self.input.as_chunks::<3>().0.iter().zip(output) {
+            let [u, v, face] = uv.map(Real::to_f64);
+            let there = p.decode(p.beyond(Uv { u, v, face }));
+            *d = self.turn.apply(there).map(R::new);
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Continued<P>(P);
+
+impl<P: Projection, const I: usize> Point<f64, I, 3> for Continued<P> {
+    const DIRECTION_OUT: bool = true;
+    const EVERY_LEVEL: bool = false;
+
+    #[inline(always)]
+    fn apply(self, x: [f64; I]) -> [f64; 3] {
+        self.0.decode(uv(x))
+    }
+}
+
+/// The directions that each face's formula gives at canonical (u, v, face), also beyond the face's edges, in the view
+/// frame.
+pub struct ContinuedCanonical<'a> {
+    /// Coordinates.
+    pub input: &'a [f64],
+    /// Directions.
+    pub output: &'a mut [f64],
+}
+
+impl Visitor for ContinuedCanonical<'_> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        if const { P::INFO.faces > 1 } {
+            let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
+            kernel::run::<f64, _, 3, 3>(Continued(p), &Frame::plain(), input, output);
+        } else {
+            narrowed::<f64, 3>(self.input, self.output, |input, output| {
+                let (input, output) = (Tuples::of(input), TuplesMut::of(output));
+                kernel::run::<f64, _, 2, 3>(Continued(p), &Frame::plain(), input, output);
+            });
+        }
+    }
+}
+
+/// Directions to canonical (u, v, face), in rows.
+pub struct EncodeTile<'a, R> {
+    /// World to view.
+    pub turn: Rotation,
+    /// At most [`TILE`] directions.
+    pub input: Tuples<'a, R, 3>,
+    /// Their coordinates. Where u is NaN the face means nothing.
+    pub output: &'a mut Tile<R, 3>,
+}
+
+impl<R: Scalar> Visitor for EncodeTile<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (point, turn, n) = (Encode(p), self.turn, self.input.len());
+        if const { P::INFO.faces > 1 } {
+            let output = self.output.first_mut(n);
+            run::<P, R, _, 3, 3>(point, &frame_in(turn), self.input, output);
+        } else {
+            let output = self.output.first_pairs_mut(n);
+            run::<P, R, _, 3, 2>(point, &frame_in(turn), self.input, output);
+            self.output.0[2][..n].fill(R::default());
+        }
+    }
+}
+
+/// Canonical (u, v, face), in rows, to directions.
+pub struct DecodeTile<'a, R> {
+    /// View to world.
+    pub turn: Rotation,
+    /// Coordinates.
+    pub input: &'a Tile<R, 3>,
+    /// Room for at most [`TILE`] directions.
+    pub output: TuplesMut<'a, R, 3>,
+}
+
+impl<R: Scalar> Visitor for DecodeTile<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (point, turn, n) = (Decode(p), self.turn, self.output.len());
+        if const { P::INFO.faces > 1 } {
+            run::<P, R, _, 3, 3>(point, &frame_out(turn), self.input.first(n), self.output);
+        } else {
+            let input = self.input.first_pairs(n);
+            run::<P, R, _, 2, 3>(point, &frame_out(turn), input, self.output);
+        }
+    }
+}
+
+/// Derivatives of world directions at canonical (u, v, face), in rows: ∂x/∂u, ∂x/∂v, ∂y/∂u and so on. NaN outside
+/// the valid image.
+pub struct JacobianTile<'a> {
+    /// View to world.
+    pub turn: Rotation,
+    /// Coordinates.
+    pub input: &'a Tile<f64, 3>,
+    /// How many, at most [`TILE`].
+    pub count: usize,
+    /// Derivatives.
+    pub output: &'a mut Tile<f64, 6>,
+}
+
+impl Visitor for JacobianTile<'_> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (point, turn, n) = (Jacobian(p), self.turn, self.count);
+        let output = self.output.first_mut(n);
+        if const { P::INFO.faces > 1 } {
+            let input = self.input.first(n);
+            run::<P, f64, _, 3, 6>(point, &frame_out(turn), input, output);
+        } else {
+            let input = self.input.first_pairs(n);
+            run::<P, f64, _, 2, 6>(point, &frame_out(turn), input, output);
+        }
+    }
+}
+
+/// dω/(du dv) at canonical (u, v, face); NaN outside the valid image.
+pub struct DensityCanonical<'a, R> {
+    /// Coordinates.
+    pub input: &'a [R],
+    /// Densities.
+    pub output: &'a mut [R],
+}
+
+impl<R: Scalar> Visitor for DensityCanonical<'_, R> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let own = |input: &[R], output: &mut [R]| DensityOwn { input, output }.visit(p);
+        if const { P::INFO.faces > 1 } {
+            own(self.input, self.output);
+        } else {
+            narrowed::<R, 1>(self.input, self.output, own);
+        }
+    }
+}
+
+/// Where the share x of the mass lies on [0, 1] when the density runs straight from a to b.
+#[inline(always)]
+fn share_of_line<R: Real>(a: R, b: R, x: R) -> R {
+    let t = (a + b) * x / (a + (a * a + x * (b * b - a * a)).sqrt());
+    // Both ends zero or one of them infinite: no line, and no place for NaN.
+    if (t >= R::ZERO) & (t <= R::ONE) { t } else { x }
+}
+
+#[derive(Clone, Copy)]
+struct Draw<P>(P);
+
+impl<P: Projection> Point<f64, 7, 3> for Draw<P> {
+    const DIRECTION_OUT: bool = true;
+    const EVERY_LEVEL: bool = P::COMMON;
+
+    #[inline(always)]
+    fn apply(self, [u0, u1, v0, v1, face, s, t]: [f64; 7]) -> [f64; 3] {
+        let density = |u, v| self.0.density(Uv { u, v, face });
+        let (mut s, mut t) = (s, t);
+        if !P::INFO.equal_area {
+            let middle = 0.5 * (u0 + u1);
+            t = share_of_line(density(middle, v0), density(middle, v1), t);
+        }
+        let v = v0 + t * (v1 - v0);
+        if !P::EVEN_ROWS {
+            s = share_of_line(density(u0, v), density(u1, v), s);
+        }
+        let u = u0 + s * (u1 - u0);
+        self.0.decode(Uv { u, v, face })
+    }
+}
+
+/// World directions spread evenly, by solid angle, over small rectangles of faces: (u0, u1, v0, v1, face)
+/// and two numbers in [0, 1], in rows. The density is taken to be linear in each.
+pub struct DrawTile<'a> {
+    /// View to world.
+    pub turn: Rotation,
+    /// Rectangles, faces and numbers.
+    pub input: &'a Tile<f64, 7>,
+    /// How many, at most [`TILE`].
+    pub count: usize,
+    /// Directions.
+    pub output: &'a mut Tile<f64, 3>,
+}
+
+impl Visitor for DrawTile<'_> {
+    type Output = ();
+    fn visit<P: Projection>(self, p: P) {
+        let (input, output) = (
+            self.input.first(self.count),
+            self.output.first_mut(self.count),
+        );
+        kernel::run(Draw(p), &frame_out(self.turn), input, output);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::{Map, Options};
+    use crate::projections::REGISTRY;
+
+    #[test]
+    fn rows_are_as_even_as_they_are_said_to_be() {
+        struct EvenRows;
+        impl Visitor for EvenRows {
+            type Output = (bool, bool);
+            fn visit<P: Projection>(self, p: P) -> (bool, bool) {
+                let us = [0.31, 0.37, 0.41, 0.57, 0.63];
+                let even = [0.23, 0.42, 0.71].into_iter().all(|v| {
+                    let of = us.map(|u| p.density(Uv::flat(u, v)));
+                    of.iter()
+                        .all(|x| (x / of[0] - 1.0).abs() <= 4.0 * f64::EPSILON)
+                });
+                (P::EVEN_ROWS, even)
+            }
+        }
+        for info in REGISTRY {
+            let map = Map::new(info.name, Options::default()).unwrap();
+            let (claimed, found) = map.visit_canonical(EvenRows);
+            assert_eq!(claimed, found, "{}", info.name);
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! What the lens models share: fisheyes whose image radius is a growing function of the angle from the axis.
+//!
+//! Their images are disks, and the rim is at `fov`/2. Texels inside are integrated by rules that check themselves,
+//! those at the rim along the azimuth over bands of closed form.
+
+use crate::geometry::solid_angle;
+use crate::geometry::solid_angle::Rect;
+use crate::projections::projection::Parameter;
+use std::f64::consts::PI;
+
+/// The angle that the image's diameter spans.
+pub const fn fov(default: f64, maximum: f64) -> Parameter {
+    Parameter {
+        name: "fov",
+        default,
+        above: 0.0,
+        maximum,
+        unit: "degrees",
+        doc: "the angle that the image's diameter spans",
+    }
+}
+
+/// How far the slope of the image radius may fall below that of its chord. Below, the lens turns back so nearly that a
+/// radius rounded by ε moves an angle by a hundred.
+pub const LEAST_SLOPE: f64 = 0.01;
+
+/// Whether the image radius grows all the way from the axis to `rim`, an angle; if not, a message.
+pub fn grows(rim: f64, slope: impl Fn(f64) -> f64, radius: f64, names: &str) -> Result<(), String> {
+    const STEPS: usize = 2048;
+    let least = LEAST_SLOPE * radius / rim;
+    for k in 0..=STEPS {
+        let angle = rim * k as f64 / STEPS as f64;
+        // A negation: what is not a number does not grow.
+        if !(radius > 0.0 && slope(angle) > least) {
+            return Err(format!(
+                "Expected {names} of a lens whose image radius grows up to `fov`/2 = {} degrees from the axis, got one \
+                 that stops growing at {:.4}.",
+                rim.to_degrees(),
+                angle.to_degrees()
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The smallest and the largest value of a smooth function on [0, end].
+pub fn extremes(end: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
+    const STEPS: usize = 512;
+    let at = |k: usize| end * k as f64 / STEPS as f64;
+    let largest = |sign: f64| {
+        let g = |x: f64| sign * f(x);
+        let best = (0..=STEPS)
+            .max_by(|&a, &b| g(at(a)).total_cmp(&g(at(b))))
+            .unwrap_or(0);
+        let (mut low, mut high) = (at(best.saturating_sub(1)), at((best + 1).min(STEPS)));
+        for _ in 0..80 {
+            let third = (high - low) / 3.0;
+            if g(low + third) < g(high - third) {
+                low += third;
+            } else {
+                high -= third;
+            }
+        }
+        sign * g(at(best)).max(g(0.5 * (low + high)))
+    };
+    (largest(-1.0), largest(1.0))
+}
+
+/// cos a - cos b, without that difference.
+pub fn band(a: f64, b: f64) -> f64 {
+    2.0 * (0.5 * (a + b)).sin() * (0.5 * (b - a)).sin()
+}
+
+/// The solid angle of a rectangle of an image whose disk shows the angles `theta(r)` from the axis.
+pub fn solid_angle(
+    rect: Rect,
+    density: impl Fn(f64, f64) -> f64,
+    theta: impl Fn(f64) -> f64,
+) -> f64 {
+    let far = |a: f64, b: f64| (2.0 * a - 1.0).abs().max((2.0 * b - 1.0).abs());
+    let (p, q) = (far(rect.u0, rect.u1), far(rect.v0, rect.v1));
+    if p * p + q * q < 1.0 {
+        if (rect.u1 - rect.u0).max(rect.v1 - rect.v0) <= 1.0 / 64.0 {
+            return solid_angle::smooth(rect, density);
+        }
+        return solid_angle::quadrature(rect, &density);
+    }
+    solid_angle::bands(rect, |inner, outer| {
+        band(theta(inner), theta(outer)).max(0.0)
+    })
+}
+
+/// `fov` in degrees as the angle of the rim in radians.
+pub fn rim(fov: f64) -> f64 {
+    fov / 360.0 * PI
+}

@@ -1,0 +1,4 @@
+//! What several projections share.
+
+pub mod lens;
+pub mod warped_cube;

@@ -1,0 +1,3 @@
+//! Any cell, cut at exact crossings.
+
+pub(in crate::resample::area) mod overlay;

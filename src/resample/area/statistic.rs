@@ -1,0 +1,190 @@
+//! What becomes of the values that a texel covers, added cell by cell.
+
+use super::{Source, Statistic};
+use crate::image::texel::Texel;
+use crate::number::real::Real;
+
+/// A weighted mean on its way.
+#[derive(Clone, Copy)]
+struct Sum {
+    sum: f64,
+    weight: f64,
+    least: f64,
+    most: f64,
+}
+
+const NONE: Sum = Sum {
+    sum: 0.0,
+    weight: 0.0,
+    least: f64::INFINITY,
+    most: f64::NEG_INFINITY,
+};
+
+impl Sum {
+    #[inline(always)]
+    fn add(&mut self, value: f64, weight: f64) {
+        self.sum += weight * value;
+        self.weight += weight;
+        self.least = self.least.min(value);
+        self.most = self.most.max(value);
+    }
+
+    /// The mean, within the values; NaN of none.
+    fn mean(&self) -> f64 {
+        let mean = self.sum / self.weight;
+        if mean < self.least {
+            self.least
+        } else if mean > self.most {
+            self.most
+        } else {
+            mean
+        }
+    }
+}
+
+/// The texels of a block of the target.
+pub(super) struct Tallies<'a, T> {
+    source: Source<'a, T>,
+    statistic: Statistic,
+    channels: usize,
+    /// Whether a texel covers anything.
+    covers: Vec<bool>,
+    /// For means: each texel's channels.
+    sums: Vec<Sum>,
+    /// For plain means, instead of them: the source's numbers, Σ w·L of each texel's channels, and Σ w.
+    numbers: Option<&'a [T]>,
+    plain: Vec<f64>,
+    weights: Vec<f64>,
+    /// For modes: each texel's source texels and how much of each.
+    lists: Vec<Vec<(usize, f64)>>,
+    values: Vec<(f64, f64)>,
+}
+
+impl<'a, T: Texel> Tallies<'a, T> {
+    pub fn new(source: Source<'a, T>, statistic: Statistic, texels: usize) -> Self {
+        let channels = source.texels.ncols();
+        // Rounding takes means of equal numbers beyond them by parts in 1e16, which only f64 has.
+        let plain = statistic == Statistic::Mean && !source.skipna && size_of::<T>() < 8;
+        let numbers = source.texels.to_slice().filter(|_| plain);
+        let (plain, sums, lists) = match statistic {
+            Statistic::Mean if numbers.is_some() => (texels, 0, 0),
+            Statistic::Mean => (0, texels * channels, 0),
+            Statistic::Mode => (0, 0, texels),
+        };
+        Tallies {
+            source,
+            statistic,
+            channels,
+            covers: vec![false; texels],
+            sums: vec![NONE; sums],
+            numbers,
+            plain: vec![0.0; plain * channels],
+            weights: vec![0.0; plain],
+            lists: vec![Vec::new(); lists],
+            values: Vec::new(),
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.covers.fill(false);
+        self.sums.fill(NONE);
+        self.plain.fill(0.0);
+        self.weights.fill(0.0);
+        self.lists.iter_mut().for_each(Vec::clear);
+    }
+
+    /// Adds source texels to what texel `number` covers.
+    #[inline(always)]
+    pub fn add(&mut self, number: usize, weights: &[(usize, f64)]) {
+        self.covers[number] |= !weights.is_empty();
+        if self.statistic == Statistic::Mode {
+            return self.lists[number].extend_from_slice(weights);
+        }
+        if let Some(texels) = self.numbers {
+            self.weights[number] += weights.iter().map(|(_, weight)| weight).sum::<f64>();
+            let sums = &mut self.plain[number * self.channels..][..self.channels];
+            return match self.channels {
+                1 => add_plain::<T, 1>(texels, weights, sums),
+                3 => add_plain::<T, 3>(texels, weights, sums),
+                4 => add_plain::<T, 4>(texels, weights, sums),
+                n => weights.iter().for_each(|&(index, weight)| {
+                    let texel = &texels[index * n..][..n];
+                    for (sum, value) in sums.iter_mut().zip(texel) {
+                        *sum += weight * value.load().to_f64();
+                    }
+                }),
+            };
+        }
+        let sums = &mut self.sums[number * self.channels..][..self.channels];
+        let skipna = self.source.skipna;
+        for &(index, weight) in weights {
+            let texel = self.source.texels.row(index);
+            for (sum, texel) in sums.iter_mut().zip(texel) {
+                let value = texel.load().to_f64();
+                if !(skipna && value.is_nan()) {
+                    sum.add(value, weight);
+                }
+            }
+        }
+    }
+
+    /// Writes texel `number`.
+    pub fn store(&mut self, number: usize, fill: &[T], out: &mut [T]) {
+        if !self.covers[number] {
+            return out.copy_from_slice(fill);
+        }
+        for (channel, out) in out.iter_mut().enumerate() {
+            let value = match self.statistic {
+                Statistic::Mean if self.numbers.is_some() => {
+                    self.plain[number * self.channels + channel] / self.weights[number]
+                }
+                Statistic::Mean => self.sums[number * self.channels + channel].mean(),
+                Statistic::Mode => {
+                    self.values.clear();
+                    for &(index, weight) in &self.lists[number] {
+                        let value = self.source.texels[[index, channel]].load().to_f64();
+                        if !(self.source.skipna && value.is_nan()) {
+                            self.values.push((value, weight));
+                        }
+                    }
+                    mode(&mut self.values)
+                }
+            };
+            *out = T::store(<T::Float as Real>::new(value));
+        }
+    }
+}
+
+/// Adds texels of N channels.
+#[inline(always)]
+fn add_plain<T: Texel, const N: usize>(texels: &[T], weights: &[(usize, f64)], sums: &mut [f64]) {
+    let (texels, _) = texels.as_chunks::<N>();
+    let mut sum = [0.0; N];
+    for &(index, weight) in weights {
+        let texel = &texels[index];
+        for (sum, value) in sum.iter_mut().zip(texel) {
+            *sum += weight * value.load().to_f64();
+        }
+    }
+    for (to, sum) in sums.iter_mut().zip(sum) {
+        *to += sum;
+    }
+}
+
+/// The value of the largest weight; NaN of none.
+fn mode(values: &mut [(f64, f64)]) -> f64 {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut best, mut current) = ((f64::NAN, 0.0), (f64::NAN, 0.0));
+    for &(value, weight) in values.iter() {
+        if value.to_bits() == current.0.to_bits() {
+            current.1 += weight;
+        } else {
+            current = (value, weight);
+        }
+        // Shares that differ by rounding are equal, and the smaller value stays.
+        if current.1 > best.1 * (1.0 + 1e-9) || current.0.to_bits() == best.0.to_bits() {
+            best = current;
+        }
+    }
+    best.0
+}

@@ -1,0 +1,187 @@
+//! Both paths give the same weights, and every source texel keeps its light.
+
+use super::*;
+use crate::geometry::solid_angle::Rect;
+use crate::image::raster::Raster;
+use crate::image::raster::shape_of_size;
+use crate::map::Options;
+use crate::projections::REGISTRY;
+use crate::projections::projection::{Coverage, Outline};
+
+fn map(name: &str) -> Map {
+    Map::new(name, Options::default()).unwrap()
+}
+
+fn turn() -> DMat3 {
+    crate::geometry::axes::from_angles(33.0, -20.0, 71.0)
+}
+
+fn noise(n: usize) -> Vec<f64> {
+    let mut state = 7_u64;
+    (0..n)
+        .map(|_| {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 40) as f64 / (1 << 24) as f64
+        })
+        .collect()
+}
+
+/// The converted image, and how many cells went which way.
+fn converted(
+    path: Path,
+    (source, from): (&Map, &[usize]),
+    (target, into): (&Map, &[usize]),
+    rotation: Option<DMat3>,
+) -> (Vec<f64>, [usize; 3]) {
+    let texels = |shape: &[usize]| shape.iter().product::<usize>();
+    let image = noise(texels(from));
+    let mut out = vec![0.0; texels(into)];
+    let tally = Tally::default();
+    let source = Source {
+        map: source,
+        shape: from,
+        texels: ArrayView2::from_shape((image.len(), 1), &image).unwrap(),
+        skipna: false,
+    };
+    let mean = Statistic::Mean;
+    convert_by(
+        path,
+        &tally,
+        source,
+        target,
+        into,
+        rotation,
+        mean,
+        &[f64::NAN],
+        &mut out,
+    )
+    .unwrap();
+    let counts = [&tally.fast, &tally.followed, &tally.general];
+    (
+        out,
+        counts.map(|count| count.load(std::sync::atomic::Ordering::Relaxed)),
+    )
+}
+
+#[test]
+fn both_paths_agree() {
+    for (turns, info) in REGISTRY.iter().enumerate() {
+        // Each is converted from and to one of another kind, in turns.
+        let partner = ["latlong", "cube", "angular"][turns % 3];
+        for (k, (a, b)) in [(info.name, partner), (partner, info.name)]
+            .iter()
+            .enumerate()
+        {
+            let rotation = (k == 0).then(turn);
+            let (source, target) = (map(a), map(b));
+            let (from, into) = (shape_of_size(&source, 24), shape_of_size(&target, 10));
+            let both = [Path::Fast, Path::General]
+                .map(|path| converted(path, (&source, &from), (&target, &into), rotation));
+            let [(fast, counts), (general, _)] = both;
+            let raster = Raster::new(&target, &into).unwrap();
+            for (k, (p, q)) in fast.iter().zip(&general).enumerate() {
+                // What is left of a texel outside the rim may be a matter of rounding.
+                let near = (p - q).abs() < 2e-6 || (p.is_nan() && q.is_nan());
+                assert!(
+                    near || raster.has_rim() || source.coverage() != Coverage::Sphere,
+                    "{a} {b} {k}: {p} {q} {counts:?}"
+                );
+            }
+            let all: usize = counts.iter().sum();
+            // Sources that are disks take the general path more often.
+            if [&source, &target]
+                .iter()
+                .all(|map| map.info().outline == Outline::Square)
+                && source.coverage() == Coverage::Sphere
+            {
+                assert!(2 * (counts[0] + counts[1]) > all, "{a} {b}: {counts:?}");
+            }
+        }
+    }
+}
+
+/// The largest relative change of light that a sun of one texel can suffer, wherever it is, and what went which way.
+fn worst_sun(a: &str, n: usize, b: &str, m: usize, rotation: Option<DMat3>) -> (f64, [usize; 3]) {
+    let (source, target) = (map(a), map(b));
+    let (from_shape, into_shape) = (shape_of_size(&source, n), shape_of_size(&target, m));
+    let matrix = frame(&source, &target, rotation);
+    let from = Lattice::new(&source, &from_shape, None).unwrap();
+    let into = Lattice::new(&target, &into_shape, Some(matrix)).unwrap();
+    let coarse = Lattice::new(&source, &from_shape, None).unwrap();
+    let (from, into) = refined(from, into);
+    let varies = [Density::varies(&from), Density::varies(&into)];
+    let mut sweep = Sweep::new([&from, &coarse], &into, varies, true);
+    let mut kept = vec![0.0; from.raster.texels()];
+    let parts = into.refined;
+    let solid_angle = |raster: &Raster, map: &Map, i: usize, j: usize| {
+        let ((u0, u1), (v0, v1)) = (raster.along_u.cell(i), raster.along_v.cell(j));
+        map.solid_angle(Rect { u0, u1, v0, v1 })
+    };
+    let mut weights = Vec::new();
+    for face in 0..target.info().faces {
+        for j in 0..into.raster.height {
+            for i in 0..into.raster.width {
+                weights.clear();
+                let (low, high) = ([i * parts, j * parts], [(i + 1) * parts, (j + 1) * parts]);
+                let add = |_: [usize; 2], more: &[(usize, f64)]| weights.extend_from_slice(more);
+                sweep.cells(face, low, high, |_, _, _| (), add);
+                let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
+                let size = solid_angle(&into.raster, &target, i, j);
+                for (index, weight) in &weights {
+                    kept[*index] += weight * size / sum;
+                }
+            }
+        }
+    }
+    let mut worst = 0.0_f64;
+    for face in 0..source.info().faces {
+        for j in 0..from.raster.height {
+            for i in 0..from.raster.width {
+                if from.raster.has_rim() && !from.raster.holds(i as isize, j as isize) {
+                    continue;
+                }
+                // Texels on a rim have their neighbors' shares as well.
+                let size = solid_angle(&from.raster, &source, i, j);
+                let near = [-2, 2].iter().all(|d| {
+                    from.raster.holds(i as isize + d, j as isize)
+                        && from.raster.holds(i as isize, j as isize + d)
+                });
+                if !from.raster.has_rim() || near {
+                    let change = kept[from.raster.view(face).index(i, j)] / size - 1.0;
+                    worst = worst.max(change.abs());
+                }
+            }
+        }
+    }
+    let tally = Tally::default();
+    sweep.count(&tally);
+    let counts = [&tally.fast, &tally.followed, &tally.general];
+    (
+        worst,
+        counts.map(|count| count.load(std::sync::atomic::Ordering::Relaxed)),
+    )
+}
+
+#[test]
+fn no_sun_loses_light() {
+    for (a, n, b, m) in [
+        ("latlong", 150, "cube", 60),
+        ("cube", 70, "latlong", 90),
+        ("latlong", 130, "angular", 100),
+        ("octahedral", 140, "cube", 66),
+        ("latlong", 64, "octahedral", 200),
+        ("latlong", 256, "cube", 4),
+    ] {
+        for rotation in [None, Some(turn())] {
+            let (worst, counts) = worst_sun(a, n, b, m, rotation);
+            println!(
+                "{a} {n} {b} {m} {} {worst:.1e} {counts:?}",
+                rotation.is_some()
+            );
+            assert!(worst < 1e-6, "{a} {b} {} {worst:e}", rotation.is_some());
+            assert!(counts[0] + counts[1] > 8 * counts[2], "{a} {b} {counts:?}");
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! What a part of a target image sees of the source image.
+//!
+//! To first order a rectangle of the target, du × dv about a place, is a parallelogram in the source, spanned by
+//! J·(du, 0) and J·(0, dv). J, the derivative of one image's coordinates by the other's, comes from the two maps' own
+//! Jacobians (`decode` on dual numbers): with T = ∂d/∂(u, v) of the target and S of the source, S J = T, and since both have the
+//! sphere's tangent plane for a range, J = (Sᵀ S)⁻¹ Sᵀ T. Differences between neighboring places were the first
+//! thought; they mean nothing across seams and beside poles.
+//!
+//! Where the source is singular (a pole of a latlong) a place has no extent in it; lengths are infinite there.
+
+use crate::image::raster::Raster;
+use crate::kernel::tile::Tile;
+use crate::resample::coordinate_map::CoordinateMap;
+
+/// A rectangle of a target face.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Part {
+    /// Its center, canonical (u, v, face).
+    pub uv: [f64; 3],
+    /// Its sides.
+    pub size: [f64; 2],
+}
+
+impl Part {
+    /// The rectangle of the texel whose center lies there.
+    pub fn of_texel(raster: &Raster, uv: [f64; 3]) -> Part {
+        let side = |(scale, _): (f64, f64), x: f64| {
+            let half = 0.5 / scale;
+            let (low, high) = ((x - half).max(0.0), (x + half).min(1.0));
+            (0.5 * (low + high), high - low)
+        };
+        let (u, width) = side(raster.along_u.index(), uv[0]);
+        let (v, height) = side(raster.along_v.index(), uv[1]);
+        Part {
+            uv: [u, v, uv[2]],
+            size: [width, height],
+        }
+    }
+}
+
+/// What it sees.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Footprint {
+    /// The place of its center in the source; NaN where nothing is seen.
+    pub source: [f64; 3],
+    /// Its two sides in the source, in texels along u and v.
+    pub sides: [[f64; 2]; 2],
+    /// Their lengths in radians.
+    pub angles: [f64; 2],
+    /// The longer side of a source texel there, in radians.
+    pub texel: f64,
+    /// Its solid angle.
+    pub solid_angle: f64,
+}
+
+impl Footprint {
+    /// How many source texels each side crosses. Infinite at a singular place, 0 where nothing is seen.
+    pub fn lengths(&self) -> [f64; 2] {
+        if self.source[0].is_nan() {
+            return [0.0; 2];
+        }
+        self.sides.map(|[x, y]| {
+            let length = (x * x + y * y).sqrt();
+            if length.is_nan() {
+                f64::INFINITY
+            } else {
+                length
+            }
+        })
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// ∂d/∂u and ∂d/∂v.
+fn columns(j: [f64; 6]) -> [[f64; 3]; 2] {
+    [[j[0], j[2], j[4]], [j[1], j[3], j[5]]]
+}
+
+/// Writes what parts of a target see of a source with the given raster; at most [`TILE`](crate::kernel::tile::TILE) parts.
+pub fn measure(
+    coordinate_map: &CoordinateMap<'_>,
+    source: &Raster,
+    parts: &[Part],
+    footprints: &mut [Footprint],
+) {
+    let n = parts.len();
+    let mut from = Tile::new();
+    for (k, part) in parts.iter().enumerate() {
+        from.set(k, part.uv);
+    }
+    let mut into = from;
+    coordinate_map.take(&mut into, n);
+    let (mut by_target, mut by_source) = (Tile::new(), Tile::new());
+    coordinate_map.jacobians(n, [&from, &into], [&mut by_target, &mut by_source]);
+    let scale = [source.along_u.index().0, source.along_v.index().0];
+    for (k, footprint) in footprints[..n].iter_mut().enumerate() {
+        let [a, b] = columns(by_target.at(k));
+        let [p, q] = columns(by_source.at(k));
+        let (pp, pq, qq) = (dot(p, p), dot(p, q), dot(q, q));
+        let one_over = 1.0 / (pp * qq - pq * pq);
+        let size = parts[k].size;
+        let in_source = |d: [f64; 3], length: f64| {
+            let (pd, qd) = (dot(p, d), dot(q, d));
+            [
+                (qq * pd - pq * qd) * one_over * length * scale[0],
+                (pp * qd - pq * pd) * one_over * length * scale[1],
+            ]
+        };
+        let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
+        *footprint = Footprint {
+            source: into.at(k),
+            sides: [in_source(a, size[0]), in_source(b, size[1])],
+            angles: [aa.sqrt() * size[0], bb.sqrt() * size[1]],
+            texel: (pp.sqrt() / scale[0]).max(qq.sqrt() / scale[1]),
+            solid_angle: (aa * bb - ab * ab).max(0.0).sqrt() * size[0] * size[1],
+        };
+    }
+}

@@ -1,0 +1,150 @@
+//! Mip chains: an image and its smaller versions, each half as wide and high, in the same projection.
+//!
+//! A texel of a level is the mean, by solid angle, of the texels of the level before that its rectangle covers, whole or in
+//! part; light is kept. Since every level is an image of the projection, lookups in it know its seams: that is what chains
+//! made by halving a picture get wrong, at the left and right edge of a latlong as between the faces of a cube.
+//!
+//! A texel across a rim holds no value: what of the sphere it covers has that of the nearest texel that does
+//! (`light::rim`). It is 0, as what converting does not reach.
+
+use crate::error::Error;
+use crate::image::raster::Raster;
+use crate::image::rim;
+use crate::image::texel::Texel;
+use crate::image::texels::solid_angles;
+use crate::kernel::threads;
+use crate::map::Map;
+use crate::map::grid::GridAxis;
+use crate::number::real::Real;
+
+/// A smaller version of an image: its shape without channels, and its texels.
+pub type Level<F> = (Vec<usize>, Vec<F>);
+
+/// All levels but the first, down to faces of one texel along a side (two where the grid lies on corners).
+pub fn chain<T: Texel>(
+    map: &Map,
+    shape: &[usize],
+    texels: &[T],
+    channels: usize,
+) -> Result<Vec<Level<T::Float>>, Error> {
+    let mut levels = Vec::new();
+    let mut next = half(map, shape, texels, channels)?;
+    while let Some(level) = next {
+        next = half(map, &level.0, &level.1, channels)?;
+        levels.push(level);
+    }
+    Ok(levels)
+}
+
+/// The next level of an image, if it can be made smaller.
+fn half<T: Texel>(
+    map: &Map,
+    shape: &[usize],
+    texels: &[T],
+    channels: usize,
+) -> Result<Option<Level<T::Float>>, Error> {
+    let fine = Raster::new(map, shape)?;
+    if fine.width.min(fine.height) < 2 {
+        return Ok(None);
+    }
+    let (rows, columns) = (map.face_layout().rows, map.face_layout().columns);
+    let mut smaller = shape.to_vec();
+    let n = smaller.len();
+    smaller[n - 2] = fine.height / 2 * rows;
+    smaller[n - 1] = fine.width / 2 * columns;
+    let Ok(coarse) = Raster::new(map, &smaller) else {
+        return Ok(None);
+    };
+    let mut weights = vec![0.0; fine.texels()];
+    solid_angles(map, shape, &mut weights)?;
+    let across = shares(fine.along_u, fine.width, coarse.along_u, coarse.width);
+    let down = shares(fine.along_v, fine.height, coarse.along_v, coarse.height);
+    let value = |k: usize, c: usize| texels[k * channels + c].load().to_f64();
+    // For each texel of each face: its weight, and for each channel the first value and the sum of what the others
+    // differ by, so that a constant stays constant to the bit.
+    let width = 1 + 2 * channels;
+    let mut sums = vec![0.0; coarse.faces() * coarse.height * coarse.width * width];
+    threads::rows(
+        &mut sums,
+        coarse.width * width,
+        fine.texels(),
+        |row, out| {
+            let (face, j) = (row / coarse.height, row % coarse.height);
+            let view = fine.view(face);
+            for (i, out) in out.chunks_exact_mut(width).enumerate() {
+                for &(y, part_v) in &down[j] {
+                    for &(x, part_u) in &across[i] {
+                        let k = view.index(x, y);
+                        let weight = weights[k] * part_u * part_v;
+                        if weight > 0.0 {
+                            // Of a texel across the rim the part belongs here, and the value to another.
+                            let (x, y) = rim::nearest_valid_texel(&fine, x, y);
+                            let k = view.index(x, y);
+                            add(out, weight, |c| value(k, c));
+                        }
+                    }
+                }
+            }
+        },
+    );
+    let place =
+        |face: usize, i: usize, j: usize| ((face * coarse.height + j) * coarse.width + i) * width;
+    let mut out = vec![<T::Float as Real>::new(0.0); coarse.texels() * channels];
+    for face in 0..coarse.faces() {
+        for j in 0..coarse.height {
+            for i in 0..coarse.width {
+                let (a, b) = rim::nearest_valid_texel(&coarse, i, j);
+                if (a, b) != (i, j) {
+                    let own = sums[place(face, i, j)..][..width].to_vec();
+                    if own[0] > 0.0 {
+                        let held = &mut sums[place(face, a, b)..][..width];
+                        add(held, own[0], |c| own[1 + 2 * c] + own[2 + 2 * c] / own[0]);
+                    }
+                }
+            }
+        }
+        for j in 0..coarse.height {
+            for i in 0..coarse.width {
+                let own = &sums[place(face, i, j)..][..width];
+                if own[0] > 0.0 {
+                    let at = coarse.view(face).index(i, j) * channels;
+                    for (c, out) in out[at..at + channels].iter_mut().enumerate() {
+                        *out = <T::Float as Real>::new(own[1 + 2 * c] + own[2 + 2 * c] / own[0]);
+                    }
+                }
+            }
+        }
+    }
+    Ok(Some((smaller, out)))
+}
+
+fn add(sums: &mut [f64], weight: f64, value: impl Fn(usize) -> f64) {
+    let new = sums[0] == 0.0;
+    sums[0] += weight;
+    for (c, sum) in sums[1..].chunks_exact_mut(2).enumerate() {
+        if new {
+            sum[0] = value(c);
+        }
+        sum[1] += weight * (value(c) - sum[0]);
+    }
+}
+
+/// For each coarse cell along a side, the fine cells that it covers and which part of each.
+fn shares(fine: GridAxis, count: usize, coarse: GridAxis, wanted: usize) -> Vec<Vec<(usize, f64)>> {
+    let mut first = 0;
+    (0..wanted)
+        .map(|i| {
+            let (low, high) = coarse.cell(i);
+            while first + 1 < count && fine.cell(first).1 <= low {
+                first += 1;
+            }
+            (first..count)
+                .map(|k| (k, fine.cell(k)))
+                .take_while(|(_, (from, _))| *from < high)
+                .map(|(k, (from, to))| (k, (high.min(to) - low.max(from)) / (to - from)))
+                // What rounding lets two edges that coincide have in common is nothing.
+                .filter(|(_, part)| *part > 1e-9)
+                .collect()
+        })
+        .collect()
+}

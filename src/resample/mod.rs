@@ -1,0 +1,11 @@
+//! One image into another: lookups, antialiasing, mip chains, means by solid angle.
+
+pub mod antialias;
+pub mod area;
+pub mod coordinate_map;
+pub mod footprint;
+pub mod lookup;
+pub mod mips;
+pub mod polynomial;
+pub mod sample;
+pub mod trilinear;

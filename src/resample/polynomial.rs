@@ -1,0 +1,556 @@
+//! Where the texels of a block lie in another image, from where a few places of the block lie.
+//!
+//! Between two images whose formulas are smooth ([`Info::smooth`](crate::projections::projection::Info::smooth)) source coordinates
+//! hardly bend within a block of texels. So they are computed at [`PLACES`] places only, in f64: at Chebyshev's points,
+//! [`ALONG`] × [`DOWN`] of them, whose values a polynomial takes on, and at a few others, at which the polynomial is
+//! compared with the formula. Texels take their coordinates from the polynomial, within 2⁻²³ of an image if they are f32
+//! ([`TOLERANCE`], and the rounding of the result): nearer to the truth than a formula in f32, for a quarter of its time.
+//!
+//! What a polynomial cannot follow shows. A pole or a rim of the source spoils all of its block. The edge of a face, or a
+//! seam, is no singular point of the formula of the face on one side: continued across it, coordinates leave the face.
+//! So a block is refused where its places lie on different faces, and rows of it where the polynomial leaves
+//! the face; these texels take the long way. Creases inside a face (an octahedron's edges) could hide between
+//! the places, and formulas with such are not smooth.
+//!
+//! What did not help: a polynomial a row (eight times as many places for the same error), and polynomials in f32 (their
+//! places are no better than the texels' own coordinates were).
+
+use crate::image::raster::{Block, Raster};
+use crate::kernel::tile::Tile;
+use crate::kernel::{Scalar, SimdWork, run_simd};
+use crate::map::grid::GridAxis;
+use crate::number::real::Real;
+use crate::projections::projection::{Outline, Uv};
+use crate::resample::coordinate_map::CoordinateMap;
+use fearless_simd::{Simd, SimdBase, SimdMask, f64x8};
+
+/// Columns and rows of a block, at most.
+pub const BLOCK: (usize, usize) = (64, 32);
+
+/// Points of the polynomial along a row.
+const ALONG: usize = 8;
+
+/// Its points down the rows.
+const DOWN: usize = 7;
+
+/// Places at which it is compared with the formula, each in the gap behind a point along and a point down: near the corners
+/// and the middles of the sides, where a singular point outside of the block shows first.
+const BETWEEN: [(usize, usize); 8] = [
+    (0, 0),
+    (6, 0),
+    (0, 5),
+    (6, 5),
+    (3, 0),
+    (2, 5),
+    (0, 3),
+    (6, 2),
+];
+
+/// All places at which the formula is computed: as many as a kernel takes at once.
+const PLACES: usize = ALONG * DOWN + BETWEEN.len();
+const _: () = assert!(PLACES.is_multiple_of(crate::kernel::tile::W));
+
+/// How far the polynomial may be from the formula, in images: 1/8000 of a texel of 8192.
+const TOLERANCE: f64 = 1.0 / (1 << 26) as f64;
+
+/// Blocks of fewer texels are not worth it.
+const FEWEST: usize = 8 * PLACES;
+
+/// Cosines of multiples of π/7, and of π/6: where a polynomial errs least if its values are given there.
+const POINTS_ALONG: [f64; ALONG] = {
+    let [a, b, c] = [
+        0.900_968_867_902_419_1,
+        0.623_489_801_858_733_5,
+        0.222_520_933_956_314_4,
+    ];
+    [-1.0, -a, -b, -c, c, b, a, 1.0]
+};
+const POINTS_DOWN: [f64; DOWN] = {
+    let (a, b) = (0.866_025_403_784_438_6, 0.5);
+    [-1.0, -a, -b, 0.0, b, a, 1.0]
+};
+
+/// Of the polynomials that are 1 at one of N points and 0 at the others, the coefficients: a row for each point.
+fn powers<const N: usize>(points: [f64; N]) -> [[f64; N]; N] {
+    let mut powers = [[0.0; N]; N];
+    for (i, (powers, own)) in powers.iter_mut().zip(points).enumerate() {
+        powers[0] = 1.0;
+        for (_, other) in points.into_iter().enumerate().filter(|&(j, _)| j != i) {
+            for k in (0..N).rev() {
+                let lower = if k > 0 { powers[k - 1] } else { 0.0 };
+                powers[k] = (lower - other * powers[k]) / (own - other);
+            }
+        }
+    }
+    powers
+}
+
+/// Finds polynomials for the blocks of a target.
+pub struct CoordinatePolynomials<'a> {
+    coordinate_map: CoordinateMap<'a>,
+    along: [GridAxis; 2],
+    disk: bool,
+    /// x and y, first of the points and then of the places at which the polynomial is compared.
+    places: [[f64; PLACES]; 2],
+    powers_along: [[f64; ALONG]; ALONG],
+    powers_down: [[f64; DOWN]; DOWN],
+}
+
+impl<'a> CoordinatePolynomials<'a> {
+    /// For a coordinate_map between images; none where a formula is not smooth.
+    pub fn new(
+        coordinate_map: CoordinateMap<'a>,
+        source: &Raster,
+        target: &Raster,
+    ) -> Option<Self> {
+        let mut places = [[0.0; PLACES]; 2];
+        for k in 0..PLACES {
+            let [x, y] = if k < ALONG * DOWN {
+                [POINTS_ALONG[k % ALONG], POINTS_DOWN[k / ALONG]]
+            } else {
+                let (i, j) = BETWEEN[k - ALONG * DOWN];
+                let middle = |points: &[f64], k: usize| 0.5 * (points[k] + points[k + 1]);
+                [middle(&POINTS_ALONG, i), middle(&POINTS_DOWN, j)]
+            };
+            (places[0][k], places[1][k]) = (x, y);
+        }
+        coordinate_map.smooth().then(|| CoordinatePolynomials {
+            coordinate_map,
+            along: [target.along_u, target.along_v],
+            disk: source.outline == Outline::Disk,
+            places,
+            powers_along: powers(POINTS_ALONG),
+            powers_down: powers(POINTS_DOWN),
+        })
+    }
+
+    /// The polynomial of a block, if there is one.
+    pub fn of<R: Scalar>(&self, block: &Block) -> Option<CoordinatePolynomial<R>> {
+        let (face, texel, [right, down]) = block.face?;
+        if block.columns * block.rows < FEWEST || block.columns.min(block.rows) < 2 {
+            return None;
+        }
+        let [half_columns, half_rows] = [block.columns, block.rows].map(|n| 0.5 * (n - 1) as f64);
+        let mut uv = Tile::<f64, 3>::new();
+        uv.0[2][..PLACES].fill(face as f64);
+        for (axis, row) in uv.0[..2].iter_mut().enumerate() {
+            let first = self.along[axis].center(texel[axis] as f64);
+            let step = self.along[axis].center(1.0) - self.along[axis].center(0.0);
+            let across = step * right[axis] as f64 * half_columns;
+            let along = step * down[axis] as f64 * half_rows;
+            let [xs, ys] = &self.places;
+            for ((at, x), y) in row.iter_mut().zip(xs).zip(ys) {
+                *at = first + (across * (x + 1.0) + along * (y + 1.0));
+            }
+        }
+        self.coordinate_map.take(&mut uv, PLACES);
+        let Tile([us, vs, faces]) = &uv;
+        let face = faces[0];
+        let mut together = true;
+        for k in 0..PLACES {
+            together &= !us[k].is_nan() & (faces[k] == face);
+        }
+        if !together {
+            return None;
+        }
+        let mut along = [R::default(); BLOCK.0];
+        for (k, x) in along.iter_mut().enumerate() {
+            *x = R::new(k as f64 / half_columns - 1.0);
+        }
+        let (mut coefficients, mut near) = ([[[0.0; ALONG]; DOWN]; 2], false);
+        run_simd(Fit {
+            patches: self,
+            values: [&us[..PLACES], &vs[..PLACES]],
+            coefficients: &mut coefficients,
+            near: &mut near,
+        });
+        near.then_some(CoordinatePolynomial {
+            coefficients,
+            along,
+            half_columns,
+            half_rows,
+            face: R::new(face),
+            disk: self.disk,
+        })
+    }
+}
+
+/// Those of xⁱ yʲ, by j and i.
+type Coefficients = [[f64; ALONG]; DOWN];
+
+/// The polynomials for values of both coordinates at all places, and whether they are near enough.
+struct Fit<'a> {
+    patches: &'a CoordinatePolynomials<'a>,
+    values: [&'a [f64]; 2],
+    coefficients: &'a mut [Coefficients; 2],
+    near: &'a mut bool,
+}
+
+impl SimdWork for Fit<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Fit {
+            patches,
+            values,
+            coefficients,
+            near,
+        } = self;
+        let number = |x| f64x8::splat(simd, x);
+        let tolerance = number(TOLERANCE);
+        *near = true;
+        for (values, coefficients) in values.into_iter().zip(coefficients) {
+            let (grid, between) = values.split_at(ALONG * DOWN);
+            let mut rows = [number(0.0); DOWN];
+            let powers = patches.powers_down.iter();
+            for (values, powers) in grid.chunks_exact(ALONG).zip(powers) {
+                let values = f64x8::from_slice(simd, values);
+                for (row, power) in rows.iter_mut().zip(powers) {
+                    *row += number(*power) * values;
+                }
+            }
+            for (coefficients, row) in coefficients.iter_mut().zip(rows) {
+                let mut sum = number(0.0);
+                let powers = patches.powers_along.iter();
+                for (value, powers) in row.to_array().into_iter().zip(powers) {
+                    sum += number(value) * f64x8::load_array_ref(simd, powers);
+                }
+                *coefficients = sum.to_array();
+            }
+            let [x, y] = &patches.places;
+            let x = f64x8::from_slice(simd, &x[ALONG * DOWN..]);
+            let y = f64x8::from_slice(simd, &y[ALONG * DOWN..]);
+            let mut there = number(0.0);
+            for row in coefficients.iter().rev() {
+                let mut sum = number(row[ALONG - 1]);
+                for &coefficient in row[..ALONG - 1].iter().rev() {
+                    sum = sum * x + number(coefficient);
+                }
+                there = there * y + sum;
+            }
+            let off = (there - f64x8::from_slice(simd, between)).abs();
+            // What is no number is not near.
+            *near &= off.simd_le(tolerance).all_true();
+        }
+    }
+}
+
+/// A polynomial in x and y as one in x.
+#[inline(always)]
+fn at_y<R: Real, S: Simd>(simd: S, coefficients: &Coefficients, y: f64) -> [R; ALONG] {
+    let y = f64x8::splat(simd, y);
+    let mut row = f64x8::load_array_ref(simd, &coefficients[DOWN - 1]);
+    for coefficients in coefficients[..DOWN - 1].iter().rev() {
+        row = row * y + f64x8::load_array_ref(simd, coefficients);
+    }
+    let (row, mut rounded) = (row.to_array(), [R::ZERO; ALONG]);
+    for k in 0..ALONG {
+        rounded[k] = R::new(row[k]);
+    }
+    rounded
+}
+
+/// Its value: what changes along a row is summed by itself, in a tree, and rounded to the number's own place once.
+#[inline(always)]
+fn at_x<R: Real>(c: &[R; ALONG], x: R) -> R {
+    let x2 = x * x;
+    let low = (c[1] + c[2] * x) + (c[3] + c[4] * x) * x2;
+    let high = (c[5] + c[6] * x) + c[7] * x2;
+    c[0] + x * (low + high * (x2 * x2))
+}
+
+/// Source coordinates of the texels of a block.
+pub struct CoordinatePolynomial<R> {
+    coefficients: [Coefficients; 2],
+    /// Where the texels of a row lie, from -1 to 1.
+    along: [R; BLOCK.0],
+    /// Half of the way from the first column to the last, and from the first row to the last.
+    half_columns: f64,
+    half_rows: f64,
+    face: R,
+    disk: bool,
+}
+
+impl<R: Scalar> CoordinatePolynomial<R> {
+    /// Writes two polynomials in x along so many rows of texels from row `first` on: those that `at` has for a row's y.
+    #[inline(always)]
+    fn rows(
+        &self,
+        (first, block): (usize, &Block),
+        [one, other]: [&mut [R]; 2],
+        at: impl Fn(f64) -> [[R; ALONG]; 2],
+    ) {
+        let along = &self.along[..block.columns];
+        let ones = one.chunks_exact_mut(along.len());
+        let others = other.chunks_exact_mut(along.len());
+        for (row, (one, other)) in ones.zip(others).take(block.rows).enumerate() {
+            let [a, b] = at((first + row) as f64 / self.half_rows - 1.0);
+            for ((&x, one), other) in along.iter().zip(one).zip(other) {
+                *one = at_x(&a, x);
+                *other = at_x(&b, x);
+            }
+        }
+    }
+
+    /// Writes the canonical (u, v, face) of the texels of some of its rows, a block whose first row is number `first`.
+    pub fn write(&self, first: usize, block: &Block, uv: &mut Tile<R, 3>) {
+        run_simd(Write {
+            patch: self,
+            first,
+            block,
+            uv,
+        });
+    }
+
+    /// Whether the first `count` places of a tile lie on the face.
+    pub fn holds(&self, Tile([us, vs, _]): &Tile<R, 3>, count: usize) -> bool {
+        us[..count].iter().zip(vs).all(|(&u, &v)| {
+            let at = Uv::flat(u, v);
+            let (p, q) = at.pq();
+            at.in_bounds(1) & (!self.disk | (p * p + q * q <= R::ONE))
+        })
+    }
+
+    /// Writes, for the same texels, ∂u and ∂v from one column to the next, and from one row to the next.
+    pub fn slopes(&self, first: usize, block: &Block, slopes: &mut Tile<R, 4>) {
+        run_simd(Slopes {
+            patch: self,
+            first,
+            block,
+            slopes,
+        });
+    }
+
+    /// The most by which a texel's border differs from a parallelogram, in source texels, `scale` an image.
+    pub fn bend(&self, scale: [f64; 2]) -> f64 {
+        let mut most: f64 = 0.0;
+        for (coefficients, scale) in self.coefficients.iter().zip(scale) {
+            let mut bend = 0.0;
+            for (j, row) in coefficients.iter().enumerate() {
+                for (k, coefficient) in row.iter().enumerate() {
+                    let (j, k) = (j as f64, k as f64);
+                    // A half of a second derivative at half a texel from the center along both.
+                    let [x, y] = [k / self.half_columns, j / self.half_rows];
+                    let twice = (x * (x - 1.0 / self.half_columns)).max(0.0)
+                        + 2.0 * x * y
+                        + (y * (y - 1.0 / self.half_rows)).max(0.0);
+                    bend += coefficient.abs() * twice / 8.0;
+                }
+            }
+            most = most.max(bend * scale);
+        }
+        most
+    }
+}
+
+struct Slopes<'a, R> {
+    patch: &'a CoordinatePolynomial<R>,
+    first: usize,
+    block: &'a Block,
+    slopes: &'a mut Tile<R, 4>,
+}
+
+impl<R: Scalar> SimdWork for Slopes<'_, R> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Slopes {
+            patch,
+            first,
+            block,
+            slopes: Tile([us_across, vs_across, us_down, vs_down]),
+        } = self;
+        let into = [us_across, vs_across].into_iter().zip([us_down, vs_down]);
+        for ((across, down), coefficients) in into.zip(&patch.coefficients) {
+            let by_y = along_y(coefficients, 1.0 / patch.half_rows);
+            patch.rows(
+                (first, block),
+                [across, down],
+                #[inline(always)]
+                |y| {
+                    let across = at_y(simd, coefficients, y);
+                    let down = at_y(simd, &by_y, y);
+                    [along_x(across, 1.0 / patch.half_columns), down]
+                },
+            );
+        }
+    }
+}
+
+/// The derivative of a polynomial in x, times a number.
+#[inline(always)]
+fn along_x<R: Real>(c: [R; ALONG], times: f64) -> [R; ALONG] {
+    let mut derivative = [R::ZERO; ALONG];
+    for k in 1..ALONG {
+        derivative[k - 1] = c[k] * R::new(k as f64 * times);
+    }
+    derivative
+}
+
+/// The derivative of a polynomial in x and y by y, times a number.
+#[inline(always)]
+fn along_y(c: &Coefficients, times: f64) -> Coefficients {
+    let mut derivative = [[0.0; ALONG]; DOWN];
+    for j in 1..DOWN {
+        for k in 0..ALONG {
+            derivative[j - 1][k] = c[j][k] * (j as f64 * times);
+        }
+    }
+    derivative
+}
+
+struct Write<'a, R> {
+    patch: &'a CoordinatePolynomial<R>,
+    first: usize,
+    block: &'a Block,
+    uv: &'a mut Tile<R, 3>,
+}
+
+impl<R: Scalar> SimdWork for Write<'_, R> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Write {
+            patch,
+            first,
+            block,
+            uv: Tile([us, vs, faces]),
+        } = self;
+        let [u, v] = &patch.coefficients;
+        patch.rows(
+            (first, block),
+            [us, vs],
+            #[inline(always)]
+            |y| [at_y(simd, u, y), at_y(simd, v, y)],
+        );
+        faces[..block.columns * block.rows].fill(patch.face);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::raster::shape_of_size;
+    use crate::image::texels::Centers;
+    use crate::map::{Map, Options};
+    use crate::projections::REGISTRY;
+    use crate::projections::projection::Coverage;
+    use glam::DMat3;
+    use proptest::prelude::*;
+
+    fn map(name: &str) -> Map {
+        Map::new(name, Options::default()).unwrap()
+    }
+
+    fn smooth() -> impl Iterator<Item = &'static str> {
+        REGISTRY
+            .iter()
+            .filter(|info| info.smooth)
+            .map(|info| info.name)
+    }
+
+    /// Texels whose coordinates come from polynomials, all texels, and the farthest that one of those is off.
+    fn compare(source: &str, target: &str, size: usize, rotation: Option<DMat3>) -> [f64; 3] {
+        let (source, target) = (map(source), map(target));
+        let raster = Raster::new(&target, &shape_of_size(&target, size)).unwrap();
+        let from = Raster::new(&source, &shape_of_size(&source, 64)).unwrap();
+        let coordinate_map = CoordinateMap::new(&source, &target, rotation);
+        let patches = CoordinatePolynomials::new(coordinate_map, &from, &raster).unwrap();
+        let (centers, wide) = (Centers::<f32>::new(&raster), Centers::<f64>::new(&raster));
+        let (mut uv, mut exact) = (Tile::<f32, 3>::new(), Tile::<f64, 3>::new());
+        let (mut found, mut farthest) = (0, 0.0);
+        raster.blocks(0, raster.rows, BLOCK, |whole| {
+            let Some(patch) = patches.of::<f32>(&whole) else {
+                return;
+            };
+            for (row, block) in whole.bands(4, raster.columns) {
+                let count = block.columns * block.rows;
+                centers.of(&block, &mut uv);
+                patch.write(row, &block, &mut uv);
+                if !patch.holds(&uv, count) {
+                    continue;
+                }
+                found += count;
+                wide.of(&block, &mut exact);
+                coordinate_map.take(&mut exact, count);
+                for k in 0..count {
+                    let ([a, b, face], [u, v, there]) = (uv.at(k), exact.at(k));
+                    let off = if f64::from(face) == there {
+                        (f64::from(a) - u).abs().max((f64::from(b) - v).abs())
+                    } else {
+                        f64::INFINITY
+                    };
+                    farthest = if off <= farthest { farthest } else { off };
+                }
+            }
+        });
+        [found as f64, raster.texels() as f64, farthest]
+    }
+
+    /// The stated bound, in images: twice the tolerance for what lies between the places that were compared, and f32's
+    /// rounding of a number's two parts, half of 2⁻²⁴ each, are together less.
+    const BOUND: f64 = f32::EPSILON as f64;
+
+    fn turned() -> DMat3 {
+        DMat3::from_axis_angle(glam::DVec3::new(0.36, -0.48, 0.8), 1.1)
+    }
+
+    #[test]
+    fn polynomials_are_near_the_formula_between_all_smooth_projections() {
+        let whole = |name: &&str| map(name).coverage() == Coverage::Sphere;
+        for source in smooth().filter(whole) {
+            for target in smooth() {
+                let few = ["latlong", "cube", "angular"];
+                if source == target || !(few.contains(&source) || few.contains(&target)) {
+                    continue;
+                }
+                for rotation in [None, Some(turned())] {
+                    let [_, _, off] = compare(source, target, 256, rotation);
+                    assert!(
+                        off <= BOUND,
+                        "{source} → {target}: {off:e}, turned {rotation:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn most_of_a_large_image_comes_from_polynomials() {
+        for (source, target) in [
+            ("latlong", "cube"),
+            ("cube", "latlong"),
+            ("sphere", "latlong"),
+            ("latlong", "perspective"),
+        ] {
+            let [found, all, _] = compare(source, target, 512, Some(turned()));
+            assert!(found > 0.5 * all, "{source} → {target}: {}", found / all);
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(256))]
+
+        #[test]
+        fn edges_of_faces_and_seams_are_noticed_however_they_lie(
+            angles in prop::array::uniform3(-3.2f64..3.2),
+            source in prop::sample::select(vec!["latlong", "cube", "dual_paraboloid", "cube_equiangular"]),
+            size in 65usize..300,
+        ) {
+            let [a, b, c] = angles;
+            let rotation = DMat3::from_euler(glam::EulerRot::YXZ, a, b, c);
+            for target in ["latlong", "cube"] {
+                let [_, _, off] = compare(source, target, size, Some(rotation));
+                prop_assert!(off <= BOUND, "{} → {target}: {off:e}", source);
+            }
+        }
+    }
+
+    #[test]
+    fn it_takes_on_its_values() {
+        let powers = powers(POINTS_ALONG);
+        for (i, coefficients) in powers.iter().enumerate() {
+            for (j, &x) in POINTS_ALONG.iter().enumerate() {
+                let wanted = f64::from(u8::from(i == j));
+                assert!((at_x(coefficients, x) - wanted).abs() < 1e-13, "{i} {j}");
+            }
+        }
+    }
+}

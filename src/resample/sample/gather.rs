@@ -1,0 +1,459 @@
+//! The lookups that need nothing beyond an edge: nearly all of them.
+//!
+//! Texels of a row lie one after the other, so a filter reads windows of a row and not texels: a pair of RGB
+//! texels is six numbers, read as two overlapping groups of four (three-float loads were 2–4× slower), a
+//! bicubic row is four groups. The texels of a lookup a tile ahead are asked for from memory while this one
+//! is computed; without that, conversions took 1.5 to 2 times as long and random lookups more.
+//!
+//! The wide filters are written in lanes ([`SimdWork`]): of a plain loop over a row's twelve numbers the compiler made
+//! shuffles and a gather of the weights (1.5 to 2 times slower), and weights lie in rows, for the same reason.
+//!
+//! Every filter adds weighted differences from one of its texels to that texel: a constant image stays
+//! constant to the bit.
+//!
+//! What did not help: a copy of the image in 2×2 tiles (a third faster on random lookups only, and the
+//! copy costs more); asking for the output's memory as well.
+
+use super::Area;
+use super::place::Places;
+use super::weights::Kernel;
+use crate::image::raster::Raster;
+use crate::image::texel::{Filtered, Four, Texel};
+use crate::kernel::tile::TILE;
+use crate::kernel::tile::prefetch_item;
+use crate::kernel::{SimdWork, run_baseline, run_simd};
+use fearless_simd::{Simd, SimdBase};
+use std::marker::PhantomData;
+use std::ops::{Add, Mul, Sub};
+
+/// Rows of SIDE texels and SLACK numbers.
+#[derive(Clone, Copy)]
+pub(crate) struct Window<'a, T> {
+    numbers: &'a [T],
+    step: usize,
+    width: usize,
+}
+
+impl<'a, T> Window<'a, T> {
+    #[inline(always)]
+    fn row(self, r: usize) -> &'a [T] {
+        &self.numbers[r * self.step..][..self.width]
+    }
+}
+
+/// How a filter makes a texel of the window around a place.
+pub(crate) trait Gather<T: Texel>: Copy {
+    /// Texels on a side of the window.
+    const SIDE: usize;
+    /// Numbers that are read after each row of the window.
+    const SLACK: usize;
+
+    /// What the places of a tile share in computing.
+    type Weights;
+
+    /// That of the first `count` places.
+    fn weights(places: &Places<T::Float>, count: usize) -> Self::Weights;
+
+    /// Lookup k of a tile, in a window whose texels have `channels` numbers. CHANNELS is 0 where their number is known at run time only. LANES numbers are written (0:
+    /// as many as there are channels); one more than those of the texel belongs to the next.
+    fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+        simd: S,
+        channels: usize,
+        window: Window<'_, T>,
+        tile: (&Places<T::Float>, &Self::Weights),
+        k: usize,
+        out: &mut [O],
+    );
+}
+
+/// The texel that holds the place.
+#[derive(Clone, Copy)]
+pub(crate) struct Nearest;
+
+impl<T: Texel> Gather<T> for Nearest {
+    const SIDE: usize = 1;
+    const SLACK: usize = 1;
+    type Weights = ();
+
+    #[inline(always)]
+    fn weights(_: &Places<T::Float>, _: usize) {}
+
+    #[inline(always)]
+    fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+        _: S,
+        channels: usize,
+        window: Window<'_, T>,
+        _: (&Places<T::Float>, &()),
+        _: usize,
+        out: &mut [O],
+    ) {
+        if LANES == 4 {
+            let texel: [O; 4] = group(window.row(0), 0).map(O::exact);
+            out[..4].copy_from_slice(&texel);
+            return;
+        }
+        for (out, &texel) in out[..channels].iter_mut().zip(&window.row(0)[..channels]) {
+            *out = O::exact(texel);
+        }
+    }
+}
+
+/// The four texels around the place.
+#[derive(Clone, Copy)]
+pub(crate) struct Bilinear;
+
+impl<T: Texel> Gather<T> for Bilinear {
+    const SIDE: usize = 2;
+    const SLACK: usize = 1;
+    type Weights = ();
+
+    #[inline(always)]
+    fn weights(_: &Places<T::Float>, _: usize) {}
+
+    #[inline(always)]
+    fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+        simd: S,
+        channels: usize,
+        window: Window<'_, T>,
+        (places, ()): (&Places<T::Float>, &()),
+        k: usize,
+        out: &mut [O],
+    ) {
+        let (tx, ty) = (places.tx[k], places.ty[k]);
+        let (upper, lower) = (window.row(0), window.row(1));
+        if LANES > 0 {
+            let (a, b) = (
+                four::<S, T>(simd, upper, 0),
+                four::<S, T>(simd, upper, CHANNELS),
+            );
+            let (c, d) = (
+                four::<S, T>(simd, lower, 0),
+                four::<S, T>(simd, lower, CHANNELS),
+            );
+            let (tx, ty) = (Four::<T, S>::splat(simd, tx), Four::<T, S>::splat(simd, ty));
+            let mixed = O::filtered_four(simd, mix([a, b, c, d], tx, ty));
+            out[..LANES].copy_from_slice(&mixed[..LANES]);
+        } else {
+            for k in 0..channels {
+                let next = k + channels;
+                let corners = [upper[k], upper[next], lower[k], lower[next]];
+                out[k] = O::filtered(mix(corners.map(T::load), tx, ty));
+            }
+        }
+    }
+}
+
+/// Four numbers from `at` on.
+#[inline(always)]
+fn group<T: Texel>(row: &[T], at: usize) -> [T; 4] {
+    [row[at], row[at + 1], row[at + 2], row[at + 3]]
+}
+
+/// Between four corners, by one number or several at once.
+#[inline(always)]
+fn mix<X>([a, b, c, d]: [X; 4], tx: X, ty: X) -> X
+where
+    X: Copy + Add<Output = X> + Sub<Output = X> + Mul<Output = X>,
+{
+    let above = a + tx * (b - a);
+    let below = c + tx * (d - c);
+    above + ty * (below - above)
+}
+
+/// A separable kernel over TAPS × TAPS texels.
+#[derive(Clone, Copy)]
+pub(crate) struct Separable<K, const TAPS: usize>(PhantomData<K>);
+
+impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TAPS> {
+    const SIDE: usize = TAPS;
+    const SLACK: usize = if TAPS.is_multiple_of(4) { 1 } else { 2 };
+    /// Along u and along v, those of each texel of the window in a row.
+    type Weights = [[[T::Float; TILE]; TAPS]; 2];
+
+    #[inline(always)]
+    fn weights(places: &Places<T::Float>, count: usize) -> Self::Weights {
+        let mut weights = [[[T::Float::default(); TILE]; TAPS]; 2];
+        for (weights, t) in weights.iter_mut().zip([&places.tx, &places.ty]) {
+            for k in 0..count.min(TILE) {
+                let there = K::weights(t[k]);
+                for (weights, there) in weights.iter_mut().zip(there) {
+                    weights[k] = there;
+                }
+            }
+        }
+        weights
+    }
+
+    #[inline(always)]
+    fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
+        simd: S,
+        channels: usize,
+        window: Window<'_, T>,
+        (_, weights): (&Places<T::Float>, &Self::Weights),
+        k: usize,
+        out: &mut [O],
+    ) {
+        let [across, down]: [[T::Float; TAPS]; 2] =
+            std::array::from_fn(|axis| std::array::from_fn(|t| weights[axis][t][k]));
+        let middle = TAPS / 2 - 1;
+        if CHANNELS > 0 {
+            let zero = T::Float::default();
+            let mixed: [O; 4] = if CHANNELS == 1 {
+                // Four texels of a row at a time.
+                let base = window.row(middle)[middle].load();
+                let bases = Four::<T, S>::splat(simd, base);
+                let mut sum = zero;
+                for g in 0..TAPS.div_ceil(4) {
+                    let columns = column(simd, window, 4 * g, &down, bases).to_array();
+                    for t in 4 * g..TAPS.min(4 * g + 4) {
+                        sum = sum + across[t] * columns[t % 4];
+                    }
+                }
+                [O::filtered(base + sum); 4]
+            } else {
+                let base = four(simd, window.row(middle), middle * CHANNELS);
+                let mut sum = Four::<T, S>::splat(simd, zero);
+                for (t, across) in across.into_iter().enumerate() {
+                    let column = column(simd, window, t * CHANNELS, &down, base);
+                    sum += Four::<T, S>::splat(simd, across) * column;
+                }
+                O::filtered_four(simd, base + sum)
+            };
+            let stored = if LANES > 0 { LANES } else { CHANNELS };
+            out[..stored].copy_from_slice(&mixed[..stored]);
+        } else {
+            for (k, out) in out.iter_mut().enumerate().take(channels) {
+                let base = window.row(middle)[middle * channels + k].load();
+                let mut sum = T::Float::default();
+                for (t, &across) in across.iter().enumerate() {
+                    let mut column = T::Float::default();
+                    for (r, &weight) in down.iter().enumerate() {
+                        let texel = window.row(r)[t * channels + k].load();
+                        column = column + weight * (texel - base);
+                    }
+                    sum = sum + across * column;
+                }
+                *out = O::filtered(base + sum);
+            }
+        }
+    }
+}
+
+/// Four numbers of a row.
+#[inline(always)]
+fn four<S: Simd, T: Texel>(simd: S, row: &[T], first: usize) -> Four<T, S> {
+    match row[first..].first_chunk() {
+        Some(texels) => T::load_four(simd, texels),
+        None => Four::<T, S>::splat(simd, T::Float::default()),
+    }
+}
+
+/// Sums over a window's rows of what four numbers are more than `base`.
+#[inline(always)]
+fn column<S: Simd, T: Texel, const TAPS: usize>(
+    simd: S,
+    window: Window<'_, T>,
+    first: usize,
+    down: &[T::Float; TAPS],
+    base: Four<T, S>,
+) -> Four<T, S> {
+    let mut sum = Four::<T, S>::splat(simd, T::Float::default());
+    for (r, weight) in down.iter().enumerate() {
+        let weight = Four::<T, S>::splat(simd, *weight);
+        sum += weight * (four(simd, window.row(r), first) - base);
+    }
+    sum
+}
+
+/// The stored texels of an image, and how to get at them.
+#[derive(Clone, Copy)]
+pub(crate) struct Stored<'a, T> {
+    pub(crate) raster: &'a Raster,
+    pub(crate) texels: &'a [T],
+    pub(crate) channels: usize,
+}
+
+/// Places of a tile to look up, one texel of an area of `band` each, and those of the next one, whose texels are asked for.
+pub(crate) struct Gathering<'a, T: Texel, O, E> {
+    pub(crate) stored: Stored<'a, T>,
+    pub(crate) places: &'a Places<T::Float>,
+    pub(crate) all_inside: bool,
+    pub(crate) next: &'a Places<T::Float>,
+    pub(crate) band: &'a mut [O],
+    pub(crate) area: Area,
+    pub(crate) length: usize,
+    /// Answers for the places that are not inside.
+    pub(crate) edge: E,
+}
+
+impl<T: Texel, O: Filtered<T>, E: FnMut(usize, &mut [O])> Gathering<'_, T, O, E> {
+    /// Does it, by a filter.
+    pub(crate) fn run<G: Gather<T>>(self) {
+        match self.stored.channels {
+            1 => self.rows::<G, 1>(),
+            3 => self.rows::<G, 3>(),
+            4 => self.rows::<G, 4>(),
+            _ => self.rows::<G, 0>(),
+        }
+    }
+
+    fn rows<G: Gather<T>, const CHANNELS: usize>(self) {
+        match self.stored.raster.straight() {
+            Some(row) => run_simd(Windows::<_, G, CHANNELS, true>(self, row, PhantomData)),
+            None => run_baseline(Windows::<_, G, CHANNELS, false>(self, 0, PhantomData)),
+        }
+    }
+}
+
+/// A gathering by a filter, with how many texels rows lie apart where they are stored as rows.
+struct Windows<W, G, const CHANNELS: usize, const STRAIGHT: bool>(W, usize, PhantomData<G>);
+
+impl<T, O, E, G, const CHANNELS: usize, const STRAIGHT: bool> SimdWork
+    for Windows<Gathering<'_, T, O, E>, G, CHANNELS, STRAIGHT>
+where
+    T: Texel,
+    O: Filtered<T>,
+    E: FnMut(usize, &mut [O]),
+    G: Gather<T>,
+{
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        if STRAIGHT {
+            straight::<S, T, O, G, CHANNELS>(simd, self.0, self.1);
+        } else {
+            turned::<S, T, O, G, CHANNELS>(simd, self.0);
+        }
+    }
+}
+
+/// Faces whose rows are stored as rows, `row` texels apart.
+#[inline(always)]
+fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
+    simd: S,
+    work: Gathering<'_, T, O, impl FnMut(usize, &mut [O])>,
+    row: usize,
+) {
+    let Gathering {
+        stored,
+        places,
+        all_inside,
+        next,
+        band,
+        area,
+        length,
+        mut edge,
+    } = work;
+    let channels = if CHANNELS > 0 {
+        CHANNELS
+    } else {
+        stored.channels
+    };
+    let texels = stored.texels;
+    let step = row * channels;
+    let width = G::SIDE * channels + G::SLACK;
+    let needed = (G::SIDE - 1) * step + width;
+    let weights = G::weights(places, length);
+    let tile = (places, &weights);
+    for top in (0..length).step_by(area.columns) {
+        let columns = area.columns.min(length - top);
+        let start = (area.start + top / area.columns * area.stride) * channels;
+        let out = &mut band[start..][..columns * channels];
+        let lookups = places.first[top..top + columns].iter();
+        let lookups = lookups.zip(&places.inside[top..top + columns]);
+        for (k, ((&first, &inside), &ahead)) in lookups.zip(&next.first[top..]).enumerate() {
+            // What the next tile has not been told yet is a place of long ago: asking for it does no harm.
+            for r in 0..G::SIDE {
+                let at = ahead.wrapping_add(r * step);
+                prefetch_item(texels, at);
+                prefetch_item(texels, at.wrapping_add(G::SIDE * channels - 1));
+            }
+            let window = match texels.get(first..first.wrapping_add(needed)) {
+                Some(numbers) if all_inside | inside => Window {
+                    numbers,
+                    step,
+                    width,
+                },
+                _ => {
+                    edge(top + k, &mut out[k * channels..][..channels]);
+                    continue;
+                }
+            };
+            let out = &mut out[k * channels..];
+            // Three numbers are written as four where another texel follows, which is then written over.
+            if CHANNELS == 3 || CHANNELS == 4 {
+                if let Some(out) = out.first_chunk_mut::<4>() {
+                    G::texel::<S, O, CHANNELS, 4>(simd, channels, window, tile, top + k, out);
+                } else {
+                    G::texel::<S, O, CHANNELS, 3>(simd, channels, window, tile, top + k, out);
+                }
+            } else {
+                G::texel::<S, O, CHANNELS, 0>(simd, channels, window, tile, top + k, out);
+            }
+        }
+    }
+}
+
+/// Calls `work` with the number and the place of each of `length` texels of an area.
+fn each<T>(
+    band: &mut [T],
+    area: Area,
+    length: usize,
+    channels: usize,
+    mut work: impl FnMut(usize, &mut [T]),
+) {
+    for first in (0..length).step_by(area.columns) {
+        let columns = area.columns.min(length - first);
+        let start = (area.start + first / area.columns * area.stride) * channels;
+        let row = &mut band[start..][..columns * channels];
+        for (k, out) in row.chunks_exact_mut(channels).enumerate() {
+            work(first + k, out);
+        }
+    }
+}
+
+/// Faces that are stored turned or mirrored: windows are put together texel by texel.
+#[inline(always)]
+fn turned<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
+    simd: S,
+    work: Gathering<'_, T, O, impl FnMut(usize, &mut [O])>,
+) {
+    let Gathering {
+        stored,
+        places,
+        band,
+        area,
+        length,
+        mut edge,
+        ..
+    } = work;
+    let channels = stored.channels;
+    let width = G::SIDE * channels + G::SLACK;
+    let mut window = vec![T::default(); G::SIDE * width];
+    let weights = G::weights(places, length);
+    each(band, area, length, channels, |k, out| {
+        if !places.inside[k] {
+            return edge(k, out);
+        }
+        let first = places.first[k] as isize;
+        let [right, down] = stored.raster.view(places.face[k] as usize).steps();
+        for (r, row) in window.chunks_exact_mut(width).enumerate() {
+            for (t, texel) in row.chunks_exact_mut(channels).take(G::SIDE).enumerate() {
+                let step = (t as isize * right + r as isize * down) * channels as isize;
+                let at = (first + step) as usize;
+                texel.copy_from_slice(&stored.texels[at..at + channels]);
+            }
+        }
+        G::texel::<S, O, CHANNELS, 0>(
+            simd,
+            channels,
+            Window {
+                numbers: &window,
+                step: width,
+                width,
+            },
+            (places, &weights),
+            k,
+            out,
+        );
+    });
+}

@@ -85,6 +85,13 @@ pub fn explain(map: &Map) -> String {
         "density",
         format!("{low:.4} to {high:.4} sr per unit of uv area{claims}"),
     );
+    if let Some(pose) = map.pose() {
+        let row = |k: usize| {
+            let numbers = pose.row(k).to_array().map(|x| format!("{x:+.4}"));
+            numbers.join(" ")
+        };
+        line("turned by", format!("({}; {}; {})", row(0), row(1), row(2)));
+    }
     line("singular", info.singular.to_owned());
     for (name, direction) in AXES {
         line(

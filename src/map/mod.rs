@@ -53,6 +53,8 @@ pub struct Map {
     layout: Option<&'static str>,
     face_layout: FaceLayout,
     parameters: Vec<f64>,
+    /// How its world is turned in the world of the caller: the pose of a camera.
+    pose: Option<DMat3>,
 }
 
 impl Eq for Map {}
@@ -65,6 +67,9 @@ impl std::hash::Hash for Map {
         self.grid.hash(state);
         self.layout.hash(state);
         self.parameters.iter().for_each(|x| x.to_bits().hash(state));
+        if let Some(pose) = self.pose {
+            pose.to_cols_array().map(f64::to_bits).hash(state);
+        }
     }
 }
 
@@ -77,6 +82,7 @@ impl PartialEq for Map {
             && self.layout == other.layout
             && self.face_layout == other.face_layout
             && self.parameters == other.parameters
+            && self.pose == other.pose
     }
 }
 
@@ -134,6 +140,7 @@ impl Map {
             layout,
             face_layout,
             parameters,
+            pose: None,
         })
     }
 
@@ -283,11 +290,33 @@ impl Map {
         self.info.name == other.info.name
             && self.axes == other.axes
             && self.parameters == other.parameters
+            && self.pose == other.pose
+    }
+
+    /// This map with its world turned: what it showed at d it shows at `pose`·d. Of a camera, `pose` takes its own frame to
+    /// the world.
+    pub fn turned(&self, pose: DMat3) -> Map {
+        let pose = self.pose.map_or(pose, |before| pose * before);
+        // Zeros of one sign, so that what is equal has one hash.
+        let pose = DMat3::from_cols_array(&pose.to_cols_array().map(|x| x + 0.0));
+        Map {
+            pose: (pose != DMat3::IDENTITY).then_some(pose),
+            ..self.clone()
+        }
+    }
+
+    /// How the world of the map is turned.
+    pub fn pose(&self) -> Option<DMat3> {
+        self.pose
     }
 
     /// World to view, for the map turned by `rotation`.
     pub fn view_rotation(&self, rotation: Option<DMat3>) -> Rotation {
-        Rotation::new(self.axes, rotation)
+        let turned = match (rotation, self.pose) {
+            (Some(rotation), Some(pose)) => Some(rotation * pose),
+            (rotation, pose) => rotation.or(pose),
+        };
+        Rotation::new(self.axes, turned)
     }
 
     /// The projection with its parameters.

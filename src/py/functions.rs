@@ -65,7 +65,8 @@ fn number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
 
 /// What a pickle calls.
 #[pyfunction]
-#[pyo3(name = "_rebuild", signature = (name, convention, axes, grid, layout, parameters, /))]
+#[pyo3(name = "_rebuild", signature = (name, convention, axes, grid, layout, parameters, pose, /))]
+#[expect(clippy::too_many_arguments, reason = "the parts of a projection")]
 pub fn rebuild(
     name: &str,
     convention: Option<&str>,
@@ -73,15 +74,21 @@ pub fn rebuild(
     grid: &str,
     layout: Option<&str>,
     parameters: &Bound<'_, PyDict>,
+    pose: Option<[[f64; 3]; 3]>,
 ) -> PyResult<PyProjection> {
-    projection(
+    let plain = projection(
         name,
         convention,
         Some(axes),
         Some(grid),
         layout,
         Some(parameters),
-    )
+    )?;
+    let Some(pose) = pose else {
+        return Ok(plain);
+    };
+    let pose = glam::DMat3::from_cols_array_2d(&pose).transpose();
+    Ok(PyProjection(plain.0.turned(pose)))
 }
 
 /// Smaller versions of an image, in the same projection.

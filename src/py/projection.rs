@@ -1,5 +1,6 @@
 //! The class `Projection`: a map, with its verbs as methods.
 
+use crate::geometry::axes;
 use crate::image::raster::{LONGEST_SIDE, Raster, shape_of_size};
 use crate::image::texels;
 use crate::map::explain::explain;
@@ -8,6 +9,7 @@ use crate::py::arrays;
 use crate::py::arrays::{Float, finish, output, points, reals, with_reals, writable};
 use crate::py::images;
 use crate::py::images::Lookup;
+use numpy::PyArray2;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -261,6 +263,23 @@ impl PyProjection {
         )
     }
 
+    /// This projection with its world turned: what it showed at d it shows at `pose`·d.
+    #[pyo3(signature = (pose, /))]
+    fn turned(&self, pose: &Bound<'_, PyAny>) -> PyResult<PyProjection> {
+        let pose = arrays::rotation(Some(pose))?;
+        Ok(PyProjection(match pose {
+            Some(pose) => self.0.turned(pose),
+            None => self.0.clone(),
+        }))
+    }
+
+    /// How the world of the map is turned: a matrix of shape (3, 3), or None.
+    #[getter]
+    fn pose<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
+        let rows = axes::rows(self.0.pose()?);
+        Some(PyArray2::from_owned_array(py, ndarray::arr2(&rows)))
+    }
+
     /// What `explain` prints.
     fn explanation(&self) -> String {
         explain(&self.0)
@@ -424,6 +443,9 @@ impl PyProjection {
             }
         }
         text.push(')');
+        if let Some(pose) = map.pose() {
+            text.push_str(&format!(".turned({:?})", axes::rows(pose)));
+        }
         Ok(text)
     }
 
@@ -436,6 +458,7 @@ impl PyProjection {
             self.grid(),
             self.layout(),
             self.parameters(py)?,
+            self.0.pose().map(axes::rows),
         );
         (rebuild, arguments).into_pyobject(py)
     }

@@ -17,7 +17,7 @@ use spheremap::map::grid::Grid;
 use spheremap::map::{Map, Options};
 use spheremap::number::real::Real;
 use spheremap::projections::REGISTRY;
-use spheremap::projections::projection::{Coverage, Outline};
+use spheremap::projections::projection::{Coverage, Info, Outline};
 use spheremap::resample::lookup::convert;
 use spheremap::resample::sample::{Filter, Source};
 use std::fmt::Debug;
@@ -86,18 +86,18 @@ trait Float: Scalar + Debug {
     /// Bits of the fraction.
     const FRACTION: u32;
     /// The first and last biased exponent of normal numbers.
-    const TAME: (u64, u64);
+    const NORMAL: (u64, u64);
     /// A power of two up to which, and down to which, numbers near 1 can be scaled exactly.
     const SCALE: i32;
     fn of(bits: u64) -> Self;
     fn bits(self) -> u64;
     /// The radians that a round trip may cost.
-    fn round_trip(name: &str) -> f64;
+    fn round_trip(info: &Info) -> f64;
 }
 
 impl Float for f32 {
     const FRACTION: u32 = 23;
-    const TAME: (u64, u64) = (108, 139);
+    const NORMAL: (u64, u64) = (108, 139);
     const SCALE: i32 = 100;
     fn of(bits: u64) -> f32 {
         f32::from_bits(bits as u32)
@@ -105,21 +105,14 @@ impl Float for f32 {
     fn bits(self) -> u64 {
         self.to_bits().into()
     }
-    fn round_trip(name: &str) -> f64 {
-        match name {
-            "sphere" => 1.2e-3,
-            "matcap" | "orthographic" => 4.8e-4,
-            "lambert_cylindrical" => 3.6e-4,
-            "mollweide" => 1e-5,
-            "hammer" => 1.25e-6,
-            _ => 9.5e-7,
-        }
+    fn round_trip(info: &Info) -> f64 {
+        info.round_trip.0
     }
 }
 
 impl Float for f64 {
     const FRACTION: u32 = 52;
-    const TAME: (u64, u64) = (983, 1046);
+    const NORMAL: (u64, u64) = (983, 1046);
     const SCALE: i32 = 900;
     fn of(bits: u64) -> f64 {
         f64::from_bits(bits)
@@ -127,15 +120,8 @@ impl Float for f64 {
     fn bits(self) -> u64 {
         self.to_bits()
     }
-    fn round_trip(name: &str) -> f64 {
-        match name {
-            "sphere" => 6e-8,
-            "matcap" | "orthographic" => 2.5e-8,
-            "lambert_cylindrical" => 1.6e-8,
-            "mollweide" => 5e-12,
-            "hammer" => 2.6e-15,
-            _ => 2e-15,
-        }
+    fn round_trip(info: &Info) -> f64 {
+        info.round_trip.1
     }
 }
 
@@ -208,7 +194,7 @@ fn any_bits<R: Float>() -> impl Strategy<Value = R> {
 
 /// A number that no guard is needed for, over the whole range of such.
 fn normal<R: Float>() -> impl Strategy<Value = R> {
-    let (first, last) = R::TAME;
+    let (first, last) = R::NORMAL;
     (any::<u64>(), first..=last).prop_map(|(bits, exponent)| {
         let field = (1 << (u64::from(size_of::<R>() == 8) * 3 + 8)) - 1;
         R::of(bits & !(field << R::FRACTION) | exponent << R::FRACTION)
@@ -331,7 +317,7 @@ fn round_trip<R: Float>() {
                 }
                 _ => 0.0,
             };
-            let limit = (R::round_trip(map.info().name) + let_out) * stretch;
+            let limit = (R::round_trip(map.info()) + let_out) * stretch;
             for (&d, &back) in ds.iter().zip(&back) {
                 let what = describe(map);
                 let covered = !back[0].is_nan();

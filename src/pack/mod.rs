@@ -122,6 +122,10 @@ pub struct Family {
     pub excess: f64,
     /// The program that it repeats to the bit.
     pub exact: Option<&'static str>,
+    /// Whether other programs decode its codes, or could by a formula in print.
+    pub standard: bool,
+    /// Whether a code costs a search, ten times a formula.
+    pub slow: bool,
     /// How many codes there are: those from 0 on below this number.
     pub codes: fn(u32) -> u64,
     /// A member of so many bits, with a variant (or "").
@@ -143,6 +147,8 @@ impl Family {
         bounds: &[],
         excess: 0.0,
         exact: None,
+        standard: true,
+        slow: false,
         // 0 for every pattern of bits.
         codes: |_| 0,
         make: |_, _| unreachable!("each family has its own"),

@@ -259,6 +259,9 @@ pub struct Info {
     /// Both formulas of a face are analytic inside it, but at singular points, and its encoding, continued across its
     /// border, leaves the square or the disk: so a polynomial may stand for them.
     pub smooth: bool,
+    /// The radians that a direction and what comes back of it through the image may be apart, in f32 and in f64, at the
+    /// default parameters.
+    pub round_trip: (f64, f64),
     /// The numbers it takes.
     pub parameters: &'static [Parameter],
 }
@@ -280,6 +283,7 @@ impl Info {
         equal_area: false,
         conformal: false,
         smooth: false,
+        round_trip: (9.5e-7, 2e-15),
         parameters: &[],
     };
 }

@@ -293,6 +293,7 @@ pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         dict.set_item("equal_area", info.equal_area)?;
         dict.set_item("conformal", info.conformal)?;
         dict.set_item("density_range", density_range)?;
+        dict.set_item("round_trip", info.round_trip)?;
         dict.set_item("parameters", parameters)?;
         dict.set_item(
             "conventions",

@@ -221,6 +221,8 @@ impl PyPacker {
         dict.set_item("signed", p.signed())?;
         dict.set_item("hemisphere", p.family.hemisphere)?;
         dict.set_item("exact", p.family.exact)?;
+        dict.set_item("standard", p.family.standard)?;
+        dict.set_item("slow", p.family.slow)?;
         dict.set_item("bounds", bounds)?;
         Ok(dict)
     }

@@ -10,8 +10,8 @@ import pytest
 import spheremap as sm
 from conftest import random_directions
 from spheremap import io
-from spheremap._ball_geometry import Outline, view
-from spheremap._rotation_search import _grid
+from spheremap.align.rotation_search import _grid
+from spheremap.ball.camera import Outline, view
 
 SCENE = 1.2 + np.sin(6 * sm.directions("latlong", 64)) * np.cos(5 * sm.directions("latlong", 64))
 VIEWS = {

@@ -421,7 +421,7 @@ def test_version_and_help() -> None:
 
 def test_demo_shows_the_sky_in_every_projection(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="the demonstration draws with matplotlib")
-    from spheremap import _sky
+    from spheremap.cli import sky
 
     folder = tmp_path / "new" / "demo"
     said = good("demo", folder, "--size", 256)
@@ -433,11 +433,11 @@ def test_demo_shows_the_sky_in_every_projection(tmp_path: Path) -> None:
     assert "Mtexel/s" in said and "Mdirection/s" in said
 
     pano = io.read(folder / "latlong.exr")
-    sky = _sky.radiance(sm.directions("latlong", 256, dtype=np.float32))
-    assert pano == pytest.approx(sky, rel=1e-5, abs=1e-5)
+    seen = sky.radiance(sm.directions("latlong", 256, dtype=np.float32))
+    assert pano == pytest.approx(seen, rel=1e-5, abs=1e-5)
     row, column = np.unravel_index(pano.sum(axis=-1).argmax(), pano.shape[:2])
     sun = sm.directions("latlong", 256)[row, column]
-    assert np.degrees(np.arccos(sun @ _sky.SUN)) < _sky.SUN_RADIUS + 1
+    assert np.degrees(np.arccos(sun @ sky.SUN)) < sky.SUN_RADIUS + 1
 
     for line in said.splitlines():
         if "Mtexel/s" in line:
@@ -446,17 +446,17 @@ def test_demo_shows_the_sky_in_every_projection(tmp_path: Path) -> None:
 
 def test_the_sun_is_round_and_the_labels_stand_upright() -> None:
     pytest.importorskip("matplotlib", reason="the labels are drawn with matplotlib")
-    from spheremap import _sky
+    from spheremap.cli import sky
 
     # A small view toward each label, right and down on the screen, from inside.
     side = np.linspace(-0.5, 0.5, 201)
-    for label in _sky.LABELS:
+    for label in sky.LABELS:
         forward, up = np.array(label.forward, float), np.array(label.up, float)
         right = np.cross(forward, up)
         d = forward + side[:, None] * right - side[:, None, None] * up
-        view = _sky.radiance(d / np.linalg.norm(d, axis=-1, keepdims=True))
-        tile = _sky._tile(label.text, label.color)
-        height, width = (round(200 * 2 * tangent) for tangent in reversed(_sky._TILE))
+        view = sky.radiance(d / np.linalg.norm(d, axis=-1, keepdims=True))
+        tile = sky._tile(label.text, label.color)
+        height, width = (round(200 * 2 * tangent) for tangent in reversed(sky._TILE))
         rows = np.linspace(0, tile.shape[0] - 1, height).astype(int)
         columns = np.linspace(0, tile.shape[1] - 1, width).astype(int)
         small = tile[rows][:, columns]
@@ -476,12 +476,10 @@ def test_the_sun_is_round_and_the_labels_stand_upright() -> None:
 
     # As many texels of solid angle as the cap of the sun has.
     d = sm.directions("octahedral", 512)
-    lit = _sky.radiance(d)[..., 0] > 300
+    lit = sky.radiance(d)[..., 0] > 300
     disk = sm.solid_angle("octahedral", 512)[lit].sum()
-    assert disk == pytest.approx(2 * np.pi * (1 - np.cos(np.radians(_sky.SUN_RADIUS))), rel=0.05)
-    assert np.degrees(np.arccos(np.min(d[lit] @ _sky.SUN))) == pytest.approx(
-        _sky.SUN_RADIUS, abs=0.3
-    )
+    assert disk == pytest.approx(2 * np.pi * (1 - np.cos(np.radians(sky.SUN_RADIUS))), rel=0.05)
+    assert np.degrees(np.arccos(np.min(d[lit] @ sky.SUN))) == pytest.approx(sky.SUN_RADIUS, abs=0.3)
 
 
 # --- a real probe ----------------------------------------------------------------------------

@@ -105,9 +105,9 @@ def image_file(tmp_path):
 
 
 def run(capsys, *arguments: object) -> tuple[int, str, str]:
-    from spheremap import _commands
+    from spheremap.cli import commands
 
-    code = _commands.run([str(a) for a in arguments])
+    code = commands.run([str(a) for a in arguments])
     said = capsys.readouterr()
     return code, said.out, said.err
 

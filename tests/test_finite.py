@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from spheremap._finite import checked_image
+from spheremap._arrays import checked_image
 
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from spheremap import io
+from spheremap.io import images
 
 pytest.importorskip("OpenImageIO", reason="files need OpenImageIO: pip install spheremap[cli]")
 
@@ -174,7 +175,7 @@ def test_a_failure_in_the_middle_leaves_the_old_file_alone(
         place.write_bytes(b"half")
         raise OSError("the disk is full")
 
-    monkeypatch.setattr(io, "_write_pixels", half)
+    monkeypatch.setattr(images, "_write_pixels", half)
     with pytest.raises(OSError, match="the disk is full"):
         io.write(path, noise("float32") + 1)
     assert path.read_bytes() == before

@@ -6,90 +6,79 @@
 """
 
 from . import healpix
-from ._api import (
+from ._core import (
     Projection,
     __version__,
+    get_num_threads,
+    set_num_threads,
+    simd_level,
+)
+from .align import (
+    Candidate,
+    Comparison,
+    Identification,
+    compare,
+    identify,
+)
+from .ball import (
+    Ball,
+    MergedBalls,
+    UnwrappedBall,
+    find_ball,
+    merge_balls,
+    render_ball,
+    unwrap_ball,
+)
+from .io import (
+    write_dds,
+    write_ktx2,
+)
+from .light import (
+    Bake,
+    Distribution,
+    Energy,
+    Light,
+    Lights,
+    Sun,
+    add_sun,
+    average_direction,
+    bake,
+    bake_matcap,
+    convolve,
+    dfg,
+    energy,
+    integrate,
+    irradiance,
+    irradiance_at,
+    lights,
+    mean,
+    prefilter,
+    prefilter_chain,
+    remove_sun,
+    shade_environment,
+    shade_matcap,
+    sun,
+    weights,
+    ws_psnr,
+)
+from .map import (
+    Projections,
     conventions,
-    convert,
     covers,
     decode,
     density,
     directions,
     encode,
     explain,
-    get_num_threads,
     jacobian,
-    mipmaps,
     projection,
+    projections,
     reflect,
     rotation,
-    sample,
-    set_num_threads,
-    simd_level,
     solid_angle,
     valid,
 )
-from ._bake import (
-    Bake,
-    bake,
-)
-from ._ball import (
-    UnwrappedBall,
-    render_ball,
-    unwrap_ball,
-)
-from ._ball_find import (
-    Ball,
-    find_ball,
-)
-from ._ball_merge import (
-    MergedBalls,
-    merge_balls,
-)
-from ._compare import (
-    Comparison,
-    compare,
-)
-from ._depth import (
-    convert_depth,
-)
-from ._distribution import (
-    Distribution,
-)
-from ._energy import (
-    Energy,
-    energy,
-)
-from ._identify import (
-    Candidate,
-    Identification,
-    identify,
-)
-from ._light import (
-    average_direction,
-    convolve,
-    integrate,
-    irradiance,
-    irradiance_at,
-    mean,
-    weights,
-    ws_psnr,
-)
-from ._lights import (
-    Light,
-    Lights,
-    Sun,
-    add_sun,
-    lights,
-    remove_sun,
-    sun,
-)
-from ._matcap import (
-    bake_matcap,
-    shade_environment,
-    shade_matcap,
-)
-from ._packing import (
+from .packing import (
     Packing,
     UnboundedPackingWarning,
     best_packing,
@@ -101,23 +90,17 @@ from ._packing import (
     unpack,
     unpack_frame,
 )
-from ._pad import (
-    pad,
-)
-from ._plans import (
+from .resample import (
     RemapPlan,
+    convert,
+    convert_depth,
+    embed,
+    mipmaps,
+    pad,
     remap_plan,
+    sample,
 )
-from ._prefilter import (
-    dfg,
-    prefilter,
-    prefilter_chain,
-)
-from ._projections import (
-    Projections,
-    projections,
-)
-from ._sh import (
+from .sh import (
     sh_conventions,
     sh_convert,
     sh_convolve,
@@ -126,13 +109,6 @@ from ._sh import (
     sh_project,
     sh_rotate,
     sh_window,
-)
-from ._textures import (
-    write_dds,
-    write_ktx2,
-)
-from ._views import (
-    embed,
 )
 
 __all__ = [

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import spheremap as sm
 from spheremap import io
-from spheremap._ball_geometry import View, view
-from spheremap._metals import METALS
+from spheremap.ball.camera import View, view
+from spheremap.ball.metals import METALS
 
 from oracles import mitsuba_ball_oracle as oracle
 from oracles import openimageio_oracle

@@ -72,7 +72,7 @@ def bench(args: argparse.Namespace) -> list[str]:
     for n in (16, 32) if args.quick else SIZES:
         say(f"{2 * n}×{n}")
         image = environment(n)
-        dist = sm.Distribution(image, "latlong:mitsuba")
+        dist = sm.light.Distribution(image, "latlong:mitsuba")
         drawn = dist.sample(xi, weights=True)
         density = dist.pdf(d)
         entrants: dict[str, Callable[[], object]] = {
@@ -124,14 +124,14 @@ def bench_others(args: argparse.Namespace, xi: np.ndarray) -> list[str]:
         p = sm.projection(name)
         n = max(1, size)
         image = np.random.default_rng(3).random((*p.shape(n), 3), np.float32) + np.float32(0.1)
-        dist = sm.Distribution(image, p)
+        dist = sm.light.Distribution(image, p)
         drawn = dist.sample(xi, weights=True)
         seconds = race(
             {
                 "sample": lambda dist=dist, o=drawn: dist.sample(xi, weights=True, out=o),
-                "build": lambda image=image, p=p: sm.Distribution(image, p),
-                "lights": lambda image=image, p=p: sm.lights(image, p, 64),
-                "energy": lambda image=image, p=p: sm.energy(image, p),
+                "build": lambda image=image, p=p: sm.light.Distribution(image, p),
+                "lights": lambda image=image, p=p: sm.light.lights(image, p, 64),
+                "energy": lambda image=image, p=p: sm.light.energy(image, p),
             },
             3,
             patience=9,

@@ -101,7 +101,7 @@ def test_two_of_three():
 
 def test_solid_angles_add_up():
     photo = np.ones((160, 160))
-    found = sm.unwrap_ball(photo, center=(80, 80), radius=60, distance=4, size=64)
+    found = sm.ball.unwrap(photo, center=(80, 80), radius=60, distance=4, size=64)
     area = sm.solid_angle("latlong", 64)
     # Texels times pixels per steradian count the pixels of the ball.
     pixels = (area / found.solid_angle).sum()
@@ -115,7 +115,7 @@ def test_solid_angles_add_up():
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32, np.float64])
 def test_dtypes_and_constants(dtype):
     photo = np.full((64, 64, 2), 77, dtype)
-    found = sm.unwrap_ball(photo, center=(32, 32), radius=30, fov=30, dst="cube", size=8)
+    found = sm.ball.unwrap(photo, center=(32, 32), radius=30, fov=30, dst="cube", size=8)
     assert found.image.dtype == dtype and found.image.shape == (6, 8, 8, 2)
     assert np.all(found.image[found.seen] == 77)
     assert np.all(found.image[~found.seen] == 0 if dtype in (np.uint8, np.uint16) else True)
@@ -123,8 +123,8 @@ def test_dtypes_and_constants(dtype):
 
 def test_metal_and_reflectance_are_undone():
     camera = dict(fov=40, distance=4)
-    photo = sm.render_ball(SCENE, size=160, metal="Cu", reflectance=[0.9, 0.8, 0.7], **camera)
-    found = sm.unwrap_ball(
+    photo = sm.ball.render(SCENE, size=160, metal="Cu", reflectance=[0.9, 0.8, 0.7], **camera)
+    found = sm.ball.unwrap(
         photo, center=(80, 80), metal="Cu", reflectance=[0.9, 0.8, 0.7], size=32, **camera
     )
     want = sm.convert(SCENE, "latlong", "latlong", size=32, filter="area")
@@ -134,11 +134,11 @@ def test_metal_and_reflectance_are_undone():
 
 def test_backgrounds():
     white = np.ones((16, 32, 3), np.float32)
-    alpha = sm.render_ball(white, size=(40, 60), radius=15, background="alpha")
+    alpha = sm.ball.render(white, size=(40, 60), radius=15, background="alpha")
     assert alpha.shape == (40, 60, 4) and alpha.dtype == np.float32
     assert alpha[..., 3].sum() == pytest.approx(np.pi * 15**2, rel=0.005)
     np.testing.assert_allclose(alpha[..., 0], alpha[..., 3], atol=1e-6)
-    assert np.all(sm.render_ball(white, size=30, radius=10) == 1)
+    assert np.all(sm.ball.render(white, size=30, radius=10) == 1)
 
 
 def test_a_mask_hides():
@@ -146,31 +146,31 @@ def test_a_mask_hides():
     photo[:, :40] = np.nan
     mask = np.zeros((80, 80), bool)
     mask[:, 40:] = True
-    found = sm.unwrap_ball(photo, center=(40, 40), radius=38, mask=mask, size=16)
+    found = sm.ball.unwrap(photo, center=(40, 40), radius=38, mask=mask, size=16)
     assert 0.3 < found.coverage < 0.6
     assert np.all(found.image[found.seen] == 1)
 
 
 def test_found_in_clutter_and_cut_off():
     rng = np.random.default_rng(0)
-    photo = sm.render_ball(SCENE, size=(240, 320), center=(170, 110), radius=80, background="black")
+    photo = sm.ball.render(SCENE, size=(240, 320), center=(170, 110), radius=80, background="black")
     clutter = rng.random((12, 16, 3)).repeat(20, 0).repeat(20, 1)
-    ball = sm.render_ball(
+    ball = sm.ball.render(
         np.ones((8, 16)), size=(240, 320), center=(170, 110), radius=80, background="alpha"
     )
     photo += clutter * (1 - ball[..., 1:])
     photo += 0.02 * rng.standard_normal(photo.shape)
-    found = sm.find_ball(photo)
+    found = sm.ball.find(photo)
     assert np.hypot(found.center[0] - 170, found.center[1] - 110) < 1
     assert abs(found.radius - 80) < 1.5 and found.confidence > 0.7
-    cut = sm.find_ball(photo[:150])
+    cut = sm.ball.find(photo[:150])
     assert np.hypot(cut.center[0] - 170, cut.center[1] - 110) < 2
 
 
 def before_a_wall(size, center, radius, level, scene=SCENE, seed=0):
     """A photo of a ball before a plain wall, with a little noise."""
     rng = np.random.default_rng(seed)
-    ball = sm.render_ball(
+    ball = sm.ball.render(
         scene, size=size, center=center, radius=radius, distance=6, background="alpha"
     )
     photo = ball[..., :3] + (1 - ball[..., 3:]) * level
@@ -180,7 +180,7 @@ def before_a_wall(size, center, radius, level, scene=SCENE, seed=0):
 @pytest.mark.parametrize("level", [0.0, 0.9, 1.2, 3.0])
 def test_found_before_a_plain_wall(level):
     photo = before_a_wall((200, 240), (132, 95), 62, level)
-    found = sm.find_ball(photo)
+    found = sm.ball.find(photo)
     # 2 % of the radius is what `docs/mirror-balls.md` states for radii from 60 pixels on.
     off = np.hypot(found.center[0] - 132, found.center[1] - 95)
     assert off + abs(found.radius - 62) < 0.02 * 62
@@ -194,7 +194,7 @@ def test_doubt_is_told():
     sky = np.ones((64, 128, 3)) + 3 * (d @ [0.6, 0.64, 0.48] > 0.9)[..., None]
     photo = before_a_wall((200, 240), (132, 95), 62, 1.0, sky)
     try:
-        found = sm.find_ball(photo)
+        found = sm.ball.find(photo)
     except ValueError:
         return
     off = np.hypot(found.center[0] - 132, found.center[1] - 95) + abs(found.radius - 62)
@@ -212,19 +212,19 @@ def test_no_ball(kind):
         "nan": np.full((50, 50), np.nan),
     }[kind]
     with pytest.raises(ValueError, match="no ball found"):
-        sm.find_ball(photo)
+        sm.ball.find(photo)
 
 
 def test_merged_with_masks_and_given_rotations():
     camera = dict(size=96, fov=25, distance=6)
-    ball = sm.Ball((48, 48), (36.6, 36.6), 0, 1)
+    ball = sm.ball.Ball((48, 48), (36.6, 36.6), 0, 1)
     pose = sm.rotation(120, 0, 0)
-    a = sm.render_ball(SCENE, **camera)
-    b = sm.render_ball(SCENE, rotation=pose, **camera)
+    a = sm.ball.render(SCENE, **camera)
+    b = sm.ball.render(SCENE, rotation=pose, **camera)
     a[40:56, 40:56] = 50  # somebody looks into the picture
     mask = np.ones((96, 96))
     mask[38:58, 38:58] = 0
-    found = sm.merge_balls(
+    found = sm.ball.merge(
         [a, b], rotations=[np.eye(3), pose], balls=[ball] * 2, fov=25, masks=[mask, None], size=24
     )
     want = sm.convert(SCENE, "latlong", "latlong", size=24, filter="area")
@@ -241,35 +241,35 @@ def test_rotation_from_rims_that_were_found():
     """Rims that are off turn the result; refined with the rotation, both come out."""
     pose = sm.rotation(100, 7, -12)
     camera = dict(size=160, fov=25, distance=6)
-    a, b = sm.render_ball(SCENE, **camera), sm.render_ball(SCENE, rotation=pose, **camera)
+    a, b = sm.ball.render(SCENE, **camera), sm.ball.render(SCENE, rotation=pose, **camera)
     right = view((160, 160), None, center=(80, 80), fov=25, distance=6).outline
-    # Half a percent to one of the radius, as `find_ball` has it.
+    # Half a percent to one of the radius, as `ball.find` has it.
     off = [
-        sm.Ball((80.5, 79.6), (right.mean * 0.994,) * 2, 0, 0.8),
-        sm.Ball((79.5, 80.3), (right.mean * 1.006,) * 2, 0, 0.8),
+        sm.ball.Ball((80.5, 79.6), (right.mean * 0.994,) * 2, 0, 0.8),
+        sm.ball.Ball((79.5, 80.3), (right.mean * 1.006,) * 2, 0, 0.8),
     ]
-    found = sm.merge_balls([a, b], balls=off, fov=25, size=16)
+    found = sm.ball.merge([a, b], balls=off, fov=25, size=16)
     assert angle(found.rotations[1], pose) < 0.1
     for rim in found.balls:
         assert abs(rim.radius / right.mean - 1) < 0.003
         assert np.hypot(rim.center[0] - 80, rim.center[1] - 80) < 0.3
     # Given by hand they are kept.
-    given = [sm.Ball(rim.center, rim.radii, 0, 1) for rim in off]
-    kept = sm.merge_balls([a, b], balls=given, fov=25, size=16)
+    given = [sm.ball.Ball(rim.center, rim.radii, 0, 1) for rim in off]
+    kept = sm.ball.merge([a, b], balls=given, fov=25, size=16)
     assert kept.balls == tuple(given)
 
 
 def test_photos_that_do_not_overlap():
-    ball = sm.Ball((48, 48), (36.6, 36.6), 0, 1)
-    a = sm.render_ball(SCENE, size=96, fov=25, distance=6)
+    ball = sm.ball.Ball((48, 48), (36.6, 36.6), 0, 1)
+    a = sm.ball.render(SCENE, size=96, fov=25, distance=6)
     other = 1.5 + np.cos(11 * sm.directions("latlong", 64)[..., [1, 2, 0]])
-    b = sm.render_ball(other, size=96, fov=25, distance=6)
+    b = sm.ball.render(other, size=96, fov=25, distance=6)
     with pytest.raises(ValueError, match="photo 2 does not overlap"):
-        sm.merge_balls([a, b], balls=[ball] * 2, fov=25, size=8)
+        sm.ball.merge([a, b], balls=[ball] * 2, fov=25, size=8)
     left, right = np.zeros((2, 96, 96), bool)
     left[:, :40] = right[:, 60:] = True
     with pytest.raises(ValueError, match="photo 2 does not overlap"):
-        sm.merge_balls(
+        sm.ball.merge(
             [a, a], balls=[ball] * 2, rotations=[np.eye(3)] * 2, masks=[left, right], size=8
         )
 
@@ -277,21 +277,21 @@ def test_photos_that_do_not_overlap():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda p: sm.unwrap_ball(p[0]), r"shape \(H, W\)"),
-        (lambda p: sm.unwrap_ball(p, radius=4), "`radius` without `center`"),
-        (lambda p: sm.unwrap_ball(p, center=(8, 8), radius=0), "`radius` must be"),
-        (lambda p: sm.unwrap_ball(p, center=(8, np.nan), radius=4), "`center` must be"),
-        (lambda p: sm.unwrap_ball(p, center=(8, 8), radius=4, fov=200), "`fov` must be"),
-        (lambda p: sm.unwrap_ball(p, center=(8, 8), radius=4, distance=0.5), "`distance` must be"),
-        (lambda p: sm.unwrap_ball(p, center=(8, 8)), "Without `radius`"),
-        (lambda p: sm.unwrap_ball(p, center=(8, 8), radius=4, mask=p[:3]), "`mask` to have shape"),
-        (lambda p: sm.unwrap_ball(p, center=(8, 8), radius=4, metal="Fe"), "unknown metal 'Fe'"),
-        (lambda p: sm.render_ball(p, size=0), "`size` must be"),
-        (lambda p: sm.render_ball(p, background="white"), "`background`"),
-        (lambda p: sm.merge_balls([]), "at least one photo"),
-        (lambda p: sm.merge_balls([p, p], masks=[None]), "one entry for each"),
-        (lambda p: sm.bake_matcap(p, "velvet"), "`material`"),
-        (lambda p: sm.shade_matcap([0, 0, 1], p, eye=[0, 0, 1]), "or neither"),
+        (lambda p: sm.ball.unwrap(p[0]), r"shape \(H, W\)"),
+        (lambda p: sm.ball.unwrap(p, radius=4), "`radius` without `center`"),
+        (lambda p: sm.ball.unwrap(p, center=(8, 8), radius=0), "`radius` must be"),
+        (lambda p: sm.ball.unwrap(p, center=(8, np.nan), radius=4), "`center` must be"),
+        (lambda p: sm.ball.unwrap(p, center=(8, 8), radius=4, fov=200), "`fov` must be"),
+        (lambda p: sm.ball.unwrap(p, center=(8, 8), radius=4, distance=0.5), "`distance` must be"),
+        (lambda p: sm.ball.unwrap(p, center=(8, 8)), "Without `radius`"),
+        (lambda p: sm.ball.unwrap(p, center=(8, 8), radius=4, mask=p[:3]), "`mask` to have shape"),
+        (lambda p: sm.ball.unwrap(p, center=(8, 8), radius=4, metal="Fe"), "unknown metal 'Fe'"),
+        (lambda p: sm.ball.render(p, size=0), "`size` must be"),
+        (lambda p: sm.ball.render(p, background="white"), "`background`"),
+        (lambda p: sm.ball.merge([]), "at least one photo"),
+        (lambda p: sm.ball.merge([p, p], masks=[None]), "one entry for each"),
+        (lambda p: sm.light.bake_matcap(p, "velvet"), "`material`"),
+        (lambda p: sm.light.shade_matcap([0, 0, 1], p, eye=[0, 0, 1]), "or neither"),
     ],
 )
 def test_errors(call, words):
@@ -303,13 +303,17 @@ WALL = before_a_wall((96, 112), (58, 47), 32, 0.2).astype(np.float32)
 KNOWN = dict(center=(58, 47), radius=32)
 # Every public function that takes a photo or an environment.
 CALLS = {
-    "find_ball": lambda p: np.array(sm.find_ball(p).points(8)),
-    "unwrap_ball": lambda p: sm.unwrap_ball(p, size=8, **KNOWN).image,
-    "merge_balls": lambda p: sm.merge_balls([p], balls=[sm.Ball((58, 47), (32, 32), 0, 1)]).image,
-    "render_ball": lambda p: sm.render_ball(p, size=12),
-    "bake_matcap": lambda p: sm.bake_matcap(p, "mirror", size=8),
-    "shade_matcap": lambda p: sm.shade_matcap([[0.1, 0.2, 0.9]], p[:96, :96] if p.ndim > 1 else p),
-    "shade_environment": lambda p: sm.shade_environment([0, 0, 0], [[0.1, 0.2, 0.9]], [0, 0, 5], p),
+    "find": lambda p: np.array(sm.ball.find(p).points(8)),
+    "unwrap": lambda p: sm.ball.unwrap(p, size=8, **KNOWN).image,
+    "merge": lambda p: sm.ball.merge([p], balls=[sm.ball.Ball((58, 47), (32, 32), 0, 1)]).image,
+    "render": lambda p: sm.ball.render(p, size=12),
+    "bake_matcap": lambda p: sm.light.bake_matcap(p, "mirror", size=8),
+    "shade_matcap": lambda p: sm.light.shade_matcap(
+        [[0.1, 0.2, 0.9]], p[:96, :96] if p.ndim > 1 else p
+    ),
+    "shade_environment": lambda p: sm.light.shade_environment(
+        [0, 0, 0], [[0.1, 0.2, 0.9]], [0, 0, 5], p
+    ),
 }
 
 
@@ -346,39 +350,39 @@ def test_pixels_that_are_not_finite():
     """NaN and infinity stay where they are: what they do not touch is as without them."""
     holes = WALL.copy()
     holes[30:34, 50:54], holes[60, 60] = np.nan, np.inf
-    whole = sm.unwrap_ball(WALL, size=24, **KNOWN)
-    found = sm.unwrap_ball(holes, size=24, **KNOWN)
+    whole = sm.ball.unwrap(WALL, size=24, **KNOWN)
+    found = sm.ball.unwrap(holes, size=24, **KNOWN)
     same = np.isclose(found.image, whole.image, equal_nan=True).all(axis=-1)
     assert 0.8 < same.mean() < 1
-    rim = sm.find_ball(holes)
+    rim = sm.ball.find(holes)
     assert np.hypot(rim.center[0] - 58, rim.center[1] - 47) + abs(rim.radius - 32) < 1.5
-    two = sm.merge_balls([holes, WALL], balls=[sm.Ball((58, 47), (32, 32), 0, 1)] * 2,
+    two = sm.ball.merge([holes, WALL], balls=[sm.ball.Ball((58, 47), (32, 32), 0, 1)] * 2,
                          rotations=[np.eye(3)] * 2, size=24)  # fmt: skip
     assert np.isfinite(two.image).all(axis=-1).sum() == np.isfinite(two.image[..., 0]).sum()
     assert np.isfinite(two.image).mean() > 0.97
 
 
 def test_masks_of_the_wrong_size():
-    ball = sm.Ball((58, 47), (32, 32), 0, 1)
+    ball = sm.ball.Ball((58, 47), (32, 32), 0, 1)
     for mask in (np.ones((96, 111)), np.ones((96, 112, 3)), np.ones(96), np.ones((0, 0))):
         with pytest.raises(ValueError, match="`mask` to have"):
-            sm.find_ball(WALL, mask=mask)
+            sm.ball.find(WALL, mask=mask)
         with pytest.raises(ValueError, match="`mask` to have"):
-            sm.unwrap_ball(WALL, mask=mask, **KNOWN)
+            sm.ball.unwrap(WALL, mask=mask, **KNOWN)
         with pytest.raises(ValueError, match="photo 2: Expected `mask` to have"):
-            sm.merge_balls([WALL, WALL], balls=[ball] * 2, masks=[None, mask])
+            sm.ball.merge([WALL, WALL], balls=[ball] * 2, masks=[None, mask])
 
 
 def test_no_ball_in_what_is_asked_for():
     gray = np.ones((64, 64, 3), np.float32)
     with pytest.raises(ValueError, match="no ball found"):
-        sm.unwrap_ball(gray)
+        sm.ball.unwrap(gray)
     with pytest.raises(ValueError, match="photo 2: no ball found"):
-        sm.merge_balls([WALL, gray])
+        sm.ball.merge([WALL, gray])
 
 
 def test_how_far_the_ideal_camera_is_off():
-    """What `unwrap_ball` says of a ball that fills 40°: at its rim, half of that."""
+    """What `ball.unwrap` says of a ball that fills 40°: at its rim, half of that."""
     exact = view((400, 400), Outline((200, 200), 200, 200), fov=40)
     ideal = view((400, 400), Outline((200, 200), 200, 200))
     xy = exact.outline.points(360, inset=1e-9)
@@ -392,15 +396,15 @@ def test_matcaps():
     pose = sm.rotation(50, 20, 0)
     n = sm.directions("matcap", 32)
     inside = n[..., 2] > 0.3
-    mirror = sm.bake_matcap(env, "mirror", size=32, rotation=pose)
+    mirror = sm.light.bake_matcap(env, "mirror", size=32, rotation=pose)
     d = sm.reflect(np.array([0.0, 0, 1]), n[inside]) @ pose.T
     # The mean of a texel that sees up to 15° is not its middle.
     assert np.sqrt(np.mean((mirror[inside] - sm.sample(env, d, "latlong")) ** 2)) < 0.1
-    diffuse = sm.bake_matcap(env, "diffuse", size=32, rotation=pose)
-    want = sm.irradiance_at(env, n[inside] @ pose.T, "latlong") / np.pi
+    diffuse = sm.light.bake_matcap(env, "diffuse", size=32, rotation=pose)
+    want = sm.light.irradiance_at(env, n[inside] @ pose.T, "latlong") / np.pi
     np.testing.assert_allclose(diffuse[inside], want, atol=0.02)
     assert np.isnan(mirror[0, 0]).all()
-    rough = sm.bake_matcap(env, "rough", size=16, roughness=0.8)
+    rough = sm.light.bake_matcap(env, "rough", size=16, roughness=0.8)
     assert np.nanstd(rough) < np.nanstd(mirror)
 
 
@@ -408,9 +412,9 @@ def test_matcap_follows_the_camera():
     """What faces the eye has the color of the middle, wherever it is and however it turns."""
     matcap = np.nan_to_num(sm.directions("matcap", 65), nan=0)
     eye, place = np.array([1.0, 2.0, 8.0]), np.array([-2.0, 0.5, 1.0])
-    color = sm.shade_matcap(eye - place, matcap, positions=place, eye=eye)
+    color = sm.light.shade_matcap(eye - place, matcap, positions=place, eye=eye)
     np.testing.assert_allclose(color, [0, 0, 1], atol=1e-6)
-    away = sm.shade_matcap([[0, 0, -1], [1, 0, -0.2]], matcap)
+    away = sm.light.shade_matcap([[0, 0, -1], [1, 0, -0.2]], matcap)
     assert np.isfinite(away).all() or np.isnan(away[0]).all()
 
 
@@ -432,7 +436,7 @@ def test_rotations_are_covered():
 
 
 def test_command(tmp_path):
-    photo = sm.render_ball(SCENE, size=128, fov=30, distance=5).astype(np.float32)
+    photo = sm.ball.render(SCENE, size=128, fov=30, distance=5).astype(np.float32)
     io.write(tmp_path / "a.exr", photo)
     io.write(tmp_path / "gray.exr", np.ones((64, 64, 3), np.float32))
 

@@ -22,7 +22,7 @@ def test_conventions_lists_the_table() -> None:
 
 def test_compare_prints_what_the_library_says() -> None:
     a, b = "latlong:blender", "latlong:threejs"
-    assert good("compare", a, b) == f"{sm.compare(a, b)}\n"
+    assert good("compare", a, b) == f"{sm.align.compare(a, b)}\n"
     bad("compare", a, "cube:ffmpeg", code=2, says="ffmpeg-c3x2")
 
 

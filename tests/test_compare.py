@@ -43,14 +43,14 @@ def same_kind(a: str, b: str) -> bool:
     ],
 )
 def test_words(a, b, says):
-    assert says in str(sm.compare(a, b))
+    assert says in str(sm.align.compare(a, b))
 
 
 def test_a_quarter_turn_has_the_sign_of_rotation():
     # What `rotation(yaw, 0, 0)` does to directions, compare calls yaw.
     base = sm.projection("latlong")
     for yaw, axes in ((90, "-z -y -x"), (-90, "+z -y +x"), (180, "-x -y +z")):
-        found = sm.compare(base, sm.projection("latlong", axes=axes))
+        found = sm.align.compare(base, sm.projection("latlong", axes=axes))
         assert np.abs(found.matrix - sm.rotation(yaw, 0, 0)).max() < 1e-12
         assert found.differences == (f"yaw {yaw}°",)
 
@@ -58,7 +58,7 @@ def test_a_quarter_turn_has_the_sign_of_rotation():
 @given(st.sampled_from(ALL_AXES), st.sampled_from(ALL_AXES), st.sampled_from(NAMES))
 def test_the_matrix_is_what_the_maps_do(a, b, name):
     p, q = sm.projection(name, axes=a), sm.projection(name, axes=b)
-    found = sm.compare(p, q)
+    found = sm.align.compare(p, q)
     uv = 0.5 + 0.35 * np.random.default_rng(70).uniform(-1, 1, (50, 2))
     if p.faces > 1:
         uv = np.hstack([uv, np.arange(50)[:, None] % p.faces])
@@ -68,14 +68,14 @@ def test_the_matrix_is_what_the_maps_do(a, b, name):
     assert np.abs(d @ found.matrix.T - q.decode(uv))[held].max() < 1e-15
     assert found.mirrored == (p.mirrored != q.mirrored)
     assert found.same == (a == b) and (found.differences == ()) == found.same
-    back = sm.compare(q, p)
+    back = sm.align.compare(q, p)
     assert np.array_equal(back.matrix, found.matrix.T)
 
 
 @pytest.mark.parametrize("a", ROWS[::3])
 def test_every_pair_of_rows_has_an_answer(a):
     for b in ROWS:
-        found = sm.compare(a, b)
+        found = sm.align.compare(a, b)
         assert found.same == (a == b or str(found).endswith("the same, texel by texel"))
         if not same_kind(a, b):
             assert found.matrix is None and not found.same
@@ -91,7 +91,7 @@ def test_faces_that_turn_each_in_its_own_way_have_no_matrix():
     # Read as a stack of the same order, OpenEXR's last two faces are mirrored the other way round.
     a = sm.projection("cube", layout="column")
     b = sm.projection("cube", convention="openexr", grid="centers")
-    found = sm.compare(a, b)
+    found = sm.align.compare(a, b)
     assert found.matrix is None and found.mirrored is None
     text = str(found)
     assert "cell (0, 0): mirrored (z" in text and "cell (0, 4): mirrored (x" in text
@@ -99,8 +99,8 @@ def test_faces_that_turn_each_in_its_own_way_have_no_matrix():
 
 def test_bad_names():
     with pytest.raises(ValueError, match="did you mean 'latlong'"):
-        sm.compare("latlon", "cube")
+        sm.align.compare("latlon", "cube")
     with pytest.raises(ValueError, match=r"'cube' has ffmpeg-c1x6, ffmpeg-c3x2"):
-        sm.compare("latlong", "cube:ffmpeg")
+        sm.align.compare("latlong", "cube:ffmpeg")
     with pytest.raises(TypeError, match="Projection or the name"):
-        sm.compare(3, "cube")
+        sm.align.compare(3, "cube")

@@ -62,7 +62,7 @@ def inside_texels(p: sm.Projection, n: int) -> np.ndarray:
 def test_the_density_integrates_to_one(case):
     p = case.make()
     n = smallest(case)
-    dist = sm.Distribution(image_of(p, n), p)
+    dist = sm.light.Distribution(image_of(p, n), p)
     # It is constant within a texel, so its integral is a sum over texels.
     total = np.nansum(dist.pdf(inside_texels(p, n)) * _core.texel_weights(p, n))
     assert total == pytest.approx(1, abs=1e-6)
@@ -72,7 +72,7 @@ def test_the_density_integrates_to_one(case):
 def test_it_is_luminance_over_its_integral(case):
     p = case.make()
     image = image_of(p, 6)
-    dist = sm.Distribution(image, p)
+    dist = sm.light.Distribution(image, p)
     luminance, weight = image @ REC709, _core.texel_weights(p, 6)
     integral = np.sum(luminance * weight)
     assert dist.integral == pytest.approx(integral, rel=1e-12)
@@ -85,7 +85,7 @@ def test_it_is_luminance_over_its_integral(case):
 @pytest.mark.parametrize("n", [1, 2, 7, 40])
 def test_pdf_of_a_sample_is_the_pdf_there(case, n):
     p = case.make()
-    dist = sm.Distribution(image_of(p, n), p)
+    dist = sm.light.Distribution(image_of(p, n), p)
     d, pdf = dist.sample(numbers(3000, 1))
     assert np.abs((d * d).sum(-1) - 1).max() < 1e-14
     np.testing.assert_allclose(dist.pdf(d), pdf, rtol=1e-5)
@@ -102,7 +102,7 @@ def test_chi_square_within_texels(case):
     # rims, creases and poles.
     p = case.make()
     image = image_of(p, 3, channels=1)[..., 0]
-    dist = sm.Distribution(image, p)
+    dist = sm.light.Distribution(image, p)
     d, _ = dist.sample(numbers(40_000, 2))
     axes = image.ndim - 2
     fine = np.repeat(np.repeat(image, 3, axes), 3, axes + 1)
@@ -165,7 +165,7 @@ def test_samples_are_as_dense_as_pdf_says(case, n):
     # The Jacobian of the sampling map itself: |∂d/∂ξ| is 1/pdf, to 1e-5, everywhere but across
     # the edges of cells, where it jumps.
     p = case.make()
-    dist = sm.Distribution(image_of(p, n), p)
+    dist = sm.light.Distribution(image_of(p, n), p)
     xi, h = 0.001 + 0.998 * numbers(4000, 3), 1e-7
     steps = [np.array([h, 0]), np.array([0, h])]
     _, pdf = dist.sample(xi)
@@ -187,7 +187,7 @@ def test_samples_are_as_dense_as_pdf_says(case, n):
 def test_the_estimate_converges_on_the_integral(case):
     p = case.make()
     image = image_of(p, 12)
-    dist = sm.Distribution(image, p)
+    dist = sm.light.Distribution(image, p)
     _, pdf, weight = dist.sample(numbers(20_000, 4), weights=True)
     assert weight.shape == (20_000, 3) and pdf.shape == (20_000,)
     want = np.tensordot(_core.texel_weights(p, 12), image, image.ndim - 1)
@@ -199,7 +199,7 @@ def test_the_estimate_converges_on_the_integral(case):
 
 def test_weights_are_the_nearest_texel():
     image = image_of(sm.projection("cube"), 9)
-    dist = sm.Distribution(image, "cube")
+    dist = sm.light.Distribution(image, "cube")
     d, pdf, weight = dist.sample(numbers(5000, 5), weights=True)
     texel = sm.sample(image, d, "cube", filter="nearest")
     np.testing.assert_allclose(weight * pdf[:, None], texel, rtol=1e-6)
@@ -213,7 +213,7 @@ def test_a_low_discrepancy_set_stays_one():
     xi = np.stack([(k + 0.5) / n, reversed_bits + 0.5 / n], axis=-1)
     p = sm.projection("latlong")
     image = 2 + reference.smooth_function(p.directions(64))[..., 0]
-    dist = sm.Distribution(image, p)
+    dist = sm.light.Distribution(image, p)
 
     def error(numbers):
         d, pdf = dist.sample(numbers)
@@ -234,7 +234,7 @@ def test_a_sun_in_one_texel(case):
     at = tuple(held[len(held) // 3])
     image = np.zeros(p.shape(20), np.float32)
     image[at] = 3e9
-    dist = sm.Distribution(image, p)
+    dist = sm.light.Distribution(image, p)
     got, pdf = dist.sample(numbers(500, 6))
     omega = _core.texel_weights(p, 20)[at]
     assert np.all(got @ d[at] > np.cos(4 * np.sqrt(omega)))
@@ -243,14 +243,14 @@ def test_a_sun_in_one_texel(case):
     # On a dim sky it still gets nearly all.
     image[...] = 1
     image[at] = 3e9
-    got, pdf = sm.Distribution(image, p).sample(numbers(500, 6))
+    got, pdf = sm.light.Distribution(image, p).sample(numbers(500, 6))
     assert np.mean(got @ d[at] > np.cos(4 * np.sqrt(omega))) > 0.99
 
 
 @each(DEFAULTS)
 def test_one_texel(case):
     p = case.make()
-    dist = sm.Distribution(np.full(p.shape(1), 7.0), p)
+    dist = sm.light.Distribution(np.full(p.shape(1), 7.0), p)
     d, pdf = dist.sample(numbers(2000, 7))
     assert p.covers(d).all()
     np.testing.assert_allclose(pdf, 1 / p.covered_solid_angle, rtol=1e-6)
@@ -265,7 +265,7 @@ def test_the_ends_of_the_unit_interval(case, dtype):
     # Black first and last columns and rows: the ends belong to the cells that have light.
     image[..., 0, :, :] = 0
     image[..., -1, 0, :] = 0
-    dist = sm.Distribution(image, p)
+    dist = sm.light.Distribution(image, p)
     one = dtype(1)
     ends = np.array([0, np.nextafter(dtype(0), one), np.nextafter(one, dtype(0)), 1], dtype)
     xi = np.stack(np.meshgrid(ends, ends), -1)
@@ -278,7 +278,7 @@ def test_the_ends_of_the_unit_interval(case, dtype):
 
 
 def test_numbers_outside_the_unit_interval_are_nan():
-    dist = sm.Distribution(np.ones((4, 8, 3)), "latlong")
+    dist = sm.light.Distribution(np.ones((4, 8, 3)), "latlong")
     bad = [[np.nan, 0.5], [0.5, np.nan], [-1e-9, 0.5], [0.5, 1.1], [np.inf, 0.5], [0.5, -np.inf]]
     d, pdf, weight = dist.sample([*bad, [0.5, 0.5]], weights=True)
     for result in (d[:-1], pdf[:-1], weight[:-1]):
@@ -289,7 +289,7 @@ def test_numbers_outside_the_unit_interval_are_nan():
 @given(st.lists(st.floats(0, 1e6), min_size=32, max_size=32).filter(lambda x: max(x) > 1e-3))
 def test_any_image_has_a_density(values):
     image = np.reshape(values, (4, 8))
-    dist = sm.Distribution(image, "latlong")
+    dist = sm.light.Distribution(image, "latlong")
     d, pdf = dist.sample(numbers(200, 8))
     assert (pdf > 0).all()
     np.testing.assert_allclose(dist.pdf(d), pdf, rtol=1e-5)
@@ -303,11 +303,13 @@ def test_rotation_and_axes_turn_the_density():
     p = sm.projection("octahedral", axes="+y +z +x")
     image = image_of(p, 8)
     turn = sm.rotation(20, 30, 40)
-    dist = sm.Distribution(image, p, rotation=turn)
-    plain = sm.Distribution(image, p)
+    dist = sm.light.Distribution(image, p, rotation=turn)
+    plain = sm.light.Distribution(image, p)
     d = random_directions(500, 9)
     np.testing.assert_allclose(dist.pdf(d @ turn.T), plain.pdf(d), rtol=1e-6)
-    assert_same_bits(sm.Distribution(image, "octahedral", axes="+y +z +x").pdf(d), plain.pdf(d))
+    assert_same_bits(
+        sm.light.Distribution(image, "octahedral", axes="+y +z +x").pdf(d), plain.pdf(d)
+    )
     a, _ = dist.sample(numbers(100, 9))
     b, _ = plain.sample(numbers(100, 9))
     np.testing.assert_allclose(a, b @ turn.T, atol=1e-14)
@@ -321,7 +323,7 @@ def test_layouts_have_the_same_density(case):
     image = image_of(base, 5)
     flat = sm.convert(image, base, p, size=5, filter="nearest", fill=np.nan)
     d = random_directions(500, 10)
-    a, b = sm.Distribution(flat, p), sm.Distribution(image, base)
+    a, b = sm.light.Distribution(flat, p), sm.light.Distribution(image, base)
     np.testing.assert_allclose(a.pdf(d), b.pdf(d), rtol=1e-6)
     # Rows are those of faces, so that samples are the same, too.
     np.testing.assert_allclose(a.sample(numbers(99, 1))[0], b.sample(numbers(99, 1))[0], atol=1e-12)
@@ -330,34 +332,34 @@ def test_layouts_have_the_same_density(case):
 @pytest.mark.parametrize("dtype", ["uint8", "uint16", "float16", "float32", "float64", ">f4"])
 def test_image_types(dtype):
     values = np.random.default_rng(11).integers(1, 200, (6, 12, 3))
-    dist = sm.Distribution(values.astype(dtype), "latlong")
-    want = sm.Distribution(values.astype(np.float64), "latlong")
+    dist = sm.light.Distribution(values.astype(dtype), "latlong")
+    want = sm.light.Distribution(values.astype(np.float64), "latlong")
     assert dist.integral == pytest.approx(want.integral, rel=1e-7)
     view = np.repeat(values, 2, axis=1)[:, ::2][::-1].astype(np.float32)[::-1]
-    assert sm.Distribution(view, "latlong").integral == pytest.approx(want.integral, rel=1e-7)
+    assert sm.light.Distribution(view, "latlong").integral == pytest.approx(want.integral, rel=1e-7)
 
 
 def test_luminance():
     rng = np.random.default_rng(12)
     image = rng.random((6, 12, 4))
     d = random_directions(50, 12)
-    rgb = sm.Distribution(image[..., :3], "latlong").pdf(d)
-    assert_same_bits(sm.Distribution(image, "latlong").pdf(d), rgb)
-    red = sm.Distribution(image, "latlong", luminance=[1, 0, 0, 0])
-    assert_same_bits(red.pdf(d), sm.Distribution(image[..., 0], "latlong").pdf(d))
+    rgb = sm.light.Distribution(image[..., :3], "latlong").pdf(d)
+    assert_same_bits(sm.light.Distribution(image, "latlong").pdf(d), rgb)
+    red = sm.light.Distribution(image, "latlong", luminance=[1, 0, 0, 0])
+    assert_same_bits(red.pdf(d), sm.light.Distribution(image[..., 0], "latlong").pdf(d))
     with pytest.raises(ValueError, match=r"`luminance` must say how 2 channels"):
-        sm.Distribution(image[..., :2], "latlong")
+        sm.light.Distribution(image[..., :2], "latlong")
     with pytest.raises(ValueError, match=r"`luminance` to have shape \(4,\), got \(3,\)"):
-        sm.Distribution(image, "latlong", luminance=[1, 1, 1])
+        sm.light.Distribution(image, "latlong", luminance=[1, 1, 1])
     for bad in ([0, 0, 0, 0], [1, -1, 0, 0], [np.nan, 1, 0, 0]):
         with pytest.raises(ValueError, match="not negative"):
-            sm.Distribution(image, "latlong", luminance=bad)
+            sm.light.Distribution(image, "latlong", luminance=bad)
 
 
 def test_mis_compensation():
     p = sm.projection("latlong")
     image = image_of(p, 16, channels=1)[..., 0]
-    dist = sm.Distribution(image, p, compensate=True)
+    dist = sm.light.Distribution(image, p, compensate=True)
     weight = p.solid_angle(16)
     mean = np.sum(image * weight) / np.sum(weight)
     want = np.maximum(image - mean, 0)
@@ -365,12 +367,12 @@ def test_mis_compensation():
     _, pdf, w = dist.sample(numbers(1000, 13), weights=True)
     assert (pdf > 0).all() and np.isfinite(w).all()
     # With nothing above the mean the image itself is the density.
-    flat = sm.Distribution(np.full((8, 16), 3.0), p, compensate=True)
+    flat = sm.light.Distribution(np.full((8, 16), 3.0), p, compensate=True)
     np.testing.assert_allclose(flat.pdf([0, 1, 0]), 1 / (4 * np.pi), rtol=1e-6)
 
 
 def test_outside_the_coverage():
-    dist = sm.Distribution(np.ones((8, 8)), "hemioctahedral")
+    dist = sm.light.Distribution(np.ones((8, 8)), "hemioctahedral")
     nothing = [[0, 0, 0], [np.nan, 0, 1], [np.inf, 0, 0]]
     d = np.array([[0, 0, 1], [0, 0, -1], *nothing], float)
     for dtype in (np.float32, np.float64):
@@ -379,7 +381,7 @@ def test_outside_the_coverage():
 
 
 def test_length_of_a_direction_does_not_count():
-    dist = sm.Distribution(image_of(sm.projection("latlong"), 8), "latlong")
+    dist = sm.light.Distribution(image_of(sm.projection("latlong"), 8), "latlong")
     d = random_directions(50, 14)
     assert_same_bits(dist.pdf(d), dist.pdf(d * 2.0**60))
 
@@ -393,7 +395,7 @@ def test_same_bits_on_every_level_and_thread_count():
     xi = numbers(140_000, 15, np.float32)
 
     def work():
-        dist = sm.Distribution(image, "octahedral")
+        dist = sm.light.Distribution(image, "octahedral")
         drawn = dist.sample(xi, weights=True)
         return *drawn, dist.pdf(drawn[0])
 
@@ -403,7 +405,7 @@ def test_same_bits_on_every_level_and_thread_count():
 def test_pickle():
     turn = sm.rotation(1, 2, 3)
     image = image_of(sm.projection("cube"), 4).astype(np.float32)
-    dist = sm.Distribution(
+    dist = sm.light.Distribution(
         image, "cube:vulkan", rotation=turn, luminance=[1, 2, 3], compensate=True
     )
     image[...] = 0  # it keeps a copy
@@ -423,18 +425,18 @@ def test_pickle():
 def test_black_negative_and_not_finite_images():
     image = np.ones((4, 8, 3))
     with pytest.raises(ValueError, match="the image is black"):
-        sm.Distribution(image * 0, "latlong")
+        sm.light.Distribution(image * 0, "latlong")
     image[1, 2, 0] = -3
     with pytest.raises(ValueError, match=r"1 negative value, at \(1, 2, 0\)"):
-        sm.Distribution(image, "latlong")
+        sm.light.Distribution(image, "latlong")
     image[1, 2, 0], image[3, 7] = np.nan, np.inf
     with pytest.raises(ValueError, match=r"4 NaN or infinite values, at \(1, 2, 0\)"):
-        sm.Distribution(image, "latlong")
-    dist = sm.Distribution(image, "latlong", skipna=True)
+        sm.light.Distribution(image, "latlong")
+    dist = sm.light.Distribution(image, "latlong", skipna=True)
     d = sm.directions("latlong", 4)
     assert dist.pdf(d[3, 7]) == 0 and dist.pdf(d[0, 0]) > 0
     with pytest.raises(ValueError, match="too bright"):
-        sm.Distribution(np.full((4, 8), 1e308), "latlong")
+        sm.light.Distribution(np.full((4, 8), 1e308), "latlong")
 
 
 def test_what_lies_outside_the_disk_does_not_count():
@@ -442,27 +444,27 @@ def test_what_lies_outside_the_disk_does_not_count():
     image = image_of(p, 10)
     outside = np.isnan(p.directions(10)[..., 0])
     d = random_directions(200, 16)
-    want = sm.Distribution(image, p).pdf(d)
+    want = sm.light.Distribution(image, p).pdf(d)
     for credit in (np.nan, np.inf, -5.0, 1e9):
         image[outside] = credit
-        assert_same_bits(sm.Distribution(image, p).pdf(d), want)
+        assert_same_bits(sm.light.Distribution(image, p).pdf(d), want)
 
 
 def test_wrong_shapes_and_types():
     with pytest.raises(ValueError, match=r"shape \(6, N, N\), got \(8, 16\)"):
-        sm.Distribution(np.ones((8, 16)), "cube")
+        sm.light.Distribution(np.ones((8, 16)), "cube")
     with pytest.raises(ValueError, match=r"shape \(H, W\) or \(H, W, C\), got \(2, 4, 3, 1\)"):
-        sm.Distribution(np.ones((2, 4, 3, 1)), "latlong")
+        sm.light.Distribution(np.ones((2, 4, 3, 1)), "latlong")
     with pytest.raises(ValueError, match="shape"):
-        sm.Distribution(np.ones((2, 4, 0)), "latlong")
+        sm.light.Distribution(np.ones((2, 4, 0)), "latlong")
     for bad in (1.0, np.ones(3), np.ones((0, 4))):
         with pytest.raises(ValueError, match="shape"):
-            sm.Distribution(bad, "latlong")
+            sm.light.Distribution(bad, "latlong")
     with pytest.raises(TypeError, match="dtype"):
-        sm.Distribution(np.ones((4, 8), complex), "latlong")
+        sm.light.Distribution(np.ones((4, 8), complex), "latlong")
     with pytest.raises(TypeError, match="dtype"):
-        sm.Distribution(np.ones((4, 8), object), "latlong")
-    dist = sm.Distribution(np.ones((4, 8, 3)), "latlong")
+        sm.light.Distribution(np.ones((4, 8), object), "latlong")
+    dist = sm.light.Distribution(np.ones((4, 8, 3)), "latlong")
     with pytest.raises(ValueError, match=r"`xi` to have shape \(..., 2\), got \(4, 3\)"):
         dist.sample(np.ones((4, 3)))
     with pytest.raises(ValueError, match=r"`xi` to have shape \(..., 2\), got \(\)"):
@@ -474,7 +476,7 @@ def test_wrong_shapes_and_types():
 
 
 def test_empty_and_scalar_and_strided_input():
-    dist = sm.Distribution(np.ones((4, 8, 3)), "latlong")
+    dist = sm.light.Distribution(np.ones((4, 8, 3)), "latlong")
     d, pdf, weight = dist.sample(np.empty((0, 2)), weights=True)
     assert d.shape == (0, 3) and pdf.shape == (0,) and weight.shape == (0, 3)
     assert dist.pdf(np.empty((0, 3), np.float32)).dtype == np.float32
@@ -492,7 +494,7 @@ def test_empty_and_scalar_and_strided_input():
 
 
 def test_out():
-    dist = sm.Distribution(np.ones((4, 8, 3)), "latlong")
+    dist = sm.light.Distribution(np.ones((4, 8, 3)), "latlong")
     xi = numbers(10, 18)
     want = dist.sample(xi, weights=True)
     out = tuple(np.empty_like(x) for x in want)
@@ -522,15 +524,15 @@ def test_out():
 def test_real_images(data_folder):
     oiio = pytest.importorskip("OpenImageIO")
     probe = np.asarray(oiio.ImageBuf(str(data_folder / "grace_probe.hdr")).get_pixels("float"))
-    dist = sm.Distribution(probe[..., :3], "angular")
+    dist = sm.light.Distribution(probe[..., :3], "angular")
     _, _, weight = dist.sample(numbers(20_000, 19), weights=True)
     want = np.tensordot(_core.texel_weights(sm.projection("angular"), 1000), probe[..., :3], 2)
     assert np.all(np.abs(weight.mean(0) - want) < 5 * weight.std(0) / np.sqrt(20_000))
     venice = np.asarray(oiio.ImageBuf(str(data_folder / "venice.exr")).get_pixels("float"))
     if (venice[..., :3] < 0).any():
         with pytest.raises(ValueError, match="negative"):
-            sm.Distribution(venice[..., :3], "latlong")
-    dist = sm.Distribution(np.maximum(venice[..., :3], 0), "latlong")
+            sm.light.Distribution(venice[..., :3], "latlong")
+    dist = sm.light.Distribution(np.maximum(venice[..., :3], 0), "latlong")
     np.testing.assert_allclose(
         dist.sample(numbers(9, 1), weights=True)[2] @ REC709, dist.integral, rtol=1e-5
     )

@@ -12,7 +12,7 @@ from spheremap import _core
 @each(LAYOUTS)
 def test_a_constant_image(case):
     p = case.make()
-    report = sm.energy(np.full((*p.shape(12), 3), [1.0, 2.0, 4.0]), p)
+    report = sm.light.energy(np.full((*p.shape(12), 3), [1.0, 2.0, 4.0]), p)
     covered = p.covered_solid_angle
     assert report.solid_angle == pytest.approx(covered, rel=1e-9)
     np.testing.assert_allclose(report.integral, covered * np.array([1, 2, 4]), rtol=1e-9)
@@ -28,7 +28,7 @@ def test_peak_range_negative_and_sun():
     image[5, 9] = 2048
     image[30, 1] = 0.125
     image[31, 2, 1] = -7
-    report = sm.energy(image, "latlong")
+    report = sm.light.energy(image, "latlong")
     assert report.peak == pytest.approx(2048)
     np.testing.assert_allclose(report.peak_direction, sm.directions("latlong", 32)[5, 9])
     assert report.dynamic_range == pytest.approx(14, abs=1e-5)
@@ -44,7 +44,7 @@ def test_peak_range_negative_and_sun():
 
 
 def test_without_light():
-    report = sm.energy(np.zeros((4, 8)), "latlong")
+    report = sm.light.energy(np.zeros((4, 8)), "latlong")
     assert np.isnan(report.dynamic_range) and np.isnan(report.darkest)
     assert report.integral.tolist() == [0.0] and "nan stops" in str(report)
 
@@ -53,12 +53,12 @@ def test_what_lies_outside_the_disk_does_not_count(data_folder):
     oiio = pytest.importorskip("OpenImageIO")
     probe = np.asarray(oiio.ImageBuf(str(data_folder / "grace_probe.hdr")).get_pixels("float"))
     p = sm.projection("angular")
-    want = sm.energy(probe, p)
+    want = sm.light.energy(probe, p)
     # The credit printed in the corner.
     outside = np.isnan(p.directions(1000)[..., 0])
     assert probe[outside].max() > 0
     probe[outside] = np.nan
-    got = sm.energy(probe, p)
+    got = sm.light.energy(probe, p)
     assert np.array_equal(got.integral, want.integral) and got.peak == want.peak
     weight = _core.texel_weights(p, 1000)
     assert weight.sum() == pytest.approx(4 * np.pi, rel=1e-9) and not weight[outside].any()
@@ -83,12 +83,12 @@ def test_texel_weights_are_solid_angles_moved_inside(case):
 
 def test_bad_input():
     with pytest.raises(ValueError, match="shape"):
-        sm.energy(np.ones((4, 8)), "cube")
+        sm.light.energy(np.ones((4, 8)), "cube")
     image = np.ones((4, 8))
     image[2, 3] = np.inf
     with pytest.raises(ValueError, match=r"1 NaN or infinite value, at \(2, 3\)"):
-        sm.energy(image, "latlong")
-    assert np.isfinite(sm.energy(image, "latlong", skipna=True).integral).all()
+        sm.light.energy(image, "latlong")
+    assert np.isfinite(sm.light.energy(image, "latlong", skipna=True).integral).all()
 
 
 @pytest.fixture

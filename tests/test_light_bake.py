@@ -27,10 +27,10 @@ def environment(size: int = 64) -> np.ndarray:
 @pytest.mark.parametrize(("kind", "roughness"), [("ggx", 0.4), ("ggx", 1.0), ("charlie", 0.6)])
 def test_the_exact_sum_is_the_plain_one(kind: Any, roughness: float) -> None:
     image = environment(32)
-    got = sm.prefilter(
+    got = sm.light.prefilter(
         image, "latlong", "cube", roughness=roughness, size=3, method="exact", distribution=kind
     )
-    d, w = sm.directions("latlong", 32).reshape(-1, 3), sm.weights("latlong", 32).ravel()
+    d, w = sm.directions("latlong", 32).reshape(-1, 3), sm.light.weights("latlong", 32).ravel()
     n = sm.directions("cube", 3).reshape(-1, 3)
     values = image.reshape(-1, 3).astype(float)
     want = reference.under_lobe(values, w, d, n, kind, roughness**2)
@@ -45,7 +45,7 @@ def test_the_exact_sum_is_the_plain_one(kind: Any, roughness: float) -> None:
 def test_samples_come_near_the_exact_sum(kind: Any, roughness: float, bound: float) -> None:
     image = environment(64)
     both = [
-        sm.prefilter(
+        sm.light.prefilter(
             image,
             "latlong",
             "octahedral",
@@ -65,7 +65,7 @@ def test_a_constant_stays(case: Case) -> None:
     p = case.make()
     white = np.full((*p.shape(16), 5), 0.25, np.float32)
     for kind, roughness in (("ggx", 0.0), ("ggx", 0.3), ("charlie", 0.5)):
-        got = sm.prefilter(
+        got = sm.light.prefilter(
             white,
             p,
             "latlong",
@@ -81,21 +81,23 @@ def test_a_constant_stays(case: Case) -> None:
 def test_a_chain_keeps_its_light_and_begins_with_the_image() -> None:
     d = sm.directions("cube", 32)
     image = (1 + d[..., :1] * 0.5 + d[..., 1:2] ** 2).astype(np.float32)
-    chain = sm.prefilter_chain(image, "cube", "cube", size=32, levels=4, samples=256)
+    chain = sm.light.prefilter_chain(image, "cube", "cube", size=32, levels=4, samples=256)
     assert [level.shape for level in chain] == [(6, 32 >> k, 32 >> k, 1) for k in range(4)]
     assert np.abs(chain[0] - image).max() < 0.01
-    total = sm.integrate(image, "cube")
+    total = sm.light.integrate(image, "cube")
     for level in chain:
-        assert np.allclose(sm.integrate(level, "cube"), total, rtol=3e-3)
+        assert np.allclose(sm.light.integrate(level, "cube"), total, rtol=3e-3)
     assert np.ptp(chain[-1]) < 0.6 * np.ptp(image)
 
 
 def test_a_large_source_is_reduced_and_keeps_a_lone_sun() -> None:
     sun = np.zeros((1100, 2200), np.float32)
     sun[700, 1234] = 1e6
-    (level,) = sm.prefilter_chain(sun, "latlong", "cube", size=16, levels=1, roughness=[1.0])
+    (level,) = sm.light.prefilter_chain(sun, "latlong", "cube", size=16, levels=1, roughness=[1.0])
     # One texel, looked up bilinearly by a cube of not quite twice its density: ±4 %.
-    assert np.allclose(sm.integrate(level, "cube"), sm.integrate(sun, "latlong"), rtol=0.05)
+    assert np.allclose(
+        sm.light.integrate(level, "cube"), sm.light.integrate(sun, "latlong"), rtol=0.05
+    )
 
 
 @pytest.mark.parametrize(
@@ -103,7 +105,7 @@ def test_a_large_source_is_reduced_and_keeps_a_lone_sun() -> None:
 )
 def test_the_table_is_its_integrals(kind: Any, literal: Any) -> None:
     n = 32
-    table = sm.dfg(n, distribution=kind)
+    table = sm.light.dfg(n, distribution=kind)
     places = [
         (0, 0),
         (0, n - 1),
@@ -120,7 +122,7 @@ def test_the_table_is_its_integrals(kind: Any, literal: Any) -> None:
         # The entries are float32, and Charlie's lowest rows go up to 10.
         assert abs(table[j, i, 1] - e) < 1e-4 * max(e, 1), (j, i)
         assert abs(table[j, i, 0] - b) < 1e-4, (j, i)
-    pair = sm.dfg(n, distribution=kind, multiscatter=False)
+    pair = sm.light.dfg(n, distribution=kind, multiscatter=False)
     assert np.allclose(pair.sum(-1), table[..., 1]) and np.allclose(pair[..., 1], table[..., 0])
 
 
@@ -138,7 +140,7 @@ def test_the_table_is_its_integrals(kind: Any, literal: Any) -> None:
 )
 def test_bad_requests(options: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        sm.prefilter(np.ones((8, 16)), "latlong", "cube", size=2, **options)
+        sm.light.prefilter(np.ones((8, 16)), "latlong", "cube", size=2, **options)
 
 
 # --- files, read by what their specifications say
@@ -204,8 +206,8 @@ def test_textures_come_back(tmp_path: Path, mips: int) -> None:
     rng = np.random.default_rng(0)
     levels = [rng.random((6, 16 >> k, 16 >> k, 3)) for k in range(mips)]
     for name, write, read in (
-        ("a.ktx2", sm.write_ktx2, read_ktx2),
-        ("a.dds", sm.write_dds, read_dds),
+        ("a.ktx2", sm.io.write_ktx2, read_ktx2),
+        ("a.dds", sm.io.write_dds, read_dds),
     ):
         assert write(tmp_path / name, levels) == 0
         for got, want in zip(read(tmp_path / name), levels, strict=True):
@@ -224,7 +226,7 @@ def test_files_are_those_that_other_readers_read(tmp_path: Path) -> None:
     levels = [
         level.reshape(6, side, side, 4) for level, side in zip(levels, (4, 2, 1), strict=True)
     ]
-    for name, write in (("cube.ktx2", sm.write_ktx2), ("cube.dds", sm.write_dds)):
+    for name, write in (("cube.ktx2", sm.io.write_ktx2), ("cube.dds", sm.io.write_dds)):
         assert write(tmp_path / name, levels) == 0
         kept = Path(__file__).parent / "data" / name
         assert (tmp_path / name).read_bytes() == kept.read_bytes()
@@ -233,7 +235,7 @@ def test_files_are_those_that_other_readers_read(tmp_path: Path) -> None:
 def test_faces_are_in_the_order_of_opengl(tmp_path: Path) -> None:
     """Face k holds the directions that its major axis says, each row where it should be."""
     d = sm.directions("cube", 8).astype(np.float32)
-    sm.write_dds(tmp_path / "d.dds", [d])
+    sm.io.write_dds(tmp_path / "d.dds", [d])
     (cube,) = read_dds(tmp_path / "d.dds")
     for face, (axis, sign) in enumerate([(0, 1), (0, -1), (1, 1), (1, -1), (2, 1), (2, -1)]):
         assert np.all(cube[face, ..., axis] * sign > 0.5)
@@ -246,7 +248,7 @@ def test_faces_are_in_the_order_of_opengl(tmp_path: Path) -> None:
 def test_what_half_floats_cannot_hold_is_counted(tmp_path: Path) -> None:
     image = np.ones((4, 4, 1))
     image[0, 0], image[1, 1] = 1e6, -np.inf
-    assert sm.write_ktx2(tmp_path / "a.ktx2", [image]) == 6
+    assert sm.io.write_ktx2(tmp_path / "a.ktx2", [image]) == 6
     (got,) = read_ktx2(tmp_path / "a.ktx2")
     assert got[0, 0, 0, 0] == 65504 and got[0, 1, 1, 2] == -65504
 
@@ -263,7 +265,7 @@ def test_what_half_floats_cannot_hold_is_counted(tmp_path: Path) -> None:
 )
 def test_what_is_no_texture(tmp_path: Path, levels: list[np.ndarray]) -> None:
     with pytest.raises(ValueError, match="Expected"):
-        sm.write_ktx2(tmp_path / "a.ktx2", levels)
+        sm.io.write_ktx2(tmp_path / "a.ktx2", levels)
     assert not list(tmp_path.iterdir())
 
 
@@ -288,11 +290,11 @@ def test_the_command_bakes_and_lists(tmp_path: Path, capsys: pytest.CaptureFixtu
     }
     assert {f.name for f in out.iterdir()} == names and all(name in said for name in names)
     (diffuse,) = read_ktx2(out / "diffuse.ktx2")
-    want = sm.irradiance(image, "latlong", "cube", size=4) / np.pi
+    want = sm.light.irradiance(image, "latlong", "cube", size=4) / np.pi
     assert np.allclose(diffuse[..., :3], want, rtol=2e-3)
     assert [level.shape[1] for level in read_dds(out / "specular.dds")] == [8, 4, 2]
     sh = json.loads((out / "sh.json").read_text())
-    assert np.allclose(sh["orthonormal"], sm.sh_project(image, "latlong", order=2))
+    assert np.allclose(sh["orthonormal"], sm.sh.project(image, "latlong", order=2))
     assert code(["bake", str(tmp_path / "sky.exr"), str(tmp_path / "only"), "--sh"]) == 0
     assert [f.name for f in (tmp_path / "only").iterdir()] == ["sh.json"]
     assert code(["bake", str(tmp_path / "sky.exr"), str(out), "--size", "8", "--levels", "9"]) == 2

@@ -16,7 +16,7 @@ each_chained = pytest.mark.parametrize("filter", CHAINED)
 
 def light(image: np.ndarray, p: sm.Projection) -> float:
     """Integrate over the texels that hold a value."""
-    return float(sm.integrate(image, p))
+    return float(sm.light.integrate(image, p))
 
 
 @each(DEFAULTS)

@@ -11,7 +11,8 @@ import math
 import sys
 from pathlib import Path
 
-from spheremap import _core, _projections
+from spheremap import _core
+from spheremap.map.table import HEAD, NOTE, figures
 
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN = "<!-- projections: written by tools/generate_docs.py -->"
@@ -85,9 +86,9 @@ at 180°) made a square is `concentric`, and both hemispheres folded into one ar
 
 
 def chooser(registry: list[dict]) -> str:
-    rows = [list(_projections.figures(e["name"]).cells) for e in registry]
+    rows = [list(figures(e["name"]).cells) for e in registry]
     rows = [[f"`{row[0]}`", *row[1:]] for row in rows]
-    return f"## Which one\n\n{_projections.NOTE}\n\n{table(list(_projections.HEAD), rows)}"
+    return f"## Which one\n\n{NOTE}\n\n{table(list(HEAD), rows)}"
 
 
 def page(registry: list[dict]) -> str:
@@ -137,9 +138,9 @@ as `sm.projection("latlong", convention="blender")`, or wherever a projection is
 `"latlong:blender"`:
 
     cube = sm.convert(panorama, "latlong:blender", "cube:opengl")
-    print(sm.compare("latlong:blender", "latlong:threejs"))
+    print(sm.align.compare("latlong:blender", "latlong:threejs"))
     sm.explain("cube:openexr")
-    print(sm.identify(photo, render))        # which of all these is it?
+    print(sm.align.identify(photo, render))        # which of all these is it?
 
 **How to read it.** *Axes* are the world axes that point right, down and forward (into the middle
 of the image). *Mirrored* is as seen from inside a right-handed world; a program with a

@@ -3,64 +3,16 @@
 >>> import spheremap as sm
 >>> sm.encode([0.0, 0.0, 1.0], "octahedral").tolist()
 [0.5, 0.5]
+
+The verbs of maps and images are here. What belongs to a subject is in the subject's own module,
+which is imported when it is first used: `light`, `sh`, `packing`, `healpix`, `ball`, `align`, `io`
+and `plot`.
 """
 
-from . import healpix
-from ._core import (
-    Projection,
-    __version__,
-    get_num_threads,
-    set_num_threads,
-    simd_level,
-)
-from .align import (
-    Candidate,
-    Comparison,
-    Identification,
-    compare,
-    identify,
-)
-from .ball import (
-    Ball,
-    MergedBalls,
-    UnwrappedBall,
-    find_ball,
-    merge_balls,
-    render_ball,
-    unwrap_ball,
-)
-from .io import (
-    write_dds,
-    write_ktx2,
-)
-from .light import (
-    Bake,
-    Distribution,
-    Energy,
-    Light,
-    Lights,
-    Sun,
-    add_sun,
-    average_direction,
-    bake,
-    bake_matcap,
-    convolve,
-    dfg,
-    energy,
-    integrate,
-    irradiance,
-    irradiance_at,
-    lights,
-    mean,
-    prefilter,
-    prefilter_chain,
-    remove_sun,
-    shade_environment,
-    shade_matcap,
-    sun,
-    weights,
-    ws_psnr,
-)
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from ._core import Projection, __version__, get_num_threads, set_num_threads, simd_level
 from .map import (
     Projections,
     conventions,
@@ -78,18 +30,6 @@ from .map import (
     solid_angle,
     valid,
 )
-from .packing import (
-    Packing,
-    UnboundedPackingWarning,
-    best_packing,
-    canonical,
-    pack,
-    pack_frame,
-    packing,
-    packings,
-    unpack,
-    unpack_frame,
-)
 from .resample import (
     RemapPlan,
     convert,
@@ -100,103 +40,59 @@ from .resample import (
     remap_plan,
     sample,
 )
-from .sh import (
-    sh_conventions,
-    sh_convert,
-    sh_convolve,
-    sh_evaluate,
-    sh_lobe,
-    sh_project,
-    sh_rotate,
-    sh_window,
-)
+
+if TYPE_CHECKING:
+    from . import align, ball, healpix, io, light, packing, plot, sh
 
 __all__ = [
-    "Bake",
-    "Ball",
-    "Candidate",
-    "Comparison",
-    "Distribution",
-    "Energy",
-    "Identification",
-    "Light",
-    "Lights",
-    "MergedBalls",
-    "Packing",
     "Projection",
     "Projections",
     "RemapPlan",
-    "Sun",
-    "UnboundedPackingWarning",
-    "UnwrappedBall",
     "__version__",
-    "add_sun",
-    "average_direction",
-    "bake",
-    "bake_matcap",
-    "best_packing",
-    "canonical",
-    "compare",
+    "align",
+    "ball",
     "conventions",
     "convert",
     "convert_depth",
-    "convolve",
     "covers",
     "decode",
     "density",
-    "dfg",
     "directions",
     "embed",
     "encode",
-    "energy",
     "explain",
-    "find_ball",
     "get_num_threads",
     "healpix",
-    "identify",
-    "integrate",
-    "irradiance",
-    "irradiance_at",
+    "io",
     "jacobian",
-    "lights",
-    "mean",
-    "merge_balls",
+    "light",
     "mipmaps",
-    "pack",
-    "pack_frame",
     "packing",
-    "packings",
     "pad",
-    "prefilter",
-    "prefilter_chain",
+    "plot",
     "projection",
     "projections",
     "reflect",
     "remap_plan",
-    "remove_sun",
-    "render_ball",
     "rotation",
     "sample",
     "set_num_threads",
-    "sh_conventions",
-    "sh_convert",
-    "sh_convolve",
-    "sh_evaluate",
-    "sh_lobe",
-    "sh_project",
-    "sh_rotate",
-    "sh_window",
-    "shade_environment",
-    "shade_matcap",
+    "sh",
     "simd_level",
     "solid_angle",
-    "sun",
-    "unpack",
-    "unpack_frame",
-    "unwrap_ball",
     "valid",
-    "weights",
-    "write_dds",
-    "write_ktx2",
-    "ws_psnr",
 ]
+
+_SUBJECTS = frozenset({"align", "ball", "healpix", "io", "light", "packing", "plot", "sh"})
+
+# Hidden from type checkers, which would take every misspelled name for one that it returns.
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        if name in _SUBJECTS:
+            return import_module(f".{name}", __name__)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -60,6 +60,11 @@ __all__ = [
     "vec2pix",
 ]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 MAX_NSIDE = 1 << 29
 
 

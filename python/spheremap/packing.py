@@ -35,6 +35,11 @@ __all__ = [
     "unpack_frame",
 ]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _WORDS = {8: np.uint8, 16: np.uint16, 32: np.uint32, 64: np.uint64}
 
 
@@ -186,7 +191,7 @@ def packing(name: str | Packing, /) -> Packing:
     Examples
     --------
     >>> import spheremap as sm
-    >>> p = sm.packing("oct16")
+    >>> p = sm.packing.packing("oct16")
     >>> p.bits, p.dtype, p.shape, round(p.bound, 4)
     (16, dtype('uint16'), (), 0.0111)
     """
@@ -224,7 +229,7 @@ def packings(
     Examples
     --------
     >>> import spheremap as sm
-    >>> sm.packings(family="oct", bits=16)
+    >>> sm.packing.packings(family="oct", bits=16)
     ('oct16', 'oct8x2', 'oct16-unorm', 'oct8x2-unorm', 'oct16-centers', 'oct8x2-centers')
     """
     families = {row[1]: None for row in _table()}
@@ -298,10 +303,10 @@ def pack(
     Examples
     --------
     >>> import spheremap as sm
-    >>> codes = sm.pack([[0, 0, 1], [0, 0, -1], [1, 0, 0]], "oct16")
+    >>> codes = sm.packing.pack([[0, 0, 1], [0, 0, -1], [1, 0, 0]], "oct16")
     >>> codes.dtype, [hex(c) for c in codes]
     (dtype('uint16'), ['0x0', '0x7f7f', '0x7f'])
-    >>> sm.pack([3.0, 4.0, 0.0], "oct8x2").tolist()
+    >>> sm.packing.pack([3.0, 4.0, 0.0], "oct8x2").tolist()
     [54, 73]
     """
     scheme = _resolve(name)
@@ -360,7 +365,7 @@ def unpack(
     Examples
     --------
     >>> import spheremap as sm
-    >>> sm.unpack([0x7F7F, 0x007F], "oct16").tolist()
+    >>> sm.packing.unpack([0x7F7F, 0x007F], "oct16").tolist()
     [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]
     """
     scheme = _resolve(name)
@@ -401,9 +406,9 @@ def canonical(codes: ArrayLike, name: str | Packing, /) -> NDArray[Any]:
 
     >>> import numpy as np
     >>> import spheremap as sm
-    >>> sm.canonical([[127, 127], [-127, 127], [127, -128]], "oct8x2").tolist()
+    >>> sm.packing.canonical([[127, 127], [-127, 127], [127, -128]], "oct8x2").tolist()
     [[127, 127], [127, 127], [127, 127]]
-    >>> len(np.unique(sm.canonical(np.arange(2**16), "oct16")))
+    >>> len(np.unique(sm.packing.canonical(np.arange(2**16), "oct16")))
     64518
     """
     scheme = _resolve(name)
@@ -447,9 +452,9 @@ def best_packing(bits: int, /, *, hemisphere: bool = False, standard: bool = Fal
     Examples
     --------
     >>> import spheremap as sm
-    >>> sm.best_packing(16).name, sm.best_packing(16, standard=True).name
+    >>> sm.packing.best_packing(16).name, sm.packing.best_packing(16, standard=True).name
     ('woct16-centers', 'oct16-centers')
-    >>> sm.best_packing(16, hemisphere=True, standard=True).name
+    >>> sm.packing.best_packing(16, hemisphere=True, standard=True).name
     'hemioct16-centers'
     """
     if isinstance(bits, bool) or not isinstance(bits, (int, np.integer)):
@@ -597,8 +602,8 @@ def pack_frame(
     Examples
     --------
     >>> import spheremap as sm
-    >>> code = sm.pack_frame([0, 0, 1], [0, 1, 0, -1])
-    >>> normal, tangent = sm.unpack_frame(code)
+    >>> code = sm.packing.pack_frame([0, 0, 1], [0, 1, 0, -1])
+    >>> normal, tangent = sm.packing.unpack_frame(code)
     >>> normal.tolist(), tangent.tolist()
     ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0, -1.0])
     """
@@ -663,7 +668,8 @@ def unpack_frame(
     --------
     >>> import numpy as np
     >>> import spheremap as sm
-    >>> n, t = sm.unpack_frame(sm.pack_frame([1, 2, 3], [3, 0, -1], "frame64"), "frame64")
+    >>> code = sm.packing.pack_frame([1, 2, 3], [3, 0, -1], "frame64")
+    >>> n, t = sm.packing.unpack_frame(code, "frame64")
     >>> bool(abs(np.dot(n, t[:3])) < 1e-6)
     True
     """

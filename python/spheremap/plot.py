@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 
 __all__ = ["density_map", "show", "tissot"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 _OUTSIDE = (0.85, 0.85, 0.85)
 

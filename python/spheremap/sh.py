@@ -18,18 +18,22 @@ if TYPE_CHECKING:
     from .map.named import ProjectionLike
 
 __all__ = [
-    "sh_conventions",
-    "sh_convert",
-    "sh_convolve",
-    "sh_evaluate",
-    "sh_lobe",
-    "sh_project",
-    "sh_rotate",
-    "sh_window",
+    "conventions",
+    "convert",
+    "convolve",
+    "evaluate",
+    "lobe",
+    "project",
+    "rotate",
+    "window",
 ]
 
 
-def sh_project(
+def __dir__() -> list[str]:
+    return __all__
+
+
+def project(
     image: ArrayLike, projection: ProjectionLike, /, *, order: int, skipna: bool = False
 ) -> NDArray[np.float64]:
     """Return the spherical harmonic coefficients of an image.
@@ -37,7 +41,7 @@ def sh_project(
     Parameters
     ----------
     image, projection, skipna
-        As for `integrate`.
+        As for `light.integrate`.
     order : int
         The highest degree l, from 0 to 64: order 2 has 9 coefficients.
 
@@ -46,14 +50,14 @@ def sh_project(
     coefficients : ndarray of float64, shape ((order + 1)²,) or ((order + 1)², C)
         c[l² + l + m] = ∫ L Y_lm dω, with Y real, orthonormal, without the Condon-Shortley phase
         and with +z of the world as its axis: Y_1,-1, Y_1,0 and Y_1,1 are √(3/4π) times y, z and x.
-        `sh_convert` makes other conventions of it.
+        `sh.convert` makes other conventions of it.
 
     Raises
     ------
     ValueError
-        As for `integrate`, and for an order that is above 64 or that the image cannot hold.
+        As for `light.integrate`, and for an order that is above 64 or that the image cannot hold.
     TypeError
-        As for `integrate`.
+        As for `light.integrate`.
 
     Notes
     -----
@@ -68,7 +72,7 @@ def sh_project(
     --------
     >>> import numpy as np, spheremap as sm
     >>> up = sm.directions("cube", 16)[..., 1]
-    >>> (np.round(sm.sh_project(up, "cube", order=1), 6) + 0.0).tolist()
+    >>> (np.round(sm.sh.project(up, "cube", order=1), 6) + 0.0).tolist()
     [0.0, 2.046653, 0.0, 0.0]
     """
     resolved = resolve(projection)
@@ -77,13 +81,13 @@ def sh_project(
     return found if has_channels(pixels, resolved) else found[:, 0]
 
 
-def sh_evaluate(coefficients: ArrayLike, directions: ArrayLike, /) -> NDArray[np.float64]:
+def evaluate(coefficients: ArrayLike, directions: ArrayLike, /) -> NDArray[np.float64]:
     """Return the function that coefficients describe, in given directions.
 
     Parameters
     ----------
     coefficients : array_like, shape ((order + 1)²,) or ((order + 1)², C)
-        As `sh_project` returns.
+        As `project` returns.
     directions : array_like, shape (..., 3)
         World directions of any length.
 
@@ -100,7 +104,7 @@ def sh_evaluate(coefficients: ArrayLike, directions: ArrayLike, /) -> NDArray[np
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> np.round(sm.sh_evaluate([0, 0, 0, 1], [[2, 0, 0], [0, 1, 0]]), 6).tolist()
+    >>> np.round(sm.sh.evaluate([0, 0, 0, 1], [[2, 0, 0], [0, 1, 0]]), 6).tolist()
     [0.488603, 0.0]
     """
     rows, _, channels = _rows(coefficients)
@@ -108,13 +112,13 @@ def sh_evaluate(coefficients: ArrayLike, directions: ArrayLike, /) -> NDArray[np
     return _core.sh_evaluate(rows, unit).reshape(*leading, *channels)
 
 
-def sh_rotate(coefficients: ArrayLike, rotation: Any, /) -> NDArray[np.float64]:
+def rotate(coefficients: ArrayLike, rotation: Any, /) -> NDArray[np.float64]:
     """Turn the function that coefficients describe: f'(R d) = f(d).
 
     Parameters
     ----------
     coefficients : array_like, shape ((order + 1)²,) or ((order + 1)², C)
-        As `sh_project` returns.
+        As `project` returns.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``
         As for `convert`: it turns the content in the world.
 
@@ -135,7 +139,7 @@ def sh_rotate(coefficients: ArrayLike, rotation: Any, /) -> NDArray[np.float64]:
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> turned = sm.sh_rotate([0, 0, 1, 0], sm.rotation(90, 0, 0))
+    >>> turned = sm.sh.rotate([0, 0, 1, 0], sm.rotation(90, 0, 0))
     >>> (np.round(turned, 6) + 0.0).tolist()
     [0.0, 0.0, 0.0, 1.0]
     """
@@ -146,7 +150,7 @@ def sh_rotate(coefficients: ArrayLike, rotation: Any, /) -> NDArray[np.float64]:
     return _core.sh_rotate(rows, matrix).reshape(shape)
 
 
-def sh_lobe(
+def lobe(
     lobe: Literal["cosine", "cone", "phong", "vmf"],
     order: int,
     /,
@@ -160,7 +164,7 @@ def sh_lobe(
     Parameters
     ----------
     lobe : {"cosine", "cone", "phong", "vmf"}
-        As for `convolve`, and ``"cosine"``: max(0, cos), which makes irradiance of radiance.
+        As for `light.convolve`, and ``"cosine"``: max(0, cos), which makes irradiance of radiance.
     order : int
         The highest degree.
     half_angle, exponent, kappa : float
@@ -179,28 +183,13 @@ def sh_lobe(
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> np.round(sm.sh_lobe("cosine", 4) / np.pi, 6).tolist()
+    >>> np.round(sm.sh.lobe("cosine", 4) / np.pi, 6).tolist()
     [1.0, 0.666667, 0.25, 0.0, -0.041667]
     """
-    order = _order(order, highest=10_000)
-    if lobe == "cosine":
-        return math.pi * _phong(1.0, order)
-    if lobe == "phong":
-        if not (math.isfinite(exponent) and exponent >= 0):
-            raise ValueError(f"`exponent` must be at least 0 and finite, got {exponent}.")
-        return _phong(exponent, order)
-    if lobe == "cone":
-        if not 0 < half_angle <= 180:
-            raise ValueError(f"`half_angle` must be in (0, 180], got {half_angle}.")
-        return _cone(math.radians(half_angle), order)
-    if lobe == "vmf":
-        if not (math.isfinite(kappa) and kappa >= 0):
-            raise ValueError(f"`kappa` must be at least 0 and finite, got {kappa}.")
-        return _vmf(kappa, order)
-    raise ValueError(f"unknown lobe {lobe!r}; there are cosine, cone, phong, vmf")
+    return _lobe(lobe, order, half_angle=half_angle, exponent=exponent, kappa=kappa)
 
 
-def sh_convolve(
+def convolve(
     coefficients: ArrayLike, lobe: str | ArrayLike, /, **parameters: float
 ) -> NDArray[np.float64]:
     """Convolve with a lobe that is round about its axis (Funk and Hecke): degree by degree.
@@ -208,9 +197,9 @@ def sh_convolve(
     Parameters
     ----------
     coefficients : array_like, shape ((order + 1)²,) or ((order + 1)², C)
-        As `sh_project` returns.
+        As `project` returns.
     lobe : str or array_like, shape (order + 1,)
-        A name for `sh_lobe`, or the factors themselves.
+        A name for `lobe`, or the factors themselves.
     **parameters : float
         Of the named lobe.
 
@@ -221,20 +210,20 @@ def sh_convolve(
     Raises
     ------
     ValueError, TypeError
-        As for `sh_lobe` and `sh_evaluate`.
+        As for `lobe` and `evaluate`.
 
     Examples
     --------
     Irradiance over π:
 
     >>> import numpy as np, spheremap as sm
-    >>> np.round(sm.sh_convolve([1, 0, 3, 0], "cosine") / np.pi, 6).tolist()
+    >>> np.round(sm.sh.convolve([1, 0, 3, 0], "cosine") / np.pi, 6).tolist()
     [1.0, 0.0, 2.0, 0.0]
     """
     rows, shape, _ = _rows(coefficients)
     order = math.isqrt(len(rows)) - 1
     if isinstance(lobe, str):
-        factors = sh_lobe(lobe, order, **parameters)  # type: ignore[arg-type]
+        factors = _lobe(lobe, order, **parameters)
     else:
         factors = np.asarray(lobe, dtype=np.float64)
         if parameters:
@@ -244,7 +233,7 @@ def sh_convolve(
     return (rows * factors[_degrees(order)][:, np.newaxis]).reshape(shape)
 
 
-def sh_window(
+def window(
     coefficients: ArrayLike,
     window: Literal["hann", "lanczos", "gauss"] = "hann",
     /,
@@ -256,7 +245,7 @@ def sh_window(
     Parameters
     ----------
     coefficients : array_like, shape ((order + 1)²,) or ((order + 1)², C)
-        As `sh_project` returns.
+        As `project` returns.
     window : {"hann", "lanczos", "gauss"}
         (1 + cos(π l/width))/2 and sin(π l/width)/(π l/width), both 0 from l = width on, or
         exp(-(π l/width)²/12), which has the width of the second and is never negative in space.
@@ -279,7 +268,7 @@ def sh_window(
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> np.round(sm.sh_window([1, 1, 1, 1], "hann"), 6).tolist()
+    >>> np.round(sm.sh.window([1, 1, 1, 1], "hann"), 6).tolist()
     [1.0, 0.5, 0.5, 0.5]
     """
     rows, shape, _ = _rows(coefficients)
@@ -382,7 +371,7 @@ _FILAMENT = np.array(
 )
 
 
-def sh_conventions() -> list[dict[str, str]]:
+def conventions() -> list[dict[str, str]]:
     """Return the conventions of coefficients: one row for each name.
 
     Returns
@@ -393,7 +382,7 @@ def sh_conventions() -> list[dict[str, str]]:
     Examples
     --------
     >>> import spheremap as sm
-    >>> [row["name"] for row in sm.sh_conventions()][:3]
+    >>> [row["name"] for row in sm.sh.conventions()][:3]
     ['orthonormal', 'graphics', 'condon-shortley']
     """
     return [
@@ -401,7 +390,7 @@ def sh_conventions() -> list[dict[str, str]]:
     ]
 
 
-def sh_convert(
+def convert(
     coefficients: ArrayLike, /, *, src: str = "orthonormal", dst: str = "orthonormal"
 ) -> NDArray[Any]:
     """Rewrite coefficients of one program for another: the function stays the same.
@@ -413,7 +402,7 @@ def sh_convert(
         (2, order + 1, order + 1) and for ``"healpy"`` complex ((order + 1)(order + 2)/2,), both
         with channels last, if any.
     src, dst : str
-        Names that `sh_conventions` lists. ``"filament-irradiance"`` holds irradiance, order 2 is
+        Names that `sh.conventions` lists. ``"filament-irradiance"`` holds irradiance, order 2 is
         all it has, and it takes what is above it off.
 
     Returns
@@ -429,9 +418,9 @@ def sh_convert(
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> sm.sh_convert([1, 2, 3, 4], dst="3dgs").tolist()
+    >>> sm.sh.convert([1, 2, 3, 4], dst="3dgs").tolist()
     [1.0, -2.0, 3.0, -4.0]
-    >>> (np.round(sm.sh_convert([1, 2, 3, 4], dst="e3nn"), 6) + 0.0).tolist()
+    >>> (np.round(sm.sh.convert([1, 2, 3, 4], dst="e3nn"), 6) + 0.0).tolist()
     [1.0, 4.0, 2.0, 3.0]
     """
     return _to(_from(coefficients, _convention(src), src), _convention(dst), dst)
@@ -471,7 +460,7 @@ def _from(coefficients: ArrayLike, row: _Convention, name: str) -> NDArray[np.fl
     if name == "filament-irradiance":
         if order != 2:
             raise ValueError(f"'{name}' has 9 coefficients, got {len(flat)}.")
-        flat = flat / _column(_FILAMENT * sh_lobe("cosine", 2)[_degrees(2)] / math.pi, flat.ndim)
+        flat = flat / _column(_FILAMENT * lobe("cosine", 2)[_degrees(2)] / math.pi, flat.ndim)
     if row.y_polar:
         flat = _turned(flat, _Y_POLAR.T)
     return flat
@@ -483,7 +472,7 @@ def _to(flat: NDArray[np.float64], row: _Convention, name: str) -> NDArray[Any]:
     if name == "filament-irradiance":
         if len(flat) < 9:
             raise ValueError(f"'{name}' needs order 2, got order {math.isqrt(len(flat)) - 1}.")
-        cosine = sh_lobe("cosine", 2)[_degrees(2)] / math.pi
+        cosine = lobe("cosine", 2)[_degrees(2)] / math.pi
         flat = flat[:9] * _column(_FILAMENT * cosine, flat.ndim)
     order = math.isqrt(len(flat)) - 1
     flat = flat * _column(_factors(row, order), flat.ndim)
@@ -561,6 +550,27 @@ def _order(order: int, *, highest: int = 64) -> int:
     if number != order or not 0 <= number <= highest:
         raise ValueError(f"Expected `order` to be a whole number from 0 to {highest}, got {order}.")
     return number
+
+
+def _lobe(
+    name: str, order: int, *, half_angle: float = 90.0, exponent: float = 1.0, kappa: float = 1.0
+) -> NDArray[np.float64]:
+    order = _order(order, highest=10_000)
+    if name == "cosine":
+        return math.pi * _phong(1.0, order)
+    if name == "phong":
+        if not (math.isfinite(exponent) and exponent >= 0):
+            raise ValueError(f"`exponent` must be at least 0 and finite, got {exponent}.")
+        return _phong(exponent, order)
+    if name == "cone":
+        if not 0 < half_angle <= 180:
+            raise ValueError(f"`half_angle` must be in (0, 180], got {half_angle}.")
+        return _cone(math.radians(half_angle), order)
+    if name == "vmf":
+        if not (math.isfinite(kappa) and kappa >= 0):
+            raise ValueError(f"`kappa` must be at least 0 and finite, got {kappa}.")
+        return _vmf(kappa, order)
+    raise ValueError(f"unknown lobe {name!r}; there are cosine, cone, phong, vmf")
 
 
 def _phong(exponent: float, order: int) -> NDArray[np.float64]:

@@ -96,10 +96,10 @@ def compare(a: ProjectionLike, b: ProjectionLike, /) -> Comparison:
     Examples
     --------
     >>> import spheremap as sm
-    >>> print(sm.compare("latlong:mitsuba", "latlong:openimageio"))
+    >>> print(sm.align.compare("latlong:mitsuba", "latlong:openimageio"))
     latlong:mitsuba -> latlong:openimageio
     grid differs: corners-v and centers, by up to half a texel
-    >>> print(sm.compare("latlong:skylibs", "latlong:filament"))
+    >>> print(sm.align.compare("latlong:skylibs", "latlong:filament"))
     latlong:skylibs -> latlong:filament
     mirrored (z changes sign); grid differs: centers and corners, by up to half a texel
     direction in b = M @ direction in a, M =

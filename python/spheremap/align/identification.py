@@ -155,7 +155,7 @@ def identify(
     >>> import numpy as np, spheremap as sm
     >>> d = sm.directions("latlong", 64)
     >>> scene = 1 + d[..., 0] / 2 + d[..., 1] * d[..., 2] + d[..., 0] * d[..., 1]
-    >>> found = sm.identify(scene, scene[:, ::-1])
+    >>> found = sm.align.identify(scene, scene[:, ::-1])
     >>> found.certain, found.best.axes, found.best.mirrored
     (True, '-x -y -z', True)
     """

@@ -3,19 +3,19 @@
 `find` needs ``pip install spheremap[ball]``.
 """
 
-from .finding import Ball, find_ball
-from .merging import MergedBalls, merge_balls
-from .rendering import render_ball
-from .unwrapping import UnwrappedBall, unwrap_ball
+from .finding import Ball, find
+from .merging import MergedBalls, merge
+from .rendering import render
+from .unwrapping import UnwrappedBall, unwrap
 
 __all__ = [
     "Ball",
     "MergedBalls",
     "UnwrappedBall",
-    "find_ball",
-    "merge_balls",
-    "render_ball",
-    "unwrap_ball",
+    "find",
+    "merge",
+    "render",
+    "unwrap",
 ]
 
 

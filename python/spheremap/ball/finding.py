@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Ball", "find_ball"]
+__all__ = ["Ball", "find"]
 
 # The longer side of the copy in which the ball is looked for.
 _SMALL = 320
@@ -75,7 +75,7 @@ class Ball:
         return Outline(self.center, *self.radii, math.radians(self.angle))
 
 
-def find_ball(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
+def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     """Find the rim of a mirrored ball.
 
     Parameters
@@ -102,8 +102,8 @@ def find_ball(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     >>> import numpy as np, spheremap as sm
     >>> d = sm.directions("latlong", 64)
     >>> scene = 1.5 + np.sign(np.sin(9 * d[..., 0]) * np.sin(7 * d[..., 1]) * np.sin(8 * d[..., 2]))
-    >>> photo = sm.render_ball(scene, size=240, center=(130, 110), radius=80, background="black")
-    >>> ball = sm.find_ball(photo)
+    >>> photo = sm.ball.render(scene, size=240, center=(130, 110), radius=80, background="black")
+    >>> ball = sm.ball.find(photo)
     >>> bool(np.hypot(ball.center[0] - 130, ball.center[1] - 110) < 1)
     True
     >>> bool(abs(ball.radius - 80) < 1.5)

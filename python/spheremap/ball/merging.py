@@ -16,7 +16,7 @@ from ..align.rotation_search import Panorama, median, search
 from ..map.named import resolve
 from ..resample.verbs import sample
 from .camera import view
-from .finding import find_ball
+from .finding import find
 from .joint import Placed, refined
 from .metals import reflectance_of
 from .photo import Shot, fitting_size
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["MergedBalls", "merge_balls"]
+__all__ = ["MergedBalls", "merge"]
 
 # Rows of the panoramas that rotations are found on.
 _LEVELS = (16, 32, 64, 128, 256)
@@ -48,7 +48,7 @@ _POWER = 4
 
 @dataclass(frozen=True, eq=False)
 class MergedBalls:
-    """A map of the sphere from several photos, as `merge_balls` returns it.
+    """A map of the sphere from several photos, as `merge` returns it.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class MergedBalls:
         return math.degrees(math.acos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
 
 
-def merge_balls(
+def merge(
     photos: Sequence[ArrayLike],
     /,
     *,
@@ -112,20 +112,20 @@ def merge_balls(
     photos : sequence of array_like, shape (H, W) or (H, W, C)
         Linear light, of any sizes.
     rotations : sequence, optional
-        The orientation of each photo's camera in the world, as `rotation` of `unwrap_ball`. By
+        The orientation of each photo's camera in the world, as `rotation` of `unwrap`. By
         default they are found; the result is then in the frame of the first camera.
     balls : sequence of Ball or None, optional
-        The rim in each photo. By default, and for None, `find_ball` finds it. One with a confidence
+        The rim in each photo. By default, and for None, `find` finds it. One with a confidence
         below 1 is refined together with the rotations, unless the camera is ideal.
     fov, distance : float or sequence, optional
-        As for `unwrap_ball`; one for all or one for each photo.
+        As for `unwrap`; one for all or one for each photo.
     masks : sequence of array_like or None, optional
         For each photo what counts, of its shape (H, W): bool, 0 to 1, or uint8 from 0 to 255.
     photographer : float
         Half the angle in degrees, about the direction to each camera, that is left to the other
         photos. 0 for no such cone.
     reflectance, metal, dst, size, filter
-        As for `unwrap_ball`.
+        As for `unwrap`.
 
     Returns
     -------
@@ -156,9 +156,9 @@ def merge_balls(
     >>> scene = 1.2 + np.sin(5 * d) * np.cos(4 * d[..., ::-1])
     >>> camera = dict(size=128, fov=25, distance=6)
     >>> turn = sm.rotation(170, 5, 10)
-    >>> a, b = sm.render_ball(scene, **camera), sm.render_ball(scene, rotation=turn, **camera) / 2
-    >>> ball = sm.Ball((64, 64), (48.8, 48.8), 0, 1)
-    >>> found = sm.merge_balls([a, b], balls=[ball, ball], fov=25, size=32)
+    >>> a, b = sm.ball.render(scene, **camera), sm.ball.render(scene, rotation=turn, **camera) / 2
+    >>> ball = sm.ball.Ball((64, 64), (48.8, 48.8), 0, 1)
+    >>> found = sm.ball.merge([a, b], balls=[ball, ball], fov=25, size=32)
     >>> found.coverage, found.exposures[1].round(2).tolist()
     (1.0, [2.0, 2.0, 2.0])
     >>> bool(np.abs(found.rotations[1] - turn).max() < 0.01)
@@ -193,7 +193,7 @@ def merge_balls(
     )
     for k, (pixels, ball, angle, far, mask) in enumerate(given):
         try:
-            rim = find_ball(pixels, mask=mask) if ball is None else ball
+            rim = find(pixels, mask=mask) if ball is None else ball
             camera = partial(_camera, pixels.shape[:2], angle, far)
             shots.append(Shot(pixels, camera(rim), mask, reflects, metal, filter))
         except ValueError as error:

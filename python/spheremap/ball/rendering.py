@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["render_ball"]
+__all__ = ["render"]
 
 
-def render_ball(
+def render(
     environment: ArrayLike,
     projection: ProjectionLike = "latlong",
     /,
@@ -54,7 +54,7 @@ def render_ball(
     size : int or (height, width)
         Of the photo, in pixels.
     center, radius, fov, distance, principal
-        As for `unwrap_ball`. By default the ball is in the middle and just fits, seen by the ideal
+        As for `unwrap`. By default the ball is in the middle and just fits, seen by the ideal
         camera.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         The camera's orientation in the world. Without it, the camera looks along -z.
@@ -75,7 +75,7 @@ def render_ball(
     Raises
     ------
     ValueError, TypeError
-        As for `sample` and `unwrap_ball`.
+        As for `sample` and `unwrap`.
 
     Notes
     -----
@@ -86,7 +86,7 @@ def render_ball(
     --------
     >>> import numpy as np, spheremap as sm
     >>> white = np.ones((32, 64, 3), np.float32)
-    >>> gold = sm.render_ball(white, size=64, metal="Au", background="black")
+    >>> gold = sm.ball.render(white, size=64, metal="Au", background="black")
     >>> (100 * gold[32, 32]).round().tolist(), gold[0, 0].tolist()
     ([98.0, 79.0, 34.0], [0.0, 0.0, 0.0])
     """

@@ -11,7 +11,7 @@ import numpy as np
 from .._arrays import as_image, rotation_matrix
 from ..map.named import resolve
 from .camera import view
-from .finding import Ball, find_ball
+from .finding import Ball, find
 from .metals import reflectance_of
 from .photo import Shot, as_pair_of_numbers, by_hand, fitting_size
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["UnwrappedBall", "unwrap_ball"]
+__all__ = ["UnwrappedBall", "unwrap"]
 
 
 @dataclass(frozen=True, eq=False)
 class UnwrappedBall:
-    """What a photo of a mirrored ball saw, as `unwrap_ball` returns it.
+    """What a photo of a mirrored ball saw, as `unwrap` returns it.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class UnwrappedBall:
         return float(weights[self.seen].sum() / weights.sum())
 
 
-def unwrap_ball(
+def unwrap(
     photo: ArrayLike,
     /,
     *,
@@ -106,7 +106,7 @@ def unwrap_ball(
         Linear light, of a pinhole camera (no lens distortion).
     center : (x, y), optional
         The middle of the ball's outline in pixels, from the upper left corner of the photo: the
-        first pixel's own center is (0.5, 0.5). By default `find_ball` looks for the outline.
+        first pixel's own center is (0.5, 0.5). By default `find` looks for the outline.
     radius : float or (float, float), optional
         Of the outline in pixels: of the circle with its area, or its semi-axes toward the
         principal point and across. Left out, it follows from `fov` and `distance`.
@@ -165,8 +165,8 @@ def unwrap_ball(
 
     >>> import numpy as np, spheremap as sm
     >>> scene = 1 + sm.directions("latlong", 64) ** 3
-    >>> photo = sm.render_ball(scene, size=200, fov=30, distance=6)
-    >>> found = sm.unwrap_ball(photo, center=(100, 100), radius=63.09, fov=30, size=64)
+    >>> photo = sm.ball.render(scene, size=200, fov=30, distance=6)
+    >>> found = sm.ball.unwrap(photo, center=(100, 100), radius=63.09, fov=30, size=64)
     >>> round(found.distance, 2), round(found.blind_cone, 1)
     (6.0, 9.6)
     >>> known = found.spacing < 0.04
@@ -180,7 +180,7 @@ def unwrap_ball(
     if center is None:
         if radius is not None:
             raise ValueError("`radius` without `center`: give both, or neither to find the ball.")
-        ball = find_ball(pixels, mask=mask)
+        ball = find(pixels, mask=mask)
     elif radius is not None:
         ball = by_hand(center, radius, principal, pixels.shape)
     seen_by = view(

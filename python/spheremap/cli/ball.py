@@ -73,7 +73,7 @@ def ball(
             raise UsageError(f"{name} is needed once for each of {len(photos)} photos")
     if preview is not None and STORED.get(preview.suffix.lower(), ("",))[0] != "uint8":
         raise UsageError(f"--preview is a .png or .jpg, got {str(preview)!r}")
-    rims: list[sm.Ball] = [_parsed(text, UsageError) for text in rim or ()]
+    rims: list[sm.ball.Ball] = [_parsed(text, UsageError) for text in rim or ()]
     with as_usage():
         dst = files.flat(to)
     for place in (target, preview):
@@ -92,13 +92,13 @@ def ball(
             ):
                 step(f"looking for the ball in {path.name}")
                 try:
-                    rims.append(sm.find_ball(image, mask=counts))
+                    rims.append(sm.ball.find(image, mask=counts))
                 except ValueError as error:
                     _draw(preview, images, [], None, exposure)
                     raise ValueError(f"{path}: {error}") from None
         _draw(preview, images, rims, None, exposure)
         step("joining")
-        merged = sm.merge_balls(
+        merged = sm.ball.merge(
             images,
             balls=rims,
             fov=fov,
@@ -128,14 +128,14 @@ def ball(
     )
 
 
-def _parsed(text: str, error: Callable[[str], Exception]) -> sm.Ball:
+def _parsed(text: str, error: Callable[[str], Exception]) -> sm.ball.Ball:
     try:
         x, y, r = (float(word) for word in text.split(","))
         if not r > 0:
             raise ValueError
     except ValueError:
         raise error(f"--rim is X,Y,R in pixels, as 400,300,250.5; got {text!r}") from None
-    return sm.Ball((x, y), (r, r), 0.0, 1.0)
+    return sm.ball.Ball((x, y), (r, r), 0.0, 1.0)
 
 
 def _light(image: NDArray[Any]) -> NDArray[Any]:
@@ -150,7 +150,7 @@ def _light(image: NDArray[Any]) -> NDArray[Any]:
 def _draw(
     place: Path | None,
     images: list[NDArray[Any]],
-    rims: list[sm.Ball],
+    rims: list[sm.ball.Ball],
     panorama: NDArray[Any] | None,
     exposure: float | None,
 ) -> None:

@@ -266,7 +266,7 @@ def bake(
         step(f"baking {files.described(src)}")
         start = time.perf_counter()
         # Alpha is no light.
-        baked = sm.bake(
+        baked = sm.light.bake(
             image[..., :3] if image.shape[-1] > 3 else image,
             src,
             diffuse=diffuse or everything,
@@ -344,7 +344,7 @@ def _light(image: np.ndarray[Any, Any], name: str | None) -> str | None:
         return None
     name = name or files.likely(height, width)
     p = files.of_file(name, None, height, width, any_aspect=False)
-    lines = str(sm.energy(image, p, skipna=True)).splitlines()
+    lines = str(sm.light.energy(image, p, skipna=True)).splitlines()
     return "\n  ".join([f"  light     as {files.described(p)}", *lines])
 
 
@@ -418,7 +418,7 @@ def compare(
     """Tell what turns one convention into another."""
     check_projection(a)
     check_projection(b)
-    print(sm.compare(a, b))
+    print(sm.align.compare(a, b))
 
 
 @app.command()
@@ -449,7 +449,7 @@ def identify(
             name = name or files.likely(height, width)
             maps.append(files.of_file(name, None, height, width, any_aspect=False))
         step("comparing")
-        found = sm.identify(images[0], images[1], maps[0], maps[1])
+        found = sm.align.identify(images[0], images[1], maps[0], maps[1])
     print(f"A is taken as {files.described(maps[0])}, B as {files.described(maps[1])}")
     print(found)
     if not found.certain:

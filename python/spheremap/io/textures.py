@@ -51,7 +51,7 @@ def write_ktx2(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> 
     --------
     >>> import numpy as np, spheremap as sm, tempfile, pathlib
     >>> place = pathlib.Path(tempfile.mkdtemp()) / "white.ktx2"
-    >>> sm.write_ktx2(place, [np.ones((6, 4, 4, 3)), np.ones((6, 2, 2, 3))])
+    >>> sm.io.write_ktx2(place, [np.ones((6, 4, 4, 3)), np.ones((6, 2, 2, 3))])
     0
     >>> place.stat().st_size
     1232
@@ -117,7 +117,7 @@ def write_dds(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> i
     --------
     >>> import numpy as np, spheremap as sm, tempfile, pathlib
     >>> place = pathlib.Path(tempfile.mkdtemp()) / "white.dds"
-    >>> sm.write_dds(place, [np.ones((6, 4, 4, 3)), np.ones((6, 2, 2, 3))])
+    >>> sm.io.write_dds(place, [np.ones((6, 4, 4, 3)), np.ones((6, 2, 2, 3))])
     0
     >>> place.stat().st_size == 128 + 6 * (16 + 4) * 8
     True

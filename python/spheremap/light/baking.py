@@ -12,7 +12,8 @@ import numpy as np
 
 from .._arrays import checked_image
 from ..io.textures import write_dds, write_ktx2
-from ..sh import sh_convert, sh_project
+from ..sh import convert as sh_convert
+from ..sh import project as sh_project
 from .lobes import irradiance
 from .specular import dfg, prefilter_chain
 
@@ -131,7 +132,7 @@ def bake(
     --------
     >>> import numpy as np, spheremap as sm
     >>> sky = np.ones((32, 64, 3), np.float32)
-    >>> baked = sm.bake(sky, "latlong", size=16, levels=3, diffuse_size=4, samples=32)
+    >>> baked = sm.light.bake(sky, "latlong", size=16, levels=3, diffuse_size=4, samples=32)
     >>> baked.diffuse.shape, len(baked.specular), baked.sh.shape
     ((6, 4, 4, 3), 3, (9, 3))
     """

@@ -76,7 +76,7 @@ class Distribution:
     --------
     >>> import numpy as np, spheremap as sm
     >>> sky = np.maximum(sm.directions("latlong", 64)[..., 1], 0)
-    >>> dist = sm.Distribution(sky, "latlong")
+    >>> dist = sm.light.Distribution(sky, "latlong")
     >>> d, pdf = dist.sample(np.random.default_rng(0).random((1000, 2)))
     >>> bool((d[:, 1] > 0).all()), bool(np.allclose(dist.pdf(d), pdf))
     (True, True)
@@ -164,7 +164,7 @@ class Distribution:
         Examples
         --------
         >>> import numpy as np, spheremap as sm
-        >>> dist = sm.Distribution(np.ones((4, 8, 3), np.float32), "latlong")
+        >>> dist = sm.light.Distribution(np.ones((4, 8, 3), np.float32), "latlong")
         >>> d, pdf, w = dist.sample([0.5, 0.5], weights=True)
         >>> bool(np.isclose(pdf, 1 / (4 * np.pi))), np.round(w / (4 * np.pi), 6).tolist()
         (True, [1.0, 1.0, 1.0])
@@ -199,7 +199,7 @@ class Distribution:
         Examples
         --------
         >>> import numpy as np, spheremap as sm
-        >>> dist = sm.Distribution(np.ones((8, 8)), "matcap")
+        >>> dist = sm.light.Distribution(np.ones((8, 8)), "matcap")
         >>> dist.pdf([[0, 0, 1], [0, 0, -1]]).round(6).tolist()
         [0.159155, 0.0]
         """

@@ -10,7 +10,9 @@ import numpy as np
 from .. import _core
 from .._arrays import as_size, as_unit_vectors, checked_image, has_channels, result_dtype
 from ..map.named import resolve
-from ..sh import sh_convolve, sh_evaluate, sh_project
+from ..sh import convolve as sh_convolve
+from ..sh import evaluate as sh_evaluate
+from ..sh import project as sh_project
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -75,7 +77,7 @@ def irradiance(
     --------
     >>> import numpy as np, spheremap as sm
     >>> white = np.ones((64, 128, 3), np.float32)
-    >>> E = sm.irradiance(white, "latlong", "cube", size=8)
+    >>> E = sm.light.irradiance(white, "latlong", "cube", size=8)
     >>> E.shape, float(np.abs(E - np.pi).max()) < 1e-6
     ((6, 8, 8, 3), True)
     """
@@ -123,7 +125,7 @@ def irradiance_at(
     --------
     >>> import numpy as np, spheremap as sm
     >>> sky = (sm.directions("latlong", 64)[..., 1] > 0).astype(float)
-    >>> np.round(sm.irradiance_at(sky, [[0, 1, 0], [1, 0, 0]], "latlong") / np.pi, 3).tolist()
+    >>> np.round(sm.light.irradiance_at(sky, [[0, 1, 0], [1, 0, 0]], "latlong") / np.pi, 3).tolist()
     [1.0, 0.5]
     """
     resolved = resolve(projection)
@@ -182,7 +184,7 @@ def convolve(
     --------
     >>> import numpy as np, spheremap as sm
     >>> sky = (sm.directions("latlong", 64)[..., 1] > 0).astype(np.float32)
-    >>> wide = sm.convolve(sky, "latlong", "latlong", "cone", half_angle=90, size=8)
+    >>> wide = sm.light.convolve(sky, "latlong", "latlong", "cone", half_angle=90, size=8)
     >>> wide.shape, float(wide.max()) < 1
     ((8, 16), True)
     """

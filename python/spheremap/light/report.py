@@ -125,7 +125,7 @@ def energy(
     >>> import numpy as np, spheremap as sm
     >>> sky = np.full((64, 128), 0.5)
     >>> sky[20, 40] = 4096
-    >>> print(sm.energy(sky, "latlong"))
+    >>> print(sm.light.energy(sky, "latlong"))
     covers    12.5664 sr (100.0%)
     energy    14.62 (∫ L dω)
     mean      1.1634, luminance 1.163

@@ -76,7 +76,7 @@ def bake_matcap(
     --------
     >>> import numpy as np, spheremap as sm
     >>> white = np.ones((32, 64, 3), np.float32)
-    >>> matcap = sm.bake_matcap(white, "diffuse", size=16, color=[0.8, 0.4, 0.2])
+    >>> matcap = sm.light.bake_matcap(white, "diffuse", size=16, color=[0.8, 0.4, 0.2])
     >>> (100 * matcap[8, 8]).round().tolist()
     [80.0, 40.0, 20.0]
     """
@@ -171,7 +171,7 @@ def shade_matcap(
     --------
     >>> import numpy as np, spheremap as sm
     >>> matcap = sm.directions("matcap", 64)                    # the color is the normal
-    >>> sm.shade_matcap([[0, 0, 1], [0, 2, 2]], matcap).round(2).tolist()
+    >>> sm.light.shade_matcap([[0, 0, 1], [0, 2, 2]], matcap).round(2).tolist()
     [[0.0, 0.0, 1.0], [0.0, 0.71, 0.71]]
     """
     if (positions is None) != (eye is None):
@@ -244,7 +244,7 @@ def shade_environment(
     --------
     >>> import numpy as np, spheremap as sm
     >>> sky = np.maximum(sm.directions("latlong", 64)[..., 1], 0)
-    >>> float(sm.shade_environment([0, 0, 0], [0, 1, 1], [0, 0, 9], sky).round(1))
+    >>> float(sm.light.shade_environment([0, 0, 0], [0, 1, 1], [0, 0, 9], sky).round(1))
     1.0
     """
     view = _to_eye(positions, eye)

@@ -207,7 +207,7 @@ def lights(
     --------
     >>> import numpy as np, spheremap as sm
     >>> sky = np.maximum(sm.directions("latlong", 64), 0)[..., 1]
-    >>> four = sm.lights(sky, "latlong", 4)
+    >>> four = sm.light.lights(sky, "latlong", 4)
     >>> len(four), bool(np.isclose(four.irradiance.sum(), np.pi, rtol=1e-3))
     (4, True)
     """
@@ -449,7 +449,7 @@ def sun(
     >>> import numpy as np, spheremap as sm
     >>> sky = np.full((64, 128), 0.5)
     >>> sky[20, 40] = 1000
-    >>> found = sm.sun(sky, "latlong")
+    >>> found = sm.light.sun(sky, "latlong")
     >>> bool(np.allclose(found.direction, sm.directions("latlong", 64)[20, 40]))
     True
     """
@@ -491,10 +491,10 @@ def remove_sun(
     >>> import numpy as np, spheremap as sm
     >>> sky = np.full((64, 128), 0.5)
     >>> sky[20, 40] = 1000
-    >>> dull, found = sm.remove_sun(sky, "latlong")
+    >>> dull, found = sm.light.remove_sun(sky, "latlong")
     >>> float(dull.max())
     0.5
-    >>> bool(np.allclose(sm.add_sun(dull, "latlong", found), sky))
+    >>> bool(np.allclose(sm.light.add_sun(dull, "latlong", found), sky))
     True
     """
     t = lit_texels(image, projection, axes, rotation, luminance, skipna)
@@ -542,8 +542,8 @@ def add_sun(
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> true = sm.Sun(np.array([0.0, 1.0, 0.0]), 6.8e-5, np.array([1.5]), np.zeros(1), 0.01)
-    >>> sky = sm.add_sun(np.zeros((64, 128)), "latlong", true)
+    >>> true = sm.light.Sun(np.array([0.0, 1.0, 0.0]), 6.8e-5, np.array([1.5]), np.zeros(1), 0.01)
+    >>> sky = sm.light.add_sun(np.zeros((64, 128)), "latlong", true)
     >>> bool(np.isclose(np.vdot(sky, sm.solid_angle("latlong", 64)), 1.5))
     True
     """

@@ -76,7 +76,7 @@ def prefilter(
     --------
     >>> import numpy as np, spheremap as sm
     >>> white = np.ones((32, 64, 3), np.float32)
-    >>> rough = sm.prefilter(white, "latlong", "cube", roughness=0.5, size=4)
+    >>> rough = sm.light.prefilter(white, "latlong", "cube", roughness=0.5, size=4)
     >>> rough.shape, bool(np.allclose(rough, 1))
     ((6, 4, 4, 3), True)
     """
@@ -141,7 +141,7 @@ def prefilter_chain(
     --------
     >>> import numpy as np, spheremap as sm
     >>> sky = np.ones((32, 64, 3), np.float32)
-    >>> chain = sm.prefilter_chain(sky, "latlong", "cube", size=16, levels=3, samples=64)
+    >>> chain = sm.light.prefilter_chain(sky, "latlong", "cube", size=16, levels=3, samples=64)
     >>> [level.shape for level in chain]
     [(6, 16, 16, 3), (6, 8, 8, 3), (6, 4, 4, 3)]
     """
@@ -200,7 +200,7 @@ def dfg(
     A smooth metal seen from the front reflects all:
 
     >>> import spheremap as sm
-    >>> B, E = sm.dfg(32)[0, -1]
+    >>> B, E = sm.light.dfg(32)[0, -1]
     >>> bool(abs(E - 1) < 1e-4)
     True
     """

@@ -53,7 +53,7 @@ def weights(
 
     >>> import numpy as np, spheremap as sm
     >>> a = sm.directions("latlong", 64)[..., 1]
-    >>> w = sm.weights("latlong", 64, normalized=True)
+    >>> w = sm.light.weights("latlong", 64, normalized=True)
     >>> round(float(np.sum(w * a**2)), 3)
     0.333
     """
@@ -92,7 +92,7 @@ def integrate(
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> float(sm.integrate(np.ones((64, 128)), "latlong") / np.pi)
+    >>> float(sm.light.integrate(np.ones((64, 128)), "latlong") / np.pi)
     4.0
     """
     resolved = resolve(projection)
@@ -127,7 +127,7 @@ def mean(
 
     >>> import numpy as np, spheremap as sm
     >>> up = np.abs(sm.directions("latlong", 64)[..., 1])
-    >>> float(up.mean().round(3)), float(sm.mean(up, "latlong").round(3))
+    >>> float(up.mean().round(3)), float(sm.light.mean(up, "latlong").round(3))
     (0.637, 0.5)
     """
     resolved = resolve(projection)
@@ -166,7 +166,7 @@ def average_direction(
     --------
     >>> import numpy as np, spheremap as sm
     >>> sky = np.maximum(sm.directions("latlong", 64)[..., 1], 0)
-    >>> np.round(sm.average_direction(sky, "latlong") + 0.0, 3).tolist()
+    >>> np.round(sm.light.average_direction(sky, "latlong") + 0.0, 3).tolist()
     [0.0, 0.667, 0.0]
     """
     resolved = resolve(projection)
@@ -214,7 +214,7 @@ def ws_psnr(
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> round(sm.ws_psnr(np.full((8, 16), 0.5), np.full((8, 16), 0.6), "latlong"), 6)
+    >>> round(sm.light.ws_psnr(np.full((8, 16), 0.5), np.full((8, 16), 0.6), "latlong"), 6)
     20.0
     """
     a, b = checked_image(image), checked_image(reference, name="reference")

@@ -107,9 +107,9 @@ lint-generated: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/generate_packing.py --check
 
 bench: $(BUILT) $(DEV_DEPS)
-	"$(BIN)/python" benches/compare.py $(BENCH_ARGS)
+	"$(BIN)/python" benches/map.py $(BENCH_ARGS)
 	"$(BIN)/python" benches/resample.py
-	"$(BIN)/python" benches/distribution.py
+	"$(BIN)/python" benches/light_distribution.py
 	"$(BIN)/python" benches/light.py
 	"$(BIN)/python" benches/packing.py
 	"$(BIN)/python" benches/healpix.py

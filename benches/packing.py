@@ -3,7 +3,7 @@
     python benches/packing.py            # rewrites its section
     python benches/packing.py --quick    # a smoke test: small arrays, printed only
 
-All entrants take turns, as in compare.py, and ratios are of medians. Everybody
+All entrants take turns, as in map.py, and ratios are of medians. Everybody
 but numpy writes to memory that is there already.
 """
 
@@ -15,7 +15,7 @@ import os
 
 import numpy as np
 import spheremap as sm
-from compare import ROOT, Call, Yardsticks, at_level, race, say, table, verdict
+from measure import ROOT, Call, Yardsticks, at_level, race, say, table, verdict
 from spheremap import _core
 
 BEGIN = "<!-- packing: written by benches/packing.py -->"

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import spheremap as sm
-from compare import ROOT, machine, race, say, table
+from measure import ROOT, machine, race, say, table
 from resample_peers import Ffmpeg, cv2, cv2_remap, numpy_maps, py360convert, skylibs
 from resample_peers import versions as peer_versions
 

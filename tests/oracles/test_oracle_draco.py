@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import reference_packing as reference
 import spheremap as sm
 from conftest import random_directions
+from reference import packing as reference
 
 from oracles import need
 from oracles.test_oracle_meshoptimizer import hard

@@ -6,9 +6,9 @@ import ctypes
 
 import numpy as np
 import pytest
-import reference_packing as reference
 import spheremap as sm
 from conftest import assert_same_bits, random_directions
+from reference import packing as reference
 
 from oracles import need
 

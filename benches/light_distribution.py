@@ -1,9 +1,9 @@
 """Time importance sampling and lights against mitsuba; write a section of BENCHMARKS.md.
 
-    python benches/distribution.py            # rewrites its section of BENCHMARKS.md
-    python benches/distribution.py --quick    # a smoke test: small arrays, printed only
+    python benches/light_distribution.py            # rewrites its section of BENCHMARKS.md
+    python benches/light_distribution.py --quick    # a smoke test: small arrays, printed only
 
-Entrants take turns, as in compare.py, and all numbers of a row come from one run.
+Entrants take turns, as in map.py, and all numbers of a row come from one run.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 import spheremap as sm
-from compare import ROOT, race, say, table
+from measure import ROOT, race, say, table
 
-BEGIN, END = "<!-- distribution: benches/distribution.py -->", "<!-- end of distribution -->"
+BEGIN, END = "<!-- distribution: benches/light_distribution.py -->", "<!-- end of distribution -->"
 SIZES = (512, 2048)
 TARGET = 2.0
 

@@ -214,7 +214,7 @@ def test_signs_of_zero_do_not_move_an_axis(case, dtype):
                         back = p.decode(places[-1])
                         assert reference.angle(back, d) <= bound(r, dtype)
             places = np.array(places)
-            view = reference._permute(r.axes, np.eye(3)[k] * sign, back=False)
+            view = reference.permute(r.axes, np.eye(3)[k] * sign, back=False)
             view_to_world = reference.axes_matrix(r.axes)
             if np.array_equal(view, [0, 0, -1]):
                 # The stated place of the backward axis: azimuth of (+x, 0); seam u = 0.

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import reference_light as reference
 import spheremap as sm
 from conftest import LAYOUTS, Case, each, random_directions
+from reference import light as reference
 
 WHOLE = [c for c in LAYOUTS if c.make().coverage == "sphere"]
 

@@ -128,7 +128,7 @@ def test_repr_makes_it_again(case):
         assert f'convention="{p.convention}"' in text
 
 
-def test_repr_of_the_contract():
+def test_repr_of_a_default_and_of_parameters():
     assert repr(sm.projection("latlong")) == 'Projection("latlong")'
     p = sm.projection("latlong", convention="mitsuba")
     assert repr(p) == 'Projection("latlong", convention="mitsuba")'

@@ -226,7 +226,7 @@ def test_row_is_complete_and_can_be_made(row):
 
 
 def test_rows_that_were_run_name_a_version_that_an_oracle_runs():
-    folder = Path(__file__).parent / "oracles"
+    folder = Path(__file__).parents[1] / "oracles"
     tests = "".join(path.read_text(encoding="utf-8") for path in folder.glob("*.py"))
     for row in TABLE:
         program = row["version"].split()[0]
@@ -277,7 +277,7 @@ def test_rows_are_unique_and_listed():
         "latlong:blender",
     ],
 )
-def test_conventions_that_the_contract_names(qualified):
+def test_well_known_conventions(qualified):
     kind, name = qualified.split(":")
     assert (kind, name) in {(row["kind"], row["name"]) for row in TABLE}
 
@@ -303,7 +303,7 @@ def test_literal_formula_of_the_program(row):
 
 
 @each(lambda row: row["kind"] == "latlong")
-def test_axes_and_grid_of_the_document(row):
+def test_axes_and_grid_of_programs(row):
     if row["name"] in AXES:
         assert row["axes"] == AXES[row["name"]]
     if row["name"] in GRIDS:

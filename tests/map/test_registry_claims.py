@@ -25,7 +25,7 @@ EXPECTED = {
 each_entry = pytest.mark.parametrize("entry", REGISTRY, ids=NAMES)
 
 
-def test_the_mission_is_registered():
+def test_projections_that_others_build_on_are_registered():
     assert set(NAMES) >= EXPECTED
     assert len(set(NAMES)) == len(NAMES)
     assert tuple(sm.projections()) == tuple(NAMES)

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import spheremap as sm
+from scenes import scene
 from spheremap import io
 from test_cli import bad, good, run
-from test_identify import SOURCE
+
+SOURCE = scene(sm.directions("latlong", 120))
 
 
 def test_conventions_lists_the_table() -> None:

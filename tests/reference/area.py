@@ -10,12 +10,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import reference
+
+from . import maps
 
 Array = np.ndarray
 
 
-def nearest_inside(r: reference.Reference, shape: tuple[int, ...]) -> Array:
+def nearest_inside(r: maps.Reference, shape: tuple[int, ...]) -> Array:
     """For each texel its own flat index, or that of the nearest one with a valid center."""
     uv = r.texel_uv(shape)
     flat = uv.reshape(-1, uv.shape[-1])
@@ -31,20 +32,20 @@ def nearest_inside(r: reference.Reference, shape: tuple[int, ...]) -> Array:
     return index.reshape(uv.shape[:-1])
 
 
-def filled(r: reference.Reference, image: Array) -> Array:
+def filled(r: maps.Reference, image: Array) -> Array:
     """Give an image whose texels outside hold the value of the nearest inside."""
     return image.reshape(-1)[nearest_inside(r, image.shape)]
 
 
-def energy(r: reference.Reference, image: Array, solid_angle: Array) -> float:
+def energy(r: maps.Reference, image: Array, solid_angle: Array) -> float:
     """Σ L·dω of a source."""
     return float((filled(r, image) * solid_angle).sum())
 
 
 def convert(
     image: Array,
-    src: reference.Reference,
-    dst: reference.Reference,
+    src: maps.Reference,
+    dst: maps.Reference,
     shape: tuple[int, ...],
     rotation: Any,
     finer: int,

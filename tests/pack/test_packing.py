@@ -7,11 +7,11 @@ import pickle
 import hard_directions
 import numpy as np
 import pytest
-import reference_packing as reference
 import spheremap as sm
 from conftest import assert_same_bits, random_directions
 from hypothesis import given
 from hypothesis import strategies as st
+from reference import packing as reference
 from spheremap import _core
 
 pytestmark = pytest.mark.filterwarnings("ignore::spheremap.packing.UnboundedPackingWarning")

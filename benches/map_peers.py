@@ -1,7 +1,7 @@
 """Other ways to do the same work, written as their users would write them: numpy, numba, DrJit.
 
 Each peer is a function from one float32 array to a new one, for the five maps of the speed table
-and both ways, in the default axes. `compare.py` checks every one against spheremap first.
+and both ways, in the default axes. `map.py` checks every one against spheremap first.
 """
 
 from __future__ import annotations

@@ -18,8 +18,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import reference_atlas
-from reference_atlas import LENSES, WORLDS
+
+from . import atlas
+from .atlas import LENSES, WORLDS
 
 Array = np.ndarray
 
@@ -221,7 +222,7 @@ def axes_matrix(axes: str) -> Array:
     return a
 
 
-def _permute(axes: str, d: Array, back: bool) -> Array:
+def permute(axes: str, d: Array, back: bool) -> Array:
     """World to view (or back), component by component, so that no zero changes its sign twice."""
     out = np.empty_like(d)
     for row, word in enumerate(axes.split()):
@@ -534,7 +535,7 @@ def _decode_dual(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
     return _mask(np.stack([2 * p, 2 * q, z], -1), ok)
 
 
-def _decode_cube(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
+def decode_cube(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
     one = np.ones_like(p)
     table = [(one, q, -p), (-one, q, p), (p, -one, q), (p, one, -q), (p, q, one), (-p, q, -one)]
     out = np.full((*p.shape, 3), np.nan, p.dtype)
@@ -646,14 +647,14 @@ def _decode_lambert_cylindrical(p: Array, q: Array, _f: Array, _: dict[str, floa
 
 def _decode_equiangular(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
     scale = _pi(p.dtype) / 4
-    return _decode_cube(np.tan(p * scale), np.tan(q * scale), f, _)
+    return decode_cube(np.tan(p * scale), np.tan(q * scale), f, _)
 
 
 def _decode_quadratic(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
     def uv(s: Array) -> Array:  # S2's STtoUV
         return np.where(s >= 0.5, (4 * s * s - 1) / 3, (1 - 4 * (1 - s) ** 2) / 3)
 
-    return _decode_cube(uv((p + 1) / 2), uv((q + 1) / 2), f, _)
+    return decode_cube(uv((p + 1) / 2), uv((q + 1) / 2), f, _)
 
 
 def _decode_quadrilateralized(p: Array, q: Array, f: Array, _: dict[str, float]) -> Array:
@@ -668,7 +669,7 @@ def _decode_quadrilateralized(p: Array, q: Array, f: Array, _: dict[str, float])
     a, b = np.sin(phi) * np.cos(theta), np.sin(phi) * np.sin(theta)
     a, b = np.copysign(a, near), np.copysign(b, far)
     m = np.cos(phi)
-    return _decode_cube(np.where(across, a, b) / m, np.where(across, b, a) / m, f, _)
+    return decode_cube(np.where(across, a, b) / m, np.where(across, b, a) / m, f, _)
 
 
 def _mask(d: Array, ok: Array) -> Array:
@@ -786,7 +787,7 @@ FORMULAS: dict[str, Formulas] = {
     "sphere": Formulas(_encode_sphere, _decode_sphere, _density_sphere),
     "matcap": Formulas(_encode_matcap, _decode_matcap, _density_matcap),
     "dual_paraboloid": Formulas(_encode_dual, _decode_dual, _density_dual),
-    "cube": Formulas(_encode_cube, _decode_cube, _density_cube),
+    "cube": Formulas(_encode_cube, decode_cube, _density_cube),
     "angular": Formulas(_encode_angular, _decode_angular, _density_angular),
     "octahedral": Formulas(_encode_octahedral, _decode_octahedral, _density_octahedral),
     "hemioctahedral": Formulas(
@@ -810,14 +811,14 @@ FORMULAS: dict[str, Formulas] = {
         _encode_quadrilateralized, _decode_quadrilateralized, _constant(4 * math.pi / 6)
     ),
     "dual_fisheye": Formulas(
-        reference_atlas.encode_dual_fisheye,
-        reference_atlas.decode_dual_fisheye,
-        reference_atlas.density_dual_fisheye,
+        atlas.encode_dual_fisheye,
+        atlas.decode_dual_fisheye,
+        atlas.density_dual_fisheye,
     ),
     "icosahedral": Formulas(
-        reference_atlas.encode_icosahedral,
-        reference_atlas.decode_icosahedral,
-        reference_atlas.density_icosahedral,
+        atlas.encode_icosahedral,
+        atlas.decode_icosahedral,
+        atlas.density_icosahedral,
     ),
     **{name: Formulas(a.encode, a.decode, a.density) for name, a in LENSES.items()},
     **{name: Formulas(a.encode, a.decode, a.density) for name, a in WORLDS.items()},
@@ -903,7 +904,7 @@ class Reference:
         if self.name in WORLDS:
             return WORLDS[self.name].covered(self.parameters)
         if self.name == "dual_fisheye":
-            return 4 * math.pi * float(reference_atlas.cap_dual_fisheye(1.0, self.parameters))
+            return 4 * math.pi * float(atlas.cap_dual_fisheye(1.0, self.parameters))
         if self.name == "cylindrical":
             half, height = _cylinder(self.parameters, float)
             return float(4 * half * height / math.hypot(1, height))
@@ -937,7 +938,7 @@ class Reference:
 
     def encode(self, directions: Any) -> Array:
         """Directions (..., 3) to (..., 2), or (..., 3) with the face."""
-        d = _permute(self.axes, unit(directions), back=False)
+        d = permute(self.axes, unit(directions), back=False)
         with np.errstate(all="ignore"):
             p, q, f = FORMULAS[self.name].encode(d[..., 0], d[..., 1], d[..., 2], self.parameters)
         bad = np.isnan(p) | np.isnan(q) | np.isnan(d[..., 0])
@@ -997,7 +998,7 @@ class Reference:
         d = np.where(np.isnan(p)[..., None], np.nan, d)
         with np.errstate(all="ignore"):
             d = d / np.sqrt(np.sum(d * d, axis=-1, keepdims=True))
-        return _permute(self.axes, d, back=True)
+        return permute(self.axes, d, back=True)
 
     def valid(self, uv: Any) -> Array:
         return ~np.isnan(self.decode(uv)[..., 0])
@@ -1019,7 +1020,7 @@ class Reference:
 
     def clear_of_the_border(self, directions: Any, margin: float = 1e-6) -> Array:
         """Tell directions that rounding cannot move over the edge of the coverage."""
-        view = _permute(self.axes, unit(np.asarray(directions).astype(np.longdouble)), back=False)
+        view = permute(self.axes, unit(np.asarray(directions).astype(np.longdouble)), back=False)
         x, y, z = view[..., 0], view[..., 1], view[..., 2]
         fov = self.parameters.get("fov", FISHEYES.get(self.name))
         if self.name in HEMISPHERES:
@@ -1206,7 +1207,7 @@ class Reference:
         if self.name == "dual_paraboloid":
             return 2 * r * r / (1 + r * r)
         if self.name == "dual_fisheye":
-            return reference_atlas.cap_dual_fisheye(r, self.parameters)
+            return atlas.cap_dual_fisheye(r, self.parameters)
         if self.name in LENSES:
             return LENSES[self.name].cap(r, self.parameters)
         half = float(_half(self.parameters, self.name, float))
@@ -1321,8 +1322,8 @@ def of(projection: Any) -> Reference:
     """Build the reference of any object with name, axes, grid, layout and parameters."""
     if projection.name not in FORMULAS:
         raise LookupError(
-            f"projection {projection.name!r} is registered but tests/reference.py has no formula "
-            "for it: write one from its source"
+            f"projection {projection.name!r} is registered but tests/reference/maps.py has no "
+            "formula for it: write one from its source"
         )
     return Reference(
         projection.name,

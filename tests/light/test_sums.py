@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import reference_light as reference
 import spheremap as sm
 from conftest import (
     DEFAULTS,
@@ -18,7 +17,8 @@ from conftest import (
     each,
     random_directions,
 )
-from reference_atlas import LENSES
+from reference import light as reference
+from reference.atlas import LENSES
 
 WHOLE = [c for c in LAYOUTS if c.make().coverage == "sphere"]
 LOBES: list[tuple[str, float]] = [("cone", 40.0), ("phong", 12.5), ("phong", 0.0), ("vmf", 30.0)]

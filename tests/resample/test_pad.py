@@ -120,8 +120,8 @@ def test_faces_continue_their_own_formula(case):
         i = (np.arange(-border, n + border) + 0.5) / n * 2 - 1
         q, x = np.meshgrid(i, i, indexing="ij")
         r = reference.make("cube")
-        d = reference._permute(
-            r.axes, reference._decode_cube(x, q, np.full_like(x, face), {}), back=True
+        d = reference.permute(
+            r.axes, reference.decode_cube(x, q, np.full_like(x, face), {}), back=True
         )
         want = reference.smooth_function(reference.unit(d))
         # Bilinear: 1/8 h² |f''|, h = 2/32 and |f''| < 8.

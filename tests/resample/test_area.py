@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import reference
-import reference_area
 import spheremap as sm
 from conftest import DEFAULTS, LAYOUTS, NAMES, PARAMETERS, assert_same_bits_everywhere, each
+from reference import area as reference_area
 
 SPHERES = [n for n in NAMES if sm.projection(n).coverage == "sphere"]
 PARTNERS = ("latlong", "cube", "angular")

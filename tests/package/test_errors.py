@@ -102,13 +102,13 @@ def test_grid_layout_filter_and_parameters():
         sm.projection("latlong", fov=90)
 
 
-def test_fov_message_of_the_design():
+def test_message_for_a_field_of_view_out_of_range():
     with pytest.raises(ValueError) as e:
         sm.projection("angular", fov=400)
     assert str(e.value) == "`fov` must be in (0, 360], got 400."
 
 
-def test_shape_message_of_the_design():
+def test_message_for_a_wrong_shape():
     with pytest.raises(ValueError) as e:
         sm.encode(np.ones((4, 2)), "octahedral")
     assert str(e.value) == "Expected `directions` to have shape (..., 3), got (4, 2)."

@@ -165,7 +165,7 @@ NOT_YET = """\
 - **three.js MatCap** is looked up at 0.495 of the radius instead of 0.5. A matcap has no
   parameter for a margin.
 - **HDRShop**: no source and no specification of its axes could be found, only files that other
-  programs call compatible. Use `identify` on an image of yours.
+  programs call compatible. Use `align.identify` on an image of yours.
 - **pyequilib** is read and not run in the tests: it imports PyTorch, several gigabytes, on every
   start. Run once by hand with PyTorch left out, its NumPy code agreed with its rows to 3e-15.
 - **Draco** has its row from its source: the directions that it gives back lie on the same grid

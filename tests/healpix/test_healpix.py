@@ -141,7 +141,9 @@ def test_rings_of_any_nside_come_back(n, shares):
 @given(st.integers(0, 29), st.lists(st.floats(0, 1), min_size=1, max_size=40))
 def test_orders_are_inverse(order, shares):
     n = 1 << order
-    pixels = np.array([round(x * (12 * n * n - 1)) for x in shares])
+    last = 12 * n * n - 1
+    # Beyond 2⁵³ the product of floats may round up to one pixel too many.
+    pixels = np.array([min(round(x * last), last) for x in shares])
     assert np.array_equal(healpix.ring2nest(n, healpix.nest2ring(n, pixels)), pixels)
     assert np.array_equal(healpix.nest2ring(n, healpix.ring2nest(n, pixels)), pixels)
 

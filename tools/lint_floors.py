@@ -6,8 +6,9 @@ python tools/lint_floors.py --write    draw the floors into docs/architecture.md
 An arrow is a `use` or a path in Rust, an import in Python, lazy ones in functions included. No
 arrow are: comments, strings, tests inside the crate, imports for type checkers, a parent that
 declares its children or hands their names on (a name that it also uses itself is one), and the
-lines of a registry, which is a macro called with braces in the file that defines it. Names are
-followed through re-exports to the file that defines them. Single files, too, have no circle.
+lines of a registry: a macro called with braces in the file that defines it, or a constant list of
+constants of children. Names are followed through re-exports to the file that defines them. Single
+files, too, have no circle.
 """
 
 from __future__ import annotations
@@ -92,6 +93,10 @@ ITEM = re.compile(
 )
 MODULE = re.compile(r"\bmod\s+(\w+)\s*(;|\{)")
 USE = re.compile(r"(?P<public>\bpub(?:\s*\([^)]*\))?\s+)?\buse\s+(?P<tree>[^;]+);")
+REGISTRY = re.compile(
+    r"\b(?:static|const)\s+\w+\s*:[^=;]*=\s*&?\["
+    r"(?P<rows>(?:\s*&?[a-z_]\w*::[A-Z][A-Z0-9_]*\s*,?)+\s*)\]\s*;"
+)
 PATH = re.compile(r"(?<![\w:.$])(\$?crate|super|self|[A-Za-z_]\w*)((?:\s*::\s*\w+)+)")
 
 
@@ -114,7 +119,7 @@ def closing(text: str, start: int) -> int:
 
 
 def without_comments(text: str) -> str:
-    """Blank comments (block comments nest), strings and characters; offsets stay."""
+    """Blank comments (block comments nest), strings, characters, visibilities; offsets stay."""
     out, at = [], 0
     while found := NOT_CODE.search(text, at):
         end = found.end()
@@ -126,7 +131,9 @@ def without_comments(text: str) -> str:
             end = len(text) if depth else end
         out += [text[at : found.start()], blank(text[found.start() : end])]
         at = end
-    return "".join([*out, text[at:]])
+    code = "".join([*out, text[at:]])
+    # Who may see an item is no import either.
+    return re.sub(r"(?<=\bpub)\s*\((?:in\b[^)]*|crate|super|self)\)", lambda m: blank(m[0]), code)
 
 
 def item_end(text: str, start: int) -> int:
@@ -166,11 +173,14 @@ def without_tests(text: str) -> tuple[str, set[str]]:
 
 
 def without_registries(text: str) -> str:
-    """Blank the calls, with braces, of macros that the file itself defines."""
+    """Blank registries: calls, with braces, of macros that the file itself defines; constant lists
+    of children's constants, and nothing else in them."""
     for name in set(re.findall(r"\bmacro_rules!\s*(\w+)", text)):
         for call in re.finditer(rf"(?<!\w){name}!\s*\{{", text):
             end = closing(text, call.end() - 1)
             text = text[: call.end()] + blank(text[call.end() : end - 1]) + text[end - 1 :]
+    for table in REGISTRY.finditer(text):
+        text = text[: table.start("rows")] + blank(table["rows"]) + text[table.end("rows") :]
     return text
 
 

@@ -107,6 +107,7 @@ def test_names_are_followed_to_the_file_that_defines_them(tmp_path):
         'const S: &str = "use crate::left::Up;\\" crate::left::Up";\n',
         'const S: &str = r#"crate::left::"Up"#;\n',
         "fn f<'a>(c: &'a char) -> bool { *c == '\"' } // crate::left::Up \"\n",
+        "pub(in crate::left) struct S;\npub(crate) use std::fmt;\n",
         "#[cfg(test)]\nmod tests {\n    use crate::left::Up;\n    fn f() { if true { } }\n}\n",
         "#[cfg(test)]\nuse crate::left::Up;\n",
         "#[cfg(test)]\nmod tests;\n",
@@ -145,9 +146,13 @@ def test_a_parent_may_declare_and_hand_on_but_not_use(tmp_path):
         "macro_rules! all { ($($m:ident::$n:ident),+) => { $(mod $m; pub use $m::$n;)+ } }\n"
         "all! { a::A }\npub struct Shared;\n"
     )
-    for text in (hands_on, registry):
+    table = (
+        "mod a;\npub struct Shared;\n"
+        "pub static ALL: &[&Shared] = &[\n    &a::ROW_2,\n    &a::B,\n];\n"
+    )
+    for text in (hands_on, registry, table):
         assert rust(tmp_path, {"low/mod.rs": text, "low/a.rs": child}) == []
-    for line in ("fn f(_: a::A) {}", "fn f(_: A) {}"):
+    for line in ("fn f(_: a::A) {}", "fn f(_: A) {}", "const A: &[u8] = &[a::f()];"):
         said = rust(tmp_path, {"low/mod.rs": f"{hands_on}{line}\n", "low/a.rs": child})
         assert len(said) == 2 and all("circle" in x for x in said), line
 

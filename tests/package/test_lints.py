@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -9,7 +10,8 @@ from types import ModuleType
 
 import pytest
 
-TOOLS = Path(__file__).resolve().parents[2] / "tools"
+ROOT = Path(__file__).resolve().parents[2]
+TOOLS = ROOT / "tools"
 
 
 def tool(name: str) -> ModuleType:
@@ -417,3 +419,32 @@ def test_a_parameter_counts_as_what_it_is_given(tmp_path):
     assert missing(tmp_path, text.format("", "")) == [3]
     assert missing(tmp_path, text.format("", "  # rounding")) == []
     assert missing(tmp_path, text.format("# Rounding.\n", "")) == []
+
+
+# Pages that name what is elsewhere ----------------------------------------------------------------
+
+
+def test_the_tests_that_hold_the_invariants_exist():
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    table = page.partition("## Invariants")[2].partition("\n## ")[0]
+    code = "".join(
+        path.read_text(encoding="utf-8")
+        for suffix in ("*.py", "*.rs")
+        for path in (ROOT / "tests").rglob(suffix)
+    )
+    targets = (ROOT / "Makefile").read_text(encoding="utf-8")
+    names = re.findall(r"`([^`]+)`", table)
+    assert names
+    for name in names:
+        make, _, target = name.partition("make ")
+        found = re.search(rf"^{target}:", targets, re.M) if target else None
+        assert found or re.search(rf"\b(def|fn) {re.escape(make)}\(", code), name
+
+
+def test_there_is_one_version():
+    def stated(name: str, pattern: str) -> str:
+        found = re.search(pattern, (ROOT / name).read_text(encoding="utf-8"), re.M)
+        assert found is not None, name
+        return found[1]
+
+    assert stated("CITATION.cff", r"^version: (.+)$") == stated("Cargo.toml", r'^version = "(.+)"$')

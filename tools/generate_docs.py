@@ -95,8 +95,8 @@ def page(registry: list[dict]) -> str:
     parts = [
         "# Projections",
         "Written by `tools/generate_docs.py` from the registry; do not edit.\n"
-        "Words are those of [design.md](design.md#vocabulary). The image coordinates are (u, v) in "
-        "[0, 1]², v runs down from row 0.",
+        "Words are those of [architecture.md](architecture.md#glossary). The image coordinates are "
+        "(u, v) in [0, 1]², v runs down from row 0.",
         readme_table(registry),
         chooser(registry),
         KIN,
@@ -131,7 +131,7 @@ def page(registry: list[dict]) -> str:
 CONVENTIONS = """\
 # Conventions
 
-Written by `tools/generate_docs.py` from the table in `src/convention`; do not edit.
+Written by `tools/generate_docs.py` from the table in `src/map/conventions`; do not edit.
 
 Everybody lays out the same maps differently. Each row below says how one program does it. Use it
 as `sm.projection("latlong", convention="blender")`, or wherever a projection is asked for as

@@ -156,7 +156,7 @@ def test_density_range_holds_and_is_reached(case):
     density = p.density(uv)
     assert density.min() >= lo * (1 - 1e-12) - 1e-12
     assert density.max() <= hi * (1 + 1e-12)
-    # 16,000 points come within a per cent or so of a finite extreme; near a pole or a rim where
+    # 16,000 points come within a percent or so of a finite extreme; near a pole or a rim where
     # the density is unbounded they pass any modest multiple of the median.
     middle = np.median(density)
     assert density.min() <= lo + 0.05 * (middle - lo) + 1e-12

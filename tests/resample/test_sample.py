@@ -321,7 +321,7 @@ def test_error_falls_with_the_square_of_the_texel_at_seams_as_elsewhere(case):
         means.append((error[edge].mean(), error[~edge].mean()))
     (seam1, inner1), (seam2, inner2) = means
     # h²: 4; the octahedral creases inside the image are of first order on a share h of it, so
-    # their mean falls by 4 too. Random scatter of these means is a few per cent.
+    # their mean falls by 4 too. Random scatter of these means is a few percent.
     assert inner1 / inner2 > 3
     if case.name in reference.ROOT_RIMS:
         assert seam2 < seam1 / 1.3  # √h at the rim, where the map itself degenerates

@@ -2,3 +2,4 @@
 
 pub mod axes;
 pub mod solid_angle;
+pub mod vector;

@@ -11,6 +11,7 @@
 
 use super::{Packing, Real, Rounding, Scheme, has_direction};
 use crate::error::Error;
+use crate::geometry::vector::dot;
 use crate::kernel::threads;
 use crate::number::real::Real as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -37,10 +38,6 @@ fn basis([x, y, z]: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         [1.0 + sign * x * x * a, sign * b, -sign * x],
         [b, sign + y * y * a, -y],
     )
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl FramePacking {

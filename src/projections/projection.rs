@@ -10,6 +10,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
+use crate::geometry::vector::dot;
 use crate::number::dual::Dual;
 use crate::number::math::max;
 use crate::number::real::Real;
@@ -415,10 +416,6 @@ pub fn density<P: Projection, R: Real>(projection: P, uv: Uv<R>) -> R {
     let y = a[2] * b[0] - a[0] * b[2];
     let z = a[0] * b[1] - a[1] * b[0];
     (x * x + y * y + z * z).sqrt()
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// A point of an edge and the unit vector along it.

@@ -11,8 +11,9 @@
 //! border lie in different cells, the border is bisected until they are as near as numbers can be; then
 //! the piece ends on the border of the one cell and the next begins on the border of the other.
 
+use crate::geometry::vector::{dot, sub};
 use crate::resample::area::lattice::{Along, Lattice, LatticeCell, NOTHING, Part, RIM, Spot};
-use crate::resample::area::sphere::{Curve, Direction, dot, sub, swept, triangle};
+use crate::resample::area::sphere::{Curve, Direction, swept, triangle};
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 

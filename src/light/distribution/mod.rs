@@ -240,12 +240,11 @@ fn fine_cells(map: &Map, raster: &Raster) -> Result<Cells, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::Options;
 
     #[test]
     fn cells_of_a_fine_grid_are_straight_but_for_few() {
         for info in crate::projections::REGISTRY {
-            let map = Map::new(info.name, Options::default()).unwrap();
+            let map = Map::new(info.name).unwrap();
             let shape = crate::image::raster::shape_of_size(&map, GRIDS[0].0);
             let texels: usize = shape.iter().product();
             let light = vec![1.0; texels];

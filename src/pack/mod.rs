@@ -29,6 +29,7 @@ mod oct;
 mod rings;
 mod spherical;
 mod unbounded;
+mod unit;
 
 pub use fold::Rounding;
 
@@ -341,7 +342,7 @@ fn has_direction(d: [f64; 3]) -> bool {
 fn each(directions: &[f64], codes: &mut [u64], code: impl Fn([f64; 3]) -> u64) -> bool {
     let mut good = true;
     for (&d, slot) in directions.as_chunks::<3>().0.iter().zip(codes) {
-        let (unit, ok) = chart::unit::<f64, false>(d);
+        let (unit, ok) = unit::unit::<f64, false>(d);
         *slot = if ok { code(unit) } else { 0 };
         good &= ok;
     }

@@ -67,7 +67,6 @@ fn number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
 /// What a pickle calls.
 #[pyfunction]
 #[pyo3(name = "_rebuild", signature = (name, convention, axes, grid, layout, parameters, pose, /))]
-#[expect(clippy::too_many_arguments, reason = "the parts of a projection")]
 pub fn rebuild(
     name: &str,
     convention: Option<&str>,

@@ -38,6 +38,7 @@ mod draw;
 mod lookup;
 mod records;
 mod refine;
+mod row;
 mod search;
 
 use crate::error::Error;
@@ -50,6 +51,7 @@ use cells::Cells;
 pub use cells::STRAIGHT;
 use glam::DMat3;
 use records::{recorded, sources};
+use row::Row;
 use search::{accumulate, fill_guide, normalize};
 
 /// Cells along a side of a face, at least, and the share of them that may be nonlinear; else the next. Bisection is slow,
@@ -66,16 +68,6 @@ pub enum Radiance {
     Single(Vec<f32>),
     /// Double precision.
     Double(Vec<f64>),
-}
-
-/// A row of cells.
-#[derive(Clone, Copy, Debug)]
-struct Row {
-    v0: f64,
-    v1: f64,
-    face: f64,
-    /// Its first texel.
-    texel: usize,
 }
 
 /// A density on the sphere, proportional to the luminance of an image.

@@ -17,6 +17,7 @@
 //! Where the coverage is a part of the sphere, the rest is black and the sums are plain.
 
 pub mod basis;
+mod count;
 pub mod fit;
 pub mod rings;
 
@@ -26,14 +27,10 @@ use crate::light::texels::texels;
 use crate::map::Map;
 use crate::projections::projection::Coverage;
 use basis::Basis;
+pub use count::count;
 
 /// The highest order that images are analyzed to.
 pub const HIGHEST: usize = 64;
-
-/// The number of coefficients up to an order.
-pub fn count(order: usize) -> usize {
-    (order + 1) * (order + 1)
-}
 
 /// The coefficients of an image: (order + 1)² rows of one number a channel.
 pub fn project<T: Texel>(

@@ -138,6 +138,26 @@ impl Error {
     }
 }
 
+/// An error if a slice does not hold so many numbers.
+pub(crate) fn expect_length(name: &'static str, got: usize, expected: usize) -> Result<(), Error> {
+    if got == expected {
+        return Ok(());
+    }
+    Err(Error::Length {
+        name,
+        expected,
+        got,
+    })
+}
+
+/// An error if a slice does not hold a multiple of so many numbers.
+pub(crate) fn expect_multiple(name: &'static str, got: usize, of: usize) -> Result<(), Error> {
+    if got.is_multiple_of(of) {
+        return Ok(());
+    }
+    Err(Error::Multiple { name, of, got })
+}
+
 /// Levenshtein's distance.
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();

@@ -70,6 +70,9 @@
 //!
 //! [`glam`] and [`ndarray`] are exported, so that a program can use the versions whose types are taken here.
 
+// Essays link to what they speak of, private or not: in `cargo doc --document-private-items` these links lead there.
+#![allow(rustdoc::private_intra_doc_links)]
+
 mod error;
 pub mod geometry;
 pub mod healpix;

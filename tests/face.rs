@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use spheremap::geometry::from_angles;
 use spheremap::glam::{DVec2, DVec3, Vec2, Vec3};
-use spheremap::projections::{CubeEquiangular, Perspective, Projection, REGISTRY};
+use spheremap::projections::REGISTRY;
 use spheremap::{Error, Map, MapOptions};
 
 /// Every projection in every layout, and once turned.
@@ -58,7 +58,7 @@ fn one_point_has_the_numbers_of_a_slice() {
     let maps = maps();
     check(prop::array::uniform3(component()), |d| {
         for map in &maps {
-            let mut uv = vec![0.0; map.uv_width()];
+            let mut uv = vec![0.0_f64; map.uv_width()];
             map.encode(&d, &mut uv).unwrap();
             let face = if uv.len() > 2 { uv[2] as usize } else { 0 };
             let expected = (!uv[0].is_nan()).then(|| bits(face, [uv[0], uv[1]]));
@@ -72,7 +72,7 @@ fn one_point_has_the_numbers_of_a_slice() {
     let coordinate = || prop_oneof![-0.25..1.25, Just(0.0), Just(1.0), Just(f64::NAN)];
     check((coordinate(), coordinate(), 0_usize..13), |(u, v, face)| {
         for map in &maps {
-            let mut d = [[0.0; 3]];
+            let mut d = [[0.0_f64; 3]];
             let place = [u, v, face as f64];
             map.decode(&place[..map.uv_width()], &mut d).unwrap();
             let there = !d[0][0].is_nan() && (face == 0 || map.uv_width() > 2);

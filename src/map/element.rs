@@ -3,7 +3,7 @@
 //! Verbs compute on interleaved numbers. A slice of arrays is one of numbers already; glam promises no layout that safe code
 //! could rely on, so its vectors pass through a tile of numbers, which stays in the first-level cache.
 
-use crate::error::Error;
+use crate::error::{Error, expect_length, expect_multiple};
 use crate::kernel::Scalar;
 use crate::kernel::threads;
 use crate::kernel::tile::TILE;
@@ -120,13 +120,7 @@ pub(crate) fn points<E: Element>(
         });
     }
     let numbers = slice.len() * E::WIDTH;
-    if !numbers.is_multiple_of(width) {
-        return Err(Error::Multiple {
-            name,
-            of: width,
-            got: numbers,
-        });
-    }
+    expect_multiple(name, numbers, width)?;
     Ok(numbers / width)
 }
 
@@ -139,19 +133,6 @@ pub(crate) fn expect_points<E: Element>(
 ) -> Result<(), Error> {
     points(name, slice, width)?;
     expect_length(name, slice.len() * E::WIDTH, count * width)
-}
-
-/// An error if a slice does not hold so many numbers.
-pub(crate) fn expect_length(name: &'static str, got: usize, expected: usize) -> Result<(), Error> {
-    if got == expected {
-        Ok(())
-    } else {
-        Err(Error::Length {
-            name,
-            expected,
-            got,
-        })
-    }
 }
 
 /// Calls `work` with the numbers of the points of `input` and what belongs to them in `output`: `each` items a point. The

@@ -3,9 +3,9 @@
 //! What a caller may get wrong, the lengths of slices and the numbers a point has, is an error here; the verbs below
 //! (`encode_numbers` and its like) take it as given. What data may be, zero, NaN or outside the coverage, is no error: it gives NaN.
 
-use crate::error::Error;
+use crate::error::{Error, expect_length};
 use crate::map::Map;
-use crate::map::element::{Element, expect_length, expect_points, points, reading, writing};
+use crate::map::element::{Element, expect_points, points, reading, writing};
 use crate::map::layout;
 use crate::map::verbs::{DecodeOne, EncodeOne};
 use glam::{DVec2, DVec3};

@@ -191,7 +191,7 @@ fn reflect_arrays<'py, T: Float>(
         let (view, normal) = (view.as_slice()?, normal.as_slice()?);
         disjoint(view, out)?;
         disjoint(normal, out)?;
-        py.detach(|| crate::light::reflect::reflect(view, normal, out));
+        py.detach(|| crate::light::reflect(view, normal, out))?;
     }
     finish(array, out.is_some())
 }
@@ -214,9 +214,7 @@ fn reflect_blocks<'py, T: Float>(
             let (view, normal) = (converted::<T>(&view)?, converted::<T>(&normal)?);
             let (view, normal) = (view.as_slice()?, normal.as_slice()?);
             let out = output.next(view.len())?;
-            run(py, out.len(), || {
-                crate::light::reflect::reflect(view, normal, out)
-            });
+            run(py, out.len(), || crate::light::reflect(view, normal, out))?;
         }
     }
     finish(array, out.is_some())

@@ -84,6 +84,7 @@ demo: $(BUILT)
 
 test: $(BUILT) $(DEV_DEPS)
 	cargo test
+	for example in examples/*.rs; do cargo run --quiet --example "$$(basename "$$example" .rs)"; done
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow"
 
 test-slow: $(BUILT) $(DEV_DEPS)
@@ -93,9 +94,12 @@ lint: lint-house lint-rust lint-python lint-generated
 
 lint-rust: $(RUN_DEPS)
 	@# By file: cargo fmt does not see the modules that the registry's macro declares.
-	rustfmt --check --edition 2024 $(shell find src tests benches -name '*.rs')
+	rustfmt --check --edition 2024 $(shell find src tests benches examples -name '*.rs')
 	cargo clippy --all-targets -- -D warnings
 	PYO3_PYTHON="$(BIN)/python" cargo clippy --all-targets --features python -- -D warnings
+
+	cargo check --no-default-features
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 
 lint-python: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/ruff" check .

@@ -31,9 +31,15 @@ __all__ = [
     "rotation",
     "set_num_threads",
     "set_simd_level",
+    "sh_convention_table",
+    "sh_convert",
     "sh_evaluate",
+    "sh_lobe",
     "sh_project",
     "sh_rotate",
+    "sh_scale_degrees",
+    "sh_storage",
+    "sh_window",
     "simd_level",
     "simd_levels",
     "texel_weights",
@@ -275,6 +281,14 @@ def sh_evaluate(
 def sh_rotate(
     array: NDArray[np.float64], matrix: NDArray[np.float64], /
 ) -> NDArray[np.float64]: ...
+def sh_scale_degrees(
+    array: NDArray[np.float64], factors: NDArray[np.float64], /
+) -> NDArray[np.float64]: ...
+def sh_lobe(name: str, parameter: float, order: int, /) -> NDArray[np.float64]: ...
+def sh_window(name: str, width: float | None, order: int, /) -> NDArray[np.float64]: ...
+def sh_convention_table() -> list[tuple[str, str, str]]: ...
+def sh_storage(name: str, /) -> Literal["rows", "squares", "complex"]: ...
+def sh_convert(array: NDArray[np.float64], src: str, dst: str, /) -> NDArray[np.float64]: ...
 def prefilter(
     object: ArrayLike,
     projection: Projection,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -186,7 +185,20 @@ def lobe(
     >>> np.round(sm.sh.lobe("cosine", 4) / np.pi, 6).tolist()
     [1.0, 0.666667, 0.25, 0.0, -0.041667]
     """
-    return _lobe(lobe, order, half_angle=half_angle, exponent=exponent, kappa=kappa)
+    return _factors(lobe, order, half_angle=half_angle, exponent=exponent, kappa=kappa)
+
+
+def _factors(
+    name: str,
+    order: int,
+    *,
+    half_angle: float = 90.0,
+    exponent: float = 1.0,
+    kappa: float = 1.0,
+) -> NDArray[np.float64]:
+    parameters = {"cone": half_angle, "phong": exponent, "vmf": kappa}
+    parameter = float(parameters.get(name, 0.0))
+    return _core.sh_lobe(name, parameter, _order(order, highest=10_000))
 
 
 def convolve(
@@ -223,14 +235,14 @@ def convolve(
     rows, shape, _ = _rows(coefficients)
     order = math.isqrt(len(rows)) - 1
     if isinstance(lobe, str):
-        factors = _lobe(lobe, order, **parameters)
+        factors = _factors(lobe, order, **parameters)
     else:
         factors = np.asarray(lobe, dtype=np.float64)
         if parameters:
             raise ValueError(f"factors take no `{next(iter(parameters))}`.")
         if factors.shape != (order + 1,):
             raise ValueError(f"Expected `lobe` to have shape ({order + 1},), got {factors.shape}.")
-    return (rows * factors[_degrees(order)][:, np.newaxis]).reshape(shape)
+    return _core.sh_scale_degrees(rows, np.ascontiguousarray(factors)).reshape(shape)
 
 
 def window(
@@ -273,102 +285,8 @@ def window(
     """
     rows, shape, _ = _rows(coefficients)
     order = math.isqrt(len(rows)) - 1
-    wide = float(order + 1 if width is None else width)
-    if not wide > 0:
-        raise ValueError(f"`width` must be positive, got {width}.")
-    x = np.arange(order + 1) / wide
-    if window == "hann":
-        factors = np.where(x < 1, 0.5 * (1 + np.cos(np.pi * x)), 0.0)
-    elif window == "lanczos":
-        factors = np.where(x < 1, np.sinc(x), 0.0)
-    elif window == "gauss":
-        factors = np.exp(-np.square(np.pi * x) / 12)
-    else:
-        raise ValueError(f"unknown window {window!r}; there are hann, lanczos, gauss")
-    return (rows * factors[_degrees(order)][:, np.newaxis]).reshape(shape)
-
-
-@dataclass(frozen=True)
-class _Convention:
-    """How a program writes coefficients."""
-
-    phase: bool = False
-    """Condon-Shortley: the sign (-1)^m."""
-    scale: float = 1.0
-    """What a coefficient is multiplied by: the inverse of its basis' factor."""
-    by_degree: bool = False
-    """Its basis is divided by √(2l + 1) as well."""
-    y_polar: bool = False
-    """The axis is y: its (x, y, z) stand where others have (y, z, x)."""
-    note: str = ""
-    source: str = ""
-
-
-_ROOT_4PI = math.sqrt(4 * math.pi)
-
-_CONVENTIONS: dict[str, _Convention] = {
-    "orthonormal": _Convention(
-        note="this library's own: real, orthonormal, no phase, index l² + l + m",
-        source="Ramamoorthi & Hanrahan 2001",
-    ),
-    "graphics": _Convention(
-        note="the same: Y_1 = 0.488603 (y, z, x)", source="Ramamoorthi & Hanrahan 2001"
-    ),
-    "condon-shortley": _Convention(
-        phase=True,
-        note="real, orthonormal, with (-1)^m: Y_1 = 0.488603 (-y, z, -x)",
-        source="Sloan 2008, D3DXSHEvalDirection",
-    ),
-    "3dgs": _Convention(
-        phase=True,
-        note="Condon-Shortley; a color is the sum + 0.5, which is no part of the coefficients",
-        source="Kerbl et al. 2023, sh_utils.eval_sh",
-    ),
-    "threejs": _Convention(
-        note="SphericalHarmonics3: radiance, nine coefficients; getIrradianceAt convolves",
-        source="three.js math/SphericalHarmonics3.js",
-    ),
-    "e3nn": _Convention(
-        y_polar=True,
-        note="normalization='integral': orthonormal about y, degree 1 in the order x, y, z",
-        source="e3nn o3.spherical_harmonics",
-    ),
-    "e3nn-component": _Convention(
-        y_polar=True,
-        scale=1 / _ROOT_4PI,
-        note="normalization='component': the basis times √4π",
-        source="e3nn o3.spherical_harmonics",
-    ),
-    "e3nn-norm": _Convention(
-        y_polar=True,
-        scale=1 / _ROOT_4PI,
-        by_degree=True,
-        note="normalization='norm': the basis times √(4π/(2l + 1))",
-        source="e3nn o3.spherical_harmonics",
-    ),
-    "pyshtools": _Convention(
-        scale=1 / _ROOT_4PI,
-        note="4π-normalized, no phase; an array (2, order + 1, order + 1): cosines, sines",
-        source="pyshtools SHCoeffs, normalization='4pi', csphase=1",
-    ),
-    "healpy": _Convention(
-        note="complex a_lm of m ≥ 0 with the phase, in the order of Alm.getidx",
-        source="healpy.map2alm",
-    ),
-    "filament-irradiance": _Convention(
-        note="order 2: convolved with the cosine, over π, times the basis' constants",
-        source="Filament libs/ibl CubemapSH, computeIrradianceSH3Bands",
-    ),
-}
-
-# Filament's shader multiplies by 1, y, z, x, yx, yz, 3z² - 1, zx, x² - y².
-_FILAMENT = np.array(
-    [math.sqrt(1 / (4 * math.pi))]
-    + [math.sqrt(3 / (4 * math.pi))] * 3
-    + [math.sqrt(15 / (4 * math.pi)), math.sqrt(15 / (4 * math.pi))]
-    + [math.sqrt(5 / (16 * math.pi)), math.sqrt(15 / (4 * math.pi))]
-    + [math.sqrt(15 / (16 * math.pi))]
-)
+    factors = _core.sh_window(window, None if width is None else float(width), order)
+    return _core.sh_scale_degrees(rows, factors).reshape(shape)
 
 
 def conventions() -> list[dict[str, str]]:
@@ -385,9 +303,8 @@ def conventions() -> list[dict[str, str]]:
     >>> [row["name"] for row in sm.sh.conventions()][:3]
     ['orthonormal', 'graphics', 'condon-shortley']
     """
-    return [
-        {"name": name, "note": row.note, "source": row.source} for name, row in _CONVENTIONS.items()
-    ]
+    keys = ("name", "note", "source")
+    return [dict(zip(keys, row, strict=True)) for row in _core.sh_convention_table()]
 
 
 def convert(
@@ -423,112 +340,38 @@ def convert(
     >>> (np.round(sm.sh.convert([1, 2, 3, 4], dst="e3nn"), 6) + 0.0).tolist()
     [1.0, 4.0, 2.0, 3.0]
     """
-    return _to(_from(coefficients, _convention(src), src), _convention(dst), dst)
+    stored, channels = _stored(coefficients, _core.sh_storage(src))
+    storage = _core.sh_storage(dst)
+    found: NDArray[Any] = _core.sh_convert(stored, src, dst)
+    if storage == "complex":
+        return found.view(np.complex128).reshape(len(found), *channels)
+    n = math.isqrt(len(found) // 2)
+    return found.reshape(*((2, n, n) if storage == "squares" else (len(found),)), *channels)
 
 
-def _from(coefficients: ArrayLike, row: _Convention, name: str) -> NDArray[np.float64]:
-    """Return orthonormal coefficients, one row each."""
-    if name == "pyshtools":
+def _stored(coefficients: ArrayLike, storage: str) -> tuple[NDArray[np.float64], tuple[int, ...]]:
+    """Return coefficients as (N, C) real numbers, or (N, C, 2), and the shape of their channels."""
+    if storage == "squares":
         both = np.asarray(coefficients, dtype=np.float64)
         n = both.shape[1] if both.ndim > 2 else 0
-        if both.ndim not in (3, 4) or both.shape[0] != 2 or both.shape[2] != n or n == 0:
+        if both.ndim not in (3, 4) or both.shape[:3] != (2, n, n) or 0 in both.shape:
             raise ValueError(
                 "Expected `coefficients` of 'pyshtools' to have shape (2, N, N) or (2, N, N, C), "
                 f"got {both.shape}."
             )
-        flat = np.zeros((n * n, *both.shape[3:]))
-        for l_, m, place in _places(n - 1):
-            flat[place] = both[int(m < 0), l_, abs(m)]
-    elif name == "healpy":
-        complex_ = np.asarray(coefficients, dtype=np.complex128)
-        n = (math.isqrt(8 * len(complex_) + 1) - 1) // 2 if complex_.ndim else 0
-        if complex_.ndim not in (1, 2) or n * (n + 1) // 2 != len(complex_) or n == 0:
+        return np.ascontiguousarray(both.reshape(2 * n * n, -1)), both.shape[3:]
+    if storage == "complex":
+        array = np.asarray(coefficients, dtype=np.complex128)
+        n = (math.isqrt(8 * len(array) + 1) - 1) // 2 if array.ndim else 0
+        if array.ndim not in (1, 2) or n * (n + 1) // 2 != len(array) or 0 in array.shape:
             raise ValueError(
                 "Expected `coefficients` of 'healpy' to have shape (N (N + 1)/2,) or "
-                f"(N (N + 1)/2, C), got {complex_.shape}."
+                f"(N (N + 1)/2, C), got {array.shape}."
             )
-        flat = np.zeros((n * n, *complex_.shape[1:]))
-        for l_, m, place in _places(n - 1):
-            a = complex_[abs(m) * (2 * n - abs(m) - 1) // 2 + l_]
-            sign = (-1) ** abs(m) * math.sqrt(2)
-            flat[place] = a.real if m == 0 else sign * (a.real if m > 0 else -a.imag)
-    else:
-        rows, shape, _ = _rows(coefficients)
-        flat = rows.reshape(shape)
-    order = math.isqrt(len(flat)) - 1
-    flat = flat * _column(_factors(row, order), flat.ndim) ** -1
-    if name == "filament-irradiance":
-        if order != 2:
-            raise ValueError(f"'{name}' has 9 coefficients, got {len(flat)}.")
-        flat = flat / _column(_FILAMENT * lobe("cosine", 2)[_degrees(2)] / math.pi, flat.ndim)
-    if row.y_polar:
-        flat = _turned(flat, _Y_POLAR.T)
-    return flat
-
-
-def _to(flat: NDArray[np.float64], row: _Convention, name: str) -> NDArray[Any]:
-    if row.y_polar:
-        flat = _turned(flat, _Y_POLAR)
-    if name == "filament-irradiance":
-        if len(flat) < 9:
-            raise ValueError(f"'{name}' needs order 2, got order {math.isqrt(len(flat)) - 1}.")
-        cosine = lobe("cosine", 2)[_degrees(2)] / math.pi
-        flat = flat[:9] * _column(_FILAMENT * cosine, flat.ndim)
-    order = math.isqrt(len(flat)) - 1
-    flat = flat * _column(_factors(row, order), flat.ndim)
-    n = order + 1
-    if name == "pyshtools":
-        both = np.zeros((2, n, n, *flat.shape[1:]))
-        for l_, m, place in _places(order):
-            both[int(m < 0), l_, abs(m)] = flat[place]
-        return both
-    if name == "healpy":
-        complex_ = np.zeros((n * (n + 1) // 2, *flat.shape[1:]), np.complex128)
-        for l_, m, place in _places(order):
-            at = abs(m) * (2 * n - abs(m) - 1) // 2 + l_
-            sign = (-1) ** abs(m) / math.sqrt(2)
-            complex_[at] += flat[place] if m == 0 else sign * flat[place] * (1 if m > 0 else -1j)
-        return complex_
-    return flat
-
-
-# Its x, y and z stand where this library has y, z and x: rows are its axes' (x, y, z).
-_Y_POLAR = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-
-
-def _turned(flat: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    rows = np.ascontiguousarray(flat.reshape(len(flat), -1))
-    return _core.sh_rotate(rows, np.ascontiguousarray(matrix)).reshape(flat.shape)
-
-
-def _factors(row: _Convention, order: int) -> NDArray[np.float64]:
-    factors = np.full((order + 1) ** 2, row.scale)
-    for l_, m, place in _places(order):
-        if row.phase and m % 2:
-            factors[place] *= -1
-        if row.by_degree:
-            factors[place] *= math.sqrt(2 * l_ + 1)
-    return factors
-
-
-def _convention(name: str) -> _Convention:
-    try:
-        return _CONVENTIONS[name]
-    except KeyError:
-        names = ", ".join(_CONVENTIONS)
-        raise ValueError(f"unknown convention {name!r}; there are {names}") from None
-
-
-def _places(order: int) -> list[tuple[int, int, int]]:
-    return [(l_, m, l_ * l_ + l_ + m) for l_ in range(order + 1) for m in range(-l_, l_ + 1)]
-
-
-def _degrees(order: int) -> NDArray[np.intp]:
-    return np.repeat(np.arange(order + 1), 2 * np.arange(order + 1) + 1)
-
-
-def _column(values: NDArray[np.float64], ndim: int) -> NDArray[np.float64]:
-    return values.reshape(-1, *[1] * (ndim - 1))
+        pairs = np.ascontiguousarray(array.reshape(len(array), -1))
+        return pairs.view(np.float64).reshape(*pairs.shape, 2), array.shape[1:]
+    rows, _, channels = _rows(coefficients)
+    return rows, channels
 
 
 def _rows(
@@ -550,67 +393,3 @@ def _order(order: int, *, highest: int = 64) -> int:
     if number != order or not 0 <= number <= highest:
         raise ValueError(f"Expected `order` to be a whole number from 0 to {highest}, got {order}.")
     return number
-
-
-def _lobe(
-    name: str, order: int, *, half_angle: float = 90.0, exponent: float = 1.0, kappa: float = 1.0
-) -> NDArray[np.float64]:
-    order = _order(order, highest=10_000)
-    if name == "cosine":
-        return math.pi * _phong(1.0, order)
-    if name == "phong":
-        if not (math.isfinite(exponent) and exponent >= 0):
-            raise ValueError(f"`exponent` must be at least 0 and finite, got {exponent}.")
-        return _phong(exponent, order)
-    if name == "cone":
-        if not 0 < half_angle <= 180:
-            raise ValueError(f"`half_angle` must be in (0, 180], got {half_angle}.")
-        return _cone(math.radians(half_angle), order)
-    if name == "vmf":
-        if not (math.isfinite(kappa) and kappa >= 0):
-            raise ValueError(f"`kappa` must be at least 0 and finite, got {kappa}.")
-        return _vmf(kappa, order)
-    raise ValueError(f"unknown lobe {name!r}; there are cosine, cone, phong, vmf")
-
-
-def _phong(exponent: float, order: int) -> NDArray[np.float64]:
-    factors = np.zeros(order + 1)
-    factors[0] = 1.0
-    if order > 0:
-        factors[1] = (exponent + 1) / (exponent + 2)
-    for l_ in range(2, order + 1):
-        factors[l_] = factors[l_ - 2] * (exponent - l_ + 2) / (exponent + l_ + 1)
-    return factors
-
-
-def _cone(angle: float, order: int) -> NDArray[np.float64]:
-    cos, half = math.cos(angle), 2 * math.sin(angle / 2) ** 2
-    # ∫ P_l over the cone = (P_l-1 - P_l+1)/(2l + 1), divided by its size 1 - cos. Differences
-    # D_l = P_l - P_l+1 keep the digits of small cones that P_l-1 - P_l+1 loses.
-    legendre, difference = 1.0, half
-    factors = np.ones(order + 1)
-    for l_ in range(1, order + 1):
-        before = difference
-        # (l + 1) D_l = l D_l-1 + (2l + 1)(1 - cos) P_l
-        legendre -= before
-        difference = (l_ * before + (2 * l_ + 1) * half * legendre) / (l_ + 1)
-        factors[l_] = (before + difference) / ((2 * l_ + 1) * half)
-    return factors if cos < 1 else np.ones(order + 1)
-
-
-def _vmf(kappa: float, order: int) -> NDArray[np.float64]:
-    # Ratios of modified spherical Bessel functions, downward (Miller).
-    factors = np.zeros(order + 1)
-    factors[0] = 1.0
-    if kappa == 0:
-        return factors
-    start = order + 20 + int(math.sqrt(40 * (order + 1)) + min(kappa, 1e6) ** 0.5 * 12)
-    ratio = 0.0
-    ratios = np.zeros(order + 2)
-    for l_ in range(start, 0, -1):
-        ratio = 1.0 / ((2 * l_ + 1) / kappa + ratio)
-        if l_ <= order:
-            ratios[l_] = ratio
-    for l_ in range(1, order + 1):
-        factors[l_] = factors[l_ - 1] * ratios[l_]
-    return factors

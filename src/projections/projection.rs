@@ -101,6 +101,7 @@ impl<R: Real> Uv<R> {
 
 /// The part of the sphere that an image holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Coverage {
     /// Every direction.
     Sphere,
@@ -156,6 +157,7 @@ impl Coverage {
 
 /// The part of a face's unit square that holds sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Outline {
     /// All of it.
     Square,
@@ -167,6 +169,7 @@ pub enum Outline {
 
 /// What lies beyond the edge of the valid image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Seam {
     /// Nothing: the coverage ends there.
     Ends,
@@ -212,6 +215,7 @@ impl Edge {
 
 /// A number that a projection takes, such as a field of view.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Parameter {
     /// Its keyword.
     pub name: &'static str,
@@ -229,6 +233,7 @@ pub struct Parameter {
 
 /// What a projection claims about itself, apart from its parameters.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Info {
     /// The name it is asked for by.
     pub name: &'static str,

@@ -5,7 +5,7 @@ use crate::geometry::axes;
 use crate::kernel;
 use crate::kernel::threads;
 use crate::map::conventions;
-use crate::map::{Map, Options};
+use crate::map::{Map, MapOptions};
 use crate::projections::cost;
 use crate::projections::projection::Visitor;
 use crate::projections::projection::{Coverage, Projection};
@@ -40,14 +40,15 @@ pub fn projection(
             values.push((name, value));
         }
     }
-    let options = Options {
+    let values: Vec<(&str, f64)> = values.iter().map(|(name, x)| (&**name, *x)).collect();
+    let options = MapOptions {
         convention,
         axes,
         grid,
         layout,
         parameters: &values,
     };
-    Ok(PyProjection(Map::new(name, options)?))
+    Ok(PyProjection(Map::with(name, options)?))
 }
 
 /// The value of a parameter.
@@ -87,7 +88,7 @@ pub fn rebuild(
         return Ok(plain);
     };
     let pose = glam::DMat3::from_cols_array_2d(&pose).transpose();
-    Ok(PyProjection(plain.0.turned(pose)))
+    Ok(PyProjection(plain.0.turned(pose)?))
 }
 
 /// Smaller versions of an image, in the same projection.
@@ -190,7 +191,7 @@ fn reflect_arrays<'py, T: Float>(
         let (view, normal) = (view.as_slice()?, normal.as_slice()?);
         disjoint(view, out)?;
         disjoint(normal, out)?;
-        py.detach(|| crate::light::reflect::reflect(view, normal, out));
+        py.detach(|| crate::light::reflect(view, normal, out))?;
     }
     finish(array, out.is_some())
 }
@@ -213,9 +214,7 @@ fn reflect_blocks<'py, T: Float>(
             let (view, normal) = (converted::<T>(&view)?, converted::<T>(&normal)?);
             let (view, normal) = (view.as_slice()?, normal.as_slice()?);
             let out = output.next(view.len())?;
-            run(py, out.len(), || {
-                crate::light::reflect::reflect(view, normal, out)
-            });
+            run(py, out.len(), || crate::light::reflect(view, normal, out))?;
         }
     }
     finish(array, out.is_some())

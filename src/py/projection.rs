@@ -3,8 +3,7 @@
 use crate::geometry::axes;
 use crate::image::raster::{LONGEST_SIDE, Raster, shape_of_size};
 use crate::image::texels;
-use crate::map::explain::explain;
-use crate::map::{Map, Options};
+use crate::map::{Map, MapOptions};
 use crate::py::arrays;
 use crate::py::arrays::{Float, finish, output, points, reals, with_reals, writable};
 use crate::py::images;
@@ -96,7 +95,7 @@ impl PyProjection {
         let map = &self.0;
         let reals = reals(directions, "directions", out)?;
         with_reals!(&reals, d => {
-            let work = |d: &[_], uv: &mut [_]| map.encode(rotation, d, uv);
+            let work = |d: &[_], uv: &mut [_]| map.encode_numbers(rotation, d, uv);
             points(py, d, "directions", 3, out, d.dtype(), &[map.uv_width()], work)
         })
     }
@@ -114,7 +113,7 @@ impl PyProjection {
         let map = &self.0;
         let reals = reals(uv, "uv", out)?;
         with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.decode(rotation, uv, result);
+            let work = |uv: &[_], result: &mut [_]| map.decode_numbers(rotation, uv, result);
             points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3], work)
         })
     }
@@ -143,7 +142,7 @@ impl PyProjection {
         let map = &self.0;
         let reals = reals(uv, "uv", out)?;
         with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.jacobian(rotation, uv, result);
+            let work = |uv: &[_], result: &mut [_]| map.jacobian_numbers(rotation, uv, result);
             points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3, 2], work)
         })
     }
@@ -159,7 +158,7 @@ impl PyProjection {
         let map = &self.0;
         let reals = reals(uv, "uv", out)?;
         with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.density(uv, result);
+            let work = |uv: &[_], result: &mut [_]| map.density_numbers(uv, result);
             points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[], work)
         })
     }
@@ -169,7 +168,7 @@ impl PyProjection {
     fn valid<'py>(&self, py: Python<'py>, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let map = &self.0;
         with_reals!(&reals(uv, "uv", None)?, uv => {
-            points(py, uv, "uv", map.uv_width(), None, "bool", &[], |uv, valid| map.valid(uv, valid))
+            points(py, uv, "uv", map.uv_width(), None, "bool", &[], |uv, valid| map.valid_numbers(uv, valid))
         })
     }
 
@@ -184,7 +183,7 @@ impl PyProjection {
         let rotation = arrays::rotation(rotation)?;
         let map = &self.0;
         with_reals!(&reals(directions, "directions", None)?, d => {
-            points(py, d, "directions", 3, None, "bool", &[], |d, covered| map.covers(rotation, d, covered))
+            points(py, d, "directions", 3, None, "bool", &[], |d, covered| map.covers_numbers(rotation, d, covered))
         })
     }
 
@@ -268,7 +267,7 @@ impl PyProjection {
     fn turned(&self, pose: &Bound<'_, PyAny>) -> PyResult<PyProjection> {
         let pose = arrays::rotation(Some(pose))?;
         Ok(PyProjection(match pose {
-            Some(pose) => self.0.turned(pose),
+            Some(pose) => self.0.turned(pose)?,
             None => self.0.clone(),
         }))
     }
@@ -282,13 +281,13 @@ impl PyProjection {
 
     /// What `explain` prints.
     fn explanation(&self) -> String {
-        explain(&self.0)
+        self.0.explain()
     }
 
     /// Prints where the axes land, which way is up, chirality, grid, coverage and density.
     fn explain(&self, py: Python<'_>) -> PyResult<()> {
         let print = py.import("builtins")?.getattr("print")?;
-        print.call1((explain(&self.0).trim_end(),))?;
+        print.call1((self.0.explain().trim_end(),))?;
         Ok(())
     }
 
@@ -407,11 +406,11 @@ impl PyProjection {
 
     fn __repr__(&self) -> PyResult<String> {
         let map = &self.0;
-        let plain = Map::new(
+        let plain = Map::with(
             map.info().name,
-            Options {
+            MapOptions {
                 convention: map.convention(),
-                ..Options::default()
+                ..MapOptions::default()
             },
         )?;
         let mut text = format!("Projection(\"{}\"", map.info().name);

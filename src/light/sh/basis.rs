@@ -58,11 +58,6 @@ impl Points {
         self.used
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.used == 0
-    }
-
     /// One of them.
     pub fn direction(&self, k: usize) -> [f64; 3] {
         [self.x[k], self.y[k], self.z[k]]

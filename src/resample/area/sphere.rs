@@ -66,6 +66,7 @@ fn bulge(curve: &impl Curve, [a, m, b]: [(f64, Direction); 3], tolerance: f64, d
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::vector::normalized;
 
     #[test]
     fn octant_and_needle() {

@@ -195,13 +195,13 @@ impl Visitor for Across {
 
 #[cfg(test)]
 mod tests {
-    use crate::map::{Map, Options};
+    use crate::map::Map;
     use crate::resample::sample::{Filter, Source};
     use ndarray::ArrayView2;
 
     #[test]
     fn values_are_continuous_over_every_edge_and_corner() {
-        let map = Map::new("cube", Options::default()).unwrap();
+        let map = Map::new("cube").unwrap();
         for n in [1, 2, 3, 16] {
             let texels: Vec<f64> = (0..6 * n * n)
                 .map(|i| (i * 7919 % 1009) as f64 / 1009.0)

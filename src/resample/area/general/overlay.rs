@@ -686,7 +686,7 @@ mod tests {
     use super::*;
     use crate::geometry::solid_angle::Rect;
     use crate::image::raster::shape_of_size;
-    use crate::map::{Map, Options};
+    use crate::map::Map;
     use crate::projections::REGISTRY;
     use crate::projections::projection::Coverage;
 
@@ -708,7 +708,7 @@ mod tests {
     #[test]
     fn cells_have_the_exact_solid_angle() {
         for info in REGISTRY {
-            let map = Map::new(info.name, Options::default()).unwrap();
+            let map = Map::new(info.name).unwrap();
             let shape = shape_of_size(&map, 21);
             let lattice = Lattice::new(&map, &shape, None).unwrap();
             let mut worst = 0.0_f64;
@@ -751,7 +751,7 @@ mod tests {
     fn both_sums_are_the_cells() {
         // Each projection against partners with a seam, with faces, with a rim.
         let partners = ["latlong", "cube", "angular"];
-        let sphere = |name: &str| Map::new(name, Options::default()).unwrap();
+        let sphere = |name: &str| Map::new(name).unwrap();
         for info in REGISTRY {
             if sphere(info.name).coverage() != Coverage::Sphere {
                 continue;

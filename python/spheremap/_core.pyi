@@ -23,6 +23,7 @@ __all__ = [
     "moments",
     "pack_frames",
     "packing_table",
+    "pad",
     "prefilter",
     "projection",
     "quadrature_weights",
@@ -246,6 +247,7 @@ def convert(
     skipna: bool = False,
     antialias: bool = True,
 ) -> NDArray[Any]: ...
+def pad(image: ArrayLike, projection: Projection, n: int, filter: str, /) -> NDArray[Any]: ...
 def mipmaps(image: ArrayLike, projection: Projection, /) -> list[NDArray[Any]]: ...
 def reflect(
     view: ArrayLike, normal: ArrayLike, /, *, out: NDArray[Any] | None = None

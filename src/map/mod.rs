@@ -137,6 +137,24 @@ impl Map {
         })
     }
 
+    /// The same map with its faces laid out otherwise.
+    pub fn with_layout(&self, layout: &str) -> Result<Map, Error> {
+        let parameters = self.info.parameters.iter().zip(&self.parameters);
+        let parameters: Vec<(String, f64)> = parameters
+            .map(|(parameter, value)| (parameter.name.to_owned(), *value))
+            .collect();
+        Map::new(
+            self.info.name,
+            Options {
+                convention: self.convention,
+                axes: Some(&self.axes.to_string()),
+                grid: Some(self.grid.name()),
+                layout: Some(layout),
+                parameters: &parameters,
+            },
+        )
+    }
+
     /// What the projection claims about itself.
     pub fn info(&self) -> &'static Info {
         self.info

@@ -11,6 +11,7 @@ mod healpix;
 mod images;
 mod light;
 mod pack;
+mod pad;
 mod projection;
 mod sh;
 
@@ -34,6 +35,8 @@ mod _core {
     use super::light::{dfg, lobe, moments, prefilter, quadrature_weights};
     #[pymodule_export]
     use super::pack::{PyPacker, pack_frames, packing_table, unpack_frames};
+    #[pymodule_export]
+    use super::pad::pad;
     #[pymodule_export]
     use super::projection::PyProjection;
     #[pymodule_export]

@@ -6,6 +6,8 @@ pub mod coordinate_map;
 pub mod footprint;
 pub mod lookup;
 pub mod mips;
+pub mod pad;
 pub mod polynomial;
 pub mod sample;
+mod seam;
 pub mod trilinear;

@@ -1,4 +1,4 @@
-from typing import Any, Literal, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -9,15 +9,18 @@ __all__ = [
     "Projection",
     "__version__",
     "_rebuild",
+    "add_sun",
     "convention_table",
     "convert",
     "dfg",
+    "energy",
     "get_num_threads",
     "healpix_ang2pix",
     "healpix_pix2ang",
     "healpix_pix2vec",
     "healpix_reorder",
     "healpix_vec2pix",
+    "lights",
     "lobe",
     "mipmaps",
     "moments",
@@ -29,6 +32,7 @@ __all__ = [
     "quadrature_weights",
     "reflect",
     "registry",
+    "remove_sun",
     "rotation",
     "set_num_threads",
     "set_simd_level",
@@ -43,6 +47,7 @@ __all__ = [
     "sh_window",
     "simd_level",
     "simd_levels",
+    "sun",
     "texel_weights",
     "unpack_frames",
 ]
@@ -248,6 +253,48 @@ def convert(
     antialias: bool = True,
 ) -> NDArray[Any]: ...
 def pad(image: ArrayLike, projection: Projection, n: int, filter: str, /) -> NDArray[Any]: ...
+def lights(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    n: int,
+    method: str,
+    /,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
+
+_Sun: TypeAlias = tuple[list[float], float, NDArray[np.float64], NDArray[np.float64], float]
+
+def sun(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    /,
+) -> _Sun | None: ...
+def remove_sun(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    /,
+) -> tuple[NDArray[np.floating[Any]], _Sun | None]: ...
+def add_sun(
+    object: ArrayLike,
+    projection: Projection,
+    direction: tuple[float, ...],
+    solid_angle: float,
+    irradiance: list[float],
+    rotation: Any | None,
+    /,
+) -> NDArray[np.floating[Any]]: ...
+def energy(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    /,
+) -> tuple[float, NDArray[np.float64], float, float, list[float], float, int, _Sun | None]: ...
 def mipmaps(image: ArrayLike, projection: Projection, /) -> list[NDArray[Any]]: ...
 def reflect(
     view: ArrayLike, normal: ArrayLike, /, *, out: NDArray[Any] | None = None

@@ -10,6 +10,7 @@ mod functions;
 mod healpix;
 mod images;
 mod light;
+mod lights;
 mod pack;
 mod pad;
 mod projection;
@@ -33,6 +34,8 @@ mod _core {
     };
     #[pymodule_export]
     use super::light::{dfg, lobe, moments, prefilter, quadrature_weights};
+    #[pymodule_export]
+    use super::lights::{add_sun, energy, lights, remove_sun, sun};
     #[pymodule_export]
     use super::pack::{PyPacker, pack_frames, packing_table, unpack_frames};
     #[pymodule_export]

@@ -10,8 +10,10 @@ __all__ = [
     "__version__",
     "_rebuild",
     "add_sun",
+    "compare",
     "convention_table",
     "convert",
+    "convert_depth",
     "dfg",
     "energy",
     "get_num_threads",
@@ -253,6 +255,16 @@ def convert(
     antialias: bool = True,
 ) -> NDArray[Any]: ...
 def pad(image: ArrayLike, projection: Projection, n: int, filter: str, /) -> NDArray[Any]: ...
+def compare(
+    a: Projection, b: Projection, /
+) -> tuple[list[list[int]] | None, bool | None, list[str]]: ...
+def convert_depth(
+    array: NDArray[np.floating[Any]],
+    projection: Projection,
+    shape: tuple[int, ...],
+    target: str,
+    /,
+) -> None: ...
 def lights(
     object: ArrayLike,
     projection: Projection,

@@ -3,6 +3,7 @@
 //! [`Map`] is the run-time value behind every call. Its verbs find the compiled formula through the
 //! registry, put the frame around it and spread the work over threads.
 
+pub mod compare;
 pub mod conventions;
 pub mod drawing;
 pub mod explain;

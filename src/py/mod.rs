@@ -5,6 +5,8 @@
 //! float64 take the friendly path through `spheremap._arrays`.
 
 mod arrays;
+mod compare;
+mod depth;
 mod distribution;
 mod functions;
 mod healpix;
@@ -21,6 +23,10 @@ use pyo3::prelude::*;
 /// The compiled core of spheremap.
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::compare::compare;
+    #[pymodule_export]
+    use super::depth::convert_depth;
     #[pymodule_export]
     use super::distribution::{PyDistribution, texel_weights};
     #[pymodule_export]

@@ -3,6 +3,7 @@
 pub mod antialias;
 pub mod area;
 pub mod coordinate_map;
+pub mod depth;
 pub mod footprint;
 pub mod lookup;
 pub mod mips;

@@ -110,7 +110,6 @@ class Projection:
         rotation: Any | None = None,
         out: NDArray[Any] | None = None,
     ) -> NDArray[np.floating[Any]]: ...
-    def _beyond(self, uv: ArrayLike, /) -> NDArray[np.floating[Any]]: ...
     def jacobian(
         self,
         uv: ArrayLike,

@@ -55,7 +55,6 @@ fn lit<T: PyTexel>(
 /// At most `n` directional lights, brightest first: (N, 3) directions, (N, C) irradiances and (N,) solid angles.
 #[pyfunction]
 #[pyo3(signature = (object, projection, luminance, rotation, n, method, /))]
-#[expect(clippy::type_complexity, reason = "three arrays")]
 pub fn lights<'py>(
     py: Python<'py>,
     object: &Bound<'py, PyAny>,

@@ -1,4 +1,4 @@
-from typing import Any, Literal, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -9,25 +9,32 @@ __all__ = [
     "Projection",
     "__version__",
     "_rebuild",
+    "add_sun",
+    "compare",
     "convention_table",
     "convert",
+    "convert_depth",
     "dfg",
+    "energy",
     "get_num_threads",
     "healpix_ang2pix",
     "healpix_pix2ang",
     "healpix_pix2vec",
     "healpix_reorder",
     "healpix_vec2pix",
+    "lights",
     "lobe",
     "mipmaps",
     "moments",
     "pack_frames",
     "packing_table",
+    "pad",
     "prefilter",
     "projection",
     "quadrature_weights",
     "reflect",
     "registry",
+    "remove_sun",
     "rotation",
     "set_num_threads",
     "set_simd_level",
@@ -42,6 +49,7 @@ __all__ = [
     "sh_window",
     "simd_level",
     "simd_levels",
+    "sun",
     "texel_weights",
     "unpack_frames",
 ]
@@ -102,7 +110,6 @@ class Projection:
         rotation: Any | None = None,
         out: NDArray[Any] | None = None,
     ) -> NDArray[np.floating[Any]]: ...
-    def _beyond(self, uv: ArrayLike, /) -> NDArray[np.floating[Any]]: ...
     def jacobian(
         self,
         uv: ArrayLike,
@@ -250,6 +257,59 @@ def convert(
     skipna: bool = False,
     antialias: bool = True,
 ) -> NDArray[Any]: ...
+def pad(image: ArrayLike, projection: Projection, n: int, filter: str, /) -> NDArray[Any]: ...
+def compare(
+    a: Projection, b: Projection, /
+) -> tuple[list[list[int]] | None, bool | None, list[str]]: ...
+def convert_depth(
+    array: NDArray[np.floating[Any]],
+    projection: Projection,
+    shape: tuple[int, ...],
+    target: str,
+    /,
+) -> None: ...
+def lights(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    n: int,
+    method: str,
+    /,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
+
+_Sun: TypeAlias = tuple[list[float], float, NDArray[np.float64], NDArray[np.float64], float]
+
+def sun(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    /,
+) -> _Sun | None: ...
+def remove_sun(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    /,
+) -> tuple[NDArray[np.floating[Any]], _Sun | None]: ...
+def add_sun(
+    object: ArrayLike,
+    projection: Projection,
+    direction: tuple[float, ...],
+    solid_angle: float,
+    irradiance: list[float],
+    rotation: Any | None,
+    /,
+) -> NDArray[np.floating[Any]]: ...
+def energy(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    /,
+) -> tuple[float, NDArray[np.float64], float, float, list[float], float, int, _Sun | None]: ...
 def mipmaps(image: ArrayLike, projection: Projection, /) -> list[NDArray[Any]]: ...
 def reflect(
     view: ArrayLike, normal: ArrayLike, /, *, out: NDArray[Any] | None = None

@@ -3,6 +3,7 @@
 //! [`Map`] is the run-time value behind every call. Its verbs find the compiled formula through the
 //! registry, put the frame around it and spread the work over threads.
 
+pub mod compare;
 pub mod conventions;
 mod drawing;
 pub(crate) mod element;
@@ -163,6 +164,34 @@ impl Map {
             face_layout,
             parameters,
             pose: None,
+        })
+    }
+
+    /// The same map with its faces laid out otherwise.
+    ///
+    /// ```
+    /// let cross = spheremap::Map::new("cube")?.with_layout("cross")?;
+    /// assert_eq!(cross.uv_width(), 2);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn with_layout(&self, layout: &str) -> Result<Map, Error> {
+        let parameters = self.info.parameters.iter().zip(&self.parameters);
+        let parameters: Vec<(&str, f64)> = parameters
+            .map(|(parameter, value)| (parameter.name, *value))
+            .collect();
+        let map = Map::with(
+            self.info.name,
+            MapOptions {
+                convention: self.convention,
+                axes: Some(&self.axes.to_string()),
+                grid: Some(self.grid.name()),
+                layout: Some(layout),
+                parameters: &parameters,
+            },
+        )?;
+        Ok(Map {
+            pose: self.pose,
+            ..map
         })
     }
 

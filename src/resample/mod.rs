@@ -3,9 +3,12 @@
 pub mod antialias;
 pub mod area;
 pub mod coordinate_map;
+pub mod depth;
 pub mod footprint;
 pub mod lookup;
 pub mod mips;
+pub mod pad;
 pub mod polynomial;
 pub mod sample;
+mod seam;
 pub mod trilinear;

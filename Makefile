@@ -109,6 +109,7 @@ lint-python: $(BUILT) $(DEV_DEPS)
 
 lint-generated: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/generate_names.py --check
+	"$(BIN)/python" tools/generate_projection.py --check
 	"$(BIN)/python" tools/generate_docs.py --check
 	"$(BIN)/python" tools/generate_packing.py --check
 

@@ -130,7 +130,7 @@ def bench_others(args: argparse.Namespace, xi: np.ndarray) -> list[str]:
             {
                 "sample": lambda dist=dist, o=drawn: dist.sample(xi, weights=True, out=o),
                 "build": lambda image=image, p=p: sm.light.Distribution(image, p),
-                "lights": lambda image=image, p=p: sm.light.lights(image, p, 64),
+                "lights": lambda image=image, p=p: sm.light.lights(image, p, count=64),
                 "energy": lambda image=image, p=p: sm.light.energy(image, p),
             },
             3,

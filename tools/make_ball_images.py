@@ -36,7 +36,7 @@ def below(*images: np.ndarray, gap: int = 8) -> np.ndarray:
 def balls() -> None:
     environment, turn = scene(), sm.rotation(110, 8, 0)
     a = sm.ball.render(environment, **CAMERA)
-    b = sm.ball.render(environment, rotation=turn, **CAMERA) * np.float32(0.8)
+    b = sm.ball.render(environment, pose=turn, **CAMERA) * np.float32(0.8)
     save("ball-photos.png", beside(a, b))
     rim = sm.ball.unwrap(a, center=(200, 200), fov=24, distance=5.6, size=4).ball
     exact = sm.ball.unwrap(a, center=rim.center, radius=rim.radius, fov=24, size=ROWS)
@@ -57,14 +57,14 @@ def shading() -> None:
     pose = baked_for.frame.T
     rows = []
     caps = [
-        sm.light.bake_matcap(environment, "mirror", size=256, rotation=pose),
-        sm.light.bake_matcap(environment, "rough", size=64, roughness=0.5, rotation=pose),
+        sm.light.bake_matcap(environment, material="mirror", size=256, pose=pose),
+        sm.light.bake_matcap(environment, material="rough", size=64, roughness=0.5, pose=pose),
     ]
     for eye in (baked_for.eye, np.array([5.2, 1.8, 2.6])):
         view = View(eye)
         place, normal = view.interpolate(view.position), view.interpolate(view.normal)
         shaded = [
-            sm.light.shade_matcap(normal, cap, positions=place, eye=eye, rotation=view.frame.T)
+            sm.light.shade_matcap(normal, cap, positions=place, eye=eye, pose=view.frame.T)
             for cap in caps
         ]
         shaded.append(sm.light.shade_environment(place, normal, eye, environment))

@@ -12,7 +12,8 @@ and `plot`.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ._core import Projection, __version__, get_num_threads, set_num_threads, simd_level
+from ._core import __version__, get_num_threads, set_num_threads, simd_level
+from ._projection import Projection
 from .map import (
     Projections,
     conventions,

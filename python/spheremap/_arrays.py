@@ -13,14 +13,12 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
-from . import _core
-
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import ArrayLike, NDArray
 
-    from ._core import Projection
+    from ._projection import Projection
 
     Size: TypeAlias = int | tuple[int, ...]
     Array = NDArray[np.float64]
@@ -107,15 +105,15 @@ def as_image(obj: object, out: object) -> NDArray[Any]:
     return np.require(array, dtype=native, requirements=["C", "A"])
 
 
-def as_rotation(obj: object) -> NDArray[np.float64]:
+def as_rotation(obj: object, name: str = "rotation") -> NDArray[np.float64]:
     """Return a matrix, or what `obj.as_matrix()` gives, as a float64 array of shape (3, 3).
 
     The core checks that it is a rotation.
     """
     as_matrix = getattr(obj, "as_matrix", None)
-    matrix = as_real(obj if as_matrix is None else as_matrix(), "rotation")
+    matrix = as_real(obj if as_matrix is None else as_matrix(), name)
     if matrix.shape != (3, 3):
-        raise ValueError(f"Expected `rotation` to have shape (3, 3), got {matrix.shape}.")
+        raise ValueError(f"Expected `{name}` to have shape (3, 3), got {matrix.shape}.")
     return np.require(matrix, dtype=np.float64, requirements=["C", "A"])
 
 
@@ -218,15 +216,6 @@ def as_unit_vectors(
         scaled = array / np.abs(array).max(axis=-1, keepdims=True)
         unit = scaled / np.sqrt(np.square(scaled).sum(axis=-1, keepdims=True))
     return np.ascontiguousarray(unit.reshape(-1, 3)), array.shape[:-1]
-
-
-def rotation_matrix(rotation: Any | None) -> Array:
-    """Return a rotation as a matrix that was checked; the identity for None."""
-    if rotation is None:
-        return np.eye(3)
-    # The core checks it and turns the axes with it; the rows are the turned axes.
-    p = _core.projection("octahedral")
-    return np.asarray(p.decode(p.encode(np.eye(3)), rotation=rotation)).T
 
 
 # How many places a message names.

@@ -1,7 +1,9 @@
-from typing import Any, Literal, TypeAlias, final
+from collections.abc import Sequence
+from typing import Any, Literal, Self, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
+from typing_extensions import disjoint_base
 
 __all__ = [
     "Distribution",
@@ -30,7 +32,6 @@ __all__ = [
     "packing_table",
     "pad",
     "prefilter",
-    "projection",
     "quadrature_weights",
     "reflect",
     "registry",
@@ -56,8 +57,20 @@ __all__ = [
 
 __version__: str
 
-@final
+@disjoint_base
 class Projection:
+    def __new__(
+        cls,
+        name: str,
+        /,
+        *,
+        convention: str | None = None,
+        axes: str | None = None,
+        grid: str | None = None,
+        layout: str | None = None,
+        pose: Any | None = None,
+        **parameters: float,
+    ) -> Self: ...
     @property
     def name(self) -> str: ...
     @property
@@ -99,7 +112,6 @@ class Projection:
         directions: ArrayLike,
         /,
         *,
-        rotation: Any | None = None,
         out: NDArray[Any] | None = None,
     ) -> NDArray[np.floating[Any]]: ...
     def decode(
@@ -107,7 +119,6 @@ class Projection:
         uv: ArrayLike,
         /,
         *,
-        rotation: Any | None = None,
         out: NDArray[Any] | None = None,
     ) -> NDArray[np.floating[Any]]: ...
     def jacobian(
@@ -115,24 +126,20 @@ class Projection:
         uv: ArrayLike,
         /,
         *,
-        rotation: Any | None = None,
         out: NDArray[Any] | None = None,
     ) -> NDArray[np.floating[Any]]: ...
     def density(
         self, uv: ArrayLike, /, *, out: NDArray[Any] | None = None
     ) -> NDArray[np.floating[Any]]: ...
     def valid(self, uv: ArrayLike, /) -> NDArray[np.bool_]: ...
-    def covers(
-        self, directions: ArrayLike, /, *, rotation: Any | None = None
-    ) -> NDArray[np.bool_]: ...
-    def solid_angle(self, shape: int | tuple[int, ...], /) -> NDArray[np.float64]: ...
+    def covers(self, directions: ArrayLike, /) -> NDArray[np.bool_]: ...
+    def solid_angle(self, size: int | tuple[int, ...], /) -> NDArray[np.float64]: ...
     def directions(
         self,
         size: int | tuple[int, ...],
         /,
         *,
-        rotation: Any | None = None,
-        dtype: DTypeLike | None = None,
+        dtype: DTypeLike,
     ) -> NDArray[np.floating[Any]]: ...
     def shape(self, size: int | tuple[int, ...], /) -> tuple[int, ...]: ...
     def sample(
@@ -141,14 +148,12 @@ class Projection:
         directions: ArrayLike,
         /,
         *,
-        filter: Literal[
-            "nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3"
-        ] = "bilinear",
-        rotation: Any | None = None,
-        fill: float | None = None,
+        filter: Literal["nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3"],
+        fill: float | Sequence[float],
         out: NDArray[Any] | None = None,
     ) -> NDArray[Any]: ...
-    def turned(self, pose: Any, /) -> Projection: ...
+    def turned(self, pose: Any, /) -> Self: ...
+    def _turned(self, rotation: Any, name: str, /) -> Self: ...
     @property
     def pose(self) -> NDArray[np.float64] | None: ...
     def explain(self) -> None: ...
@@ -165,8 +170,6 @@ class Distribution:
         luminance: NDArray[np.float64],
         radiance: NDArray[np.floating[Any]],
         /,
-        *,
-        rotation: Any | None = None,
     ) -> Distribution: ...
     @property
     def integral(self) -> float: ...
@@ -212,26 +215,7 @@ def pack_frames(
     normals: NDArray[np.float64], tangents: NDArray[np.float64], name: str, /
 ) -> tuple[NDArray[np.uint64], int | None]: ...
 def unpack_frames(codes: NDArray[np.uint64], name: str, /) -> NDArray[np.float64]: ...
-def _rebuild(
-    name: str,
-    convention: str | None,
-    axes: str,
-    grid: str,
-    layout: str | None,
-    parameters: dict[str, float],
-    pose: Any | None,
-    /,
-) -> Projection: ...
-def projection(
-    name: str,
-    /,
-    *,
-    convention: str | None = None,
-    axes: str | None = None,
-    grid: str | None = None,
-    layout: str | None = None,
-    parameters: dict[str, float] | None = None,
-) -> Projection: ...
+def _rebuild(class_: type[Any], name: str, options: dict[str, Any], /) -> Any: ...
 def convert(
     image: ArrayLike,
     src: Projection,
@@ -252,7 +236,7 @@ def convert(
         "area",
         "mode",
     ] = "bilinear",
-    fill: float | None = None,
+    fill: float | Sequence[float] | None = None,
     out: NDArray[Any] | None = None,
     skipna: bool = False,
     antialias: bool = True,
@@ -272,7 +256,6 @@ def lights(
     object: ArrayLike,
     projection: Projection,
     luminance: NDArray[np.float64],
-    rotation: Any | None,
     n: int,
     method: str,
     /,
@@ -284,14 +267,12 @@ def sun(
     object: ArrayLike,
     projection: Projection,
     luminance: NDArray[np.float64],
-    rotation: Any | None,
     /,
 ) -> _Sun | None: ...
 def remove_sun(
     object: ArrayLike,
     projection: Projection,
     luminance: NDArray[np.float64],
-    rotation: Any | None,
     /,
 ) -> tuple[NDArray[np.floating[Any]], _Sun | None]: ...
 def add_sun(
@@ -300,14 +281,12 @@ def add_sun(
     direction: tuple[float, ...],
     solid_angle: float,
     irradiance: list[float],
-    rotation: Any | None,
     /,
 ) -> NDArray[np.floating[Any]]: ...
 def energy(
     object: ArrayLike,
     projection: Projection,
     luminance: NDArray[np.float64],
-    rotation: Any | None,
     /,
 ) -> tuple[float, NDArray[np.float64], float, float, list[float], float, int, _Sun | None]: ...
 def mipmaps(image: ArrayLike, projection: Projection, /) -> list[NDArray[Any]]: ...

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-    from ._core import Projection
+    from ._projection import Projection
     from .map.named import ProjectionLike
 
 __all__ = ["density_map", "show", "tissot"]
@@ -32,6 +32,7 @@ _OUTSIDE = (0.85, 0.85, 0.85)
 
 def show(
     image: ArrayLike,
+    /,
     projection: ProjectionLike,
     *,
     ax: Axes | None = None,

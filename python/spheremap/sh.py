@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _core
-from ._arrays import as_real, as_rotation, as_unit_vectors, checked_image, has_channels
+from ._arrays import as_real, as_unit_vectors, checked_image, has_channels
 from .map.named import resolve
 
 if TYPE_CHECKING:
@@ -33,7 +33,14 @@ def __dir__() -> list[str]:
 
 
 def project(
-    image: ArrayLike, projection: ProjectionLike, /, *, order: int, skipna: bool = False
+    image: ArrayLike,
+    /,
+    projection: ProjectionLike,
+    *,
+    order: int,
+    axes: str | None = None,
+    rotation: Any | None = None,
+    skipna: bool = False,
 ) -> NDArray[np.float64]:
     """Return the spherical harmonic coefficients of an image.
 
@@ -43,6 +50,8 @@ def project(
         As for `light.integrate`.
     order : int
         The highest degree l, from 0 to 64: order 2 has 9 coefficients.
+    axes, rotation
+        As for `encode`.
 
     Returns
     -------
@@ -74,7 +83,7 @@ def project(
     >>> (np.round(sm.sh.project(up, "cube", order=1), 6) + 0.0).tolist()
     [0.0, 2.046653, 0.0, 0.0]
     """
-    resolved = resolve(projection)
+    resolved = resolve(projection, axes, rotation)
     pixels = checked_image(image, skipna=skipna)
     found = _core.sh_project(pixels, resolved, _order(order))
     return found if has_channels(pixels, resolved) else found[:, 0]
@@ -111,7 +120,7 @@ def evaluate(coefficients: ArrayLike, directions: ArrayLike, /) -> NDArray[np.fl
     return _core.sh_evaluate(rows, unit).reshape(*leading, *channels)
 
 
-def rotate(coefficients: ArrayLike, rotation: Any, /) -> NDArray[np.float64]:
+def rotate(coefficients: ArrayLike, /, rotation: Any) -> NDArray[np.float64]:
     """Turn the function that coefficients describe: f'(R d) = f(d).
 
     Parameters
@@ -143,17 +152,17 @@ def rotate(coefficients: ArrayLike, rotation: Any, /) -> NDArray[np.float64]:
     [0.0, 0.0, 0.0, 1.0]
     """
     rows, shape, _ = _rows(coefficients)
-    matrix = as_rotation(rotation)
-    # The core's own check, and its message.
-    _core.projection("latlong").encode(np.zeros((0, 3)), rotation=matrix)
+    # Checked as that of any other verb is.
+    pose = resolve("latlong", rotation=rotation).pose
+    matrix = np.eye(3) if pose is None else pose
     return _core.sh_rotate(rows, matrix).reshape(shape)
 
 
 def lobe(
     lobe: Literal["cosine", "cone", "phong", "vmf"],
-    order: int,
     /,
     *,
+    order: int,
     half_angle: float = 90.0,
     exponent: float = 1.0,
     kappa: float = 1.0,
@@ -182,7 +191,7 @@ def lobe(
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> np.round(sm.sh.lobe("cosine", 4) / np.pi, 6).tolist()
+    >>> np.round(sm.sh.lobe("cosine", order=4) / np.pi, 6).tolist()
     [1.0, 0.666667, 0.25, 0.0, -0.041667]
     """
     return _factors(lobe, order, half_angle=half_angle, exponent=exponent, kappa=kappa)
@@ -202,7 +211,7 @@ def _factors(
 
 
 def convolve(
-    coefficients: ArrayLike, lobe: str | ArrayLike, /, **parameters: float
+    coefficients: ArrayLike, /, *, lobe: str | ArrayLike, **parameters: float
 ) -> NDArray[np.float64]:
     """Convolve with a lobe that is round about its axis (Funk and Hecke): degree by degree.
 
@@ -229,7 +238,7 @@ def convolve(
     Irradiance over π:
 
     >>> import numpy as np, spheremap as sm
-    >>> np.round(sm.sh.convolve([1, 0, 3, 0], "cosine") / np.pi, 6).tolist()
+    >>> np.round(sm.sh.convolve([1, 0, 3, 0], lobe="cosine") / np.pi, 6).tolist()
     [1.0, 0.0, 2.0, 0.0]
     """
     rows, shape, _ = _rows(coefficients)
@@ -247,9 +256,9 @@ def convolve(
 
 def window(
     coefficients: ArrayLike,
-    window: Literal["hann", "lanczos", "gauss"] = "hann",
     /,
     *,
+    window: Literal["hann", "lanczos", "gauss"] = "hann",
     width: float | None = None,
 ) -> NDArray[np.float64]:
     """Fade high degrees out, so that a bright light does not ring.
@@ -280,7 +289,7 @@ def window(
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> np.round(sm.sh.window([1, 1, 1, 1], "hann"), 6).tolist()
+    >>> np.round(sm.sh.window([1, 1, 1, 1], window="hann"), 6).tolist()
     [1.0, 0.5, 0.5, 0.5]
     """
     rows, shape, _ = _rows(coefficients)

@@ -1,5 +1,6 @@
 //! numpy arrays in and out.
 
+use crate::error::Error;
 use crate::geometry::axes;
 use crate::image::raster::tuple;
 use crate::kernel::Scalar;
@@ -326,19 +327,24 @@ pub fn points<'py, A: Float, B: Element>(
 
 /// The rotation that a caller gave.
 pub fn rotation(object: Option<&Bound<'_, PyAny>>) -> PyResult<Option<DMat3>> {
-    let Some(object) = object else {
-        return Ok(None);
-    };
-    let array = helper(object.py(), "as_rotation")?.call1((object,))?;
+    object.map(|object| matrix(object, "rotation")).transpose()
+}
+
+/// A rotation from a matrix or an object with `as_matrix`; errors call it `name`.
+pub fn matrix(object: &Bound<'_, PyAny>, name: &str) -> PyResult<DMat3> {
+    let array = helper(object.py(), "as_rotation")?.call1((object, name))?;
     let array = array
         .cast::<PyArrayDyn<f64>>()
-        .map_err(|_| PyTypeError::new_err("`rotation` is no array"))?;
+        .map_err(|_| PyTypeError::new_err(format!("`{name}` is no array")))?;
     let array = array
         .try_readonly()
         .map_err(|e| PyValueError::new_err(e.to_string()))?;
     let rows = array.as_slice()?.as_chunks::<3>().0;
     let rows: [[f64; 3]; 3] = rows
         .try_into()
-        .map_err(|_| PyValueError::new_err("Expected `rotation` to have shape (3, 3)."))?;
-    Ok(Some(axes::rotation(rows)?))
+        .map_err(|_| PyValueError::new_err(format!("Expected `{name}` to have shape (3, 3).")))?;
+    axes::rotation(rows).map_err(|error| match error {
+        Error::Rotation(why) => PyValueError::new_err(format!("`{name}` is no rotation: {why}")),
+        error => error.into(),
+    })
 }

@@ -3,7 +3,6 @@
 use super::projection::{PyProjection, size};
 use crate::image::rim;
 use crate::light::distribution::{Distribution, Radiance};
-use crate::py::arrays;
 use crate::py::arrays::fits;
 use crate::py::arrays::{
     Float, contiguous, disjoint, finish, leading, output, points, reals, run, with_reals, writable,
@@ -28,16 +27,14 @@ type Outputs<'py> = [Option<Bound<'py, PyAny>>; 3];
 impl PyDistribution {
     /// `luminance` is float64 of the image's shape, `radiance` float32 or float64 with its channels.
     #[new]
-    #[pyo3(signature = (projection, luminance, radiance, /, *, rotation=None))]
+    #[pyo3(signature = (projection, luminance, radiance, /))]
     fn new(
         py: Python<'_>,
         projection: &PyProjection,
         luminance: &Bound<'_, PyAny>,
         radiance: &Bound<'_, PyAny>,
-        rotation: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let unfit = || PyTypeError::new_err("Expected contiguous float arrays.");
-        let rotation = arrays::rotation(rotation)?;
         let luminance = contiguous::<f64>(luminance)?.ok_or_else(unfit)?;
         let (values, shape) = if let Some(array) = contiguous::<f32>(radiance)? {
             (
@@ -56,7 +53,7 @@ impl PyDistribution {
         let (image, light) = (luminance.shape(), luminance.as_slice()?);
         let map = &projection.0;
         let distribution =
-            py.detach(|| Distribution::new(map, image, rotation, light, &values, channels))?;
+            py.detach(|| Distribution::new(map, image, None, light, &values, channels))?;
         Ok(PyDistribution {
             distribution,
             texel,

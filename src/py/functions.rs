@@ -5,7 +5,6 @@ use crate::geometry::axes;
 use crate::kernel;
 use crate::kernel::threads;
 use crate::map::conventions;
-use crate::map::{Map, MapOptions};
 use crate::projections::cost;
 use crate::projections::projection::Visitor;
 use crate::projections::projection::{Coverage, Projection};
@@ -17,78 +16,19 @@ use crate::py::arrays::{
 use crate::py::images;
 use crate::py::images::Lookup;
 use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// A projection by name, with what differs from its defaults.
+/// What a pickle calls: the class, and what makes one of it.
 #[pyfunction]
-#[pyo3(signature = (name, /, *, convention=None, axes=None, grid=None, layout=None, parameters=None))]
-pub fn projection(
+#[pyo3(name = "_rebuild", signature = (class, name, options, /))]
+pub fn rebuild<'py>(
+    class: &Bound<'py, PyAny>,
     name: &str,
-    convention: Option<&str>,
-    axes: Option<&str>,
-    grid: Option<&str>,
-    layout: Option<&str>,
-    parameters: Option<&Bound<'_, PyDict>>,
-) -> PyResult<PyProjection> {
-    let mut values = Vec::new();
-    if let Some(parameters) = parameters {
-        for (name, value) in parameters {
-            let name = name.extract::<String>()?;
-            let value = number(&name, &value)?;
-            values.push((name, value));
-        }
-    }
-    let values: Vec<(&str, f64)> = values.iter().map(|(name, x)| (&**name, *x)).collect();
-    let options = MapOptions {
-        convention,
-        axes,
-        grid,
-        layout,
-        parameters: &values,
-    };
-    Ok(PyProjection(Map::with(name, options)?))
-}
-
-/// The value of a parameter.
-fn number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
-    value.extract::<f64>().map_err(|error| {
-        let py = value.py();
-        match value.get_type().name() {
-            Ok(got) if error.is_instance_of::<PyTypeError>(py) => {
-                PyTypeError::new_err(format!("`{name}` must be a number, got {got}."))
-            }
-            _ => error,
-        }
-    })
-}
-
-/// What a pickle calls.
-#[pyfunction]
-#[pyo3(name = "_rebuild", signature = (name, convention, axes, grid, layout, parameters, pose, /))]
-pub fn rebuild(
-    name: &str,
-    convention: Option<&str>,
-    axes: &str,
-    grid: &str,
-    layout: Option<&str>,
-    parameters: &Bound<'_, PyDict>,
-    pose: Option<[[f64; 3]; 3]>,
-) -> PyResult<PyProjection> {
-    let plain = projection(
-        name,
-        convention,
-        Some(axes),
-        Some(grid),
-        layout,
-        Some(parameters),
-    )?;
-    let Some(pose) = pose else {
-        return Ok(plain);
-    };
-    let pose = glam::DMat3::from_cols_array_2d(&pose).transpose();
-    Ok(PyProjection(plain.0.turned(pose)?))
+    options: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyAny>> {
+    class.call((name,), Some(options))
 }
 
 /// Smaller versions of an image, in the same projection.

@@ -1,7 +1,7 @@
 //! Lights and suns as functions of the module: images in, arrays and numbers out. `spheremap._lights` checks images and
 //! makes its own types of what comes back.
 
-use super::arrays::{finish, output, rotation as matrix, writable};
+use super::arrays::{finish, output, writable};
 use super::images::{PyTexel, image, split, with_image};
 use super::light::filled;
 use super::projection::PyProjection;
@@ -9,7 +9,6 @@ use crate::light::energy as report;
 use crate::light::lights::{self as cut, Method};
 use crate::light::lit::Lit;
 use crate::light::sun::{self as suns, Sun};
-use glam::DMat3;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -39,7 +38,6 @@ fn lit<T: PyTexel>(
     projection: &PyProjection,
     image: &PyReadonlyArrayDyn<'_, T>,
     luminance: &[f64],
-    rotation: Option<DMat3>,
 ) -> PyResult<Lit> {
     let map = &projection.0;
     let (shape, channels, _) = split(map, image.shape())?;
@@ -49,25 +47,24 @@ fn lit<T: PyTexel>(
         )));
     }
     let texels = image.as_slice()?;
-    Ok(py.detach(|| Lit::new(map, shape, texels, luminance, rotation))?)
+    Ok(py.detach(|| Lit::new(map, shape, texels, luminance, None))?)
 }
 
 /// At most `n` directional lights, brightest first: (N, 3) directions, (N, C) irradiances and (N,) solid angles.
 #[pyfunction]
-#[pyo3(signature = (object, projection, luminance, rotation, n, method, /))]
+#[pyo3(signature = (object, projection, luminance, n, method, /))]
 pub fn lights<'py>(
     py: Python<'py>,
     object: &Bound<'py, PyAny>,
     projection: &PyProjection,
     luminance: PyReadonlyArray1<'py, f64>,
-    rotation: Option<&Bound<'py, PyAny>>,
     n: usize,
     method: &str,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-    let (method, rotation) = (Method::find(method)?, matrix(rotation)?);
+    let method = Method::find(method)?;
     let weights = luminance.as_slice()?;
     let lit = with_image!(image(object, None)?, image => {
-        lit(py, projection, &image, weights, rotation)?
+        lit(py, projection, &image, weights)?
     });
     let found = py.detach(|| cut::lights(&lit, n, method))?;
     let directions = filled(py, &[found.len(), 3], |out| {
@@ -93,17 +90,16 @@ pub fn lights<'py>(
 
 /// The sun of an image, if it has one.
 #[pyfunction]
-#[pyo3(signature = (object, projection, luminance, rotation, /))]
+#[pyo3(signature = (object, projection, luminance, /))]
 pub fn sun<'py>(
     py: Python<'py>,
     object: &Bound<'py, PyAny>,
     projection: &PyProjection,
     luminance: PyReadonlyArray1<'py, f64>,
-    rotation: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Option<PySun<'py>>> {
-    let (weights, rotation) = (luminance.as_slice()?, matrix(rotation)?);
+    let weights = luminance.as_slice()?;
     let lit = with_image!(image(object, None)?, image => {
-        lit(py, projection, &image, weights, rotation)?
+        lit(py, projection, &image, weights)?
     });
     let found = py.detach(|| suns::find(&lit));
     Ok(found.map(|sun| sun_as_tuple(py, sun)))
@@ -111,17 +107,16 @@ pub fn sun<'py>(
 
 /// A copy of an image in which its sun is painted over, and the sun.
 #[pyfunction]
-#[pyo3(signature = (object, projection, luminance, rotation, /))]
+#[pyo3(signature = (object, projection, luminance, /))]
 pub fn remove_sun<'py>(
     py: Python<'py>,
     object: &Bound<'py, PyAny>,
     projection: &PyProjection,
     luminance: PyReadonlyArray1<'py, f64>,
-    rotation: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, Option<PySun<'py>>)> {
-    let (weights, rotation) = (luminance.as_slice()?, matrix(rotation)?);
+    let weights = luminance.as_slice()?;
     with_image!(image(object, None)?, image => {
-        let lit = lit(py, projection, &image, weights, rotation)?;
+        let lit = lit(py, projection, &image, weights)?;
         let mut found = None;
         let array = changed(py, &image, |out| {
             found = suns::remove(&lit, out);
@@ -133,7 +128,7 @@ pub fn remove_sun<'py>(
 
 /// A copy of an image with a sun added: its direction, solid angle and irradiance.
 #[pyfunction]
-#[pyo3(signature = (object, projection, direction, solid_angle, irradiance, rotation, /))]
+#[pyo3(signature = (object, projection, direction, solid_angle, irradiance, /))]
 pub fn add_sun<'py>(
     py: Python<'py>,
     object: &Bound<'py, PyAny>,
@@ -141,9 +136,7 @@ pub fn add_sun<'py>(
     direction: [f64; 3],
     solid_angle: f64,
     irradiance: Vec<f64>,
-    rotation: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let rotation = matrix(rotation)?;
     let sun = Sun {
         direction,
         solid_angle,
@@ -154,8 +147,8 @@ pub fn add_sun<'py>(
     with_image!(image(object, None)?, image => {
         // No luminance is needed, so any number of channels will do.
         let (_, channels, _) = split(&projection.0, image.shape())?;
-        let lit = lit(py, projection, &image, &vec![1.0; channels], rotation)?;
-        changed(py, &image, |out| suns::add(&projection.0, rotation, &lit, &sun, out))
+        let lit = lit(py, projection, &image, &vec![1.0; channels])?;
+        changed(py, &image, |out| suns::add(&projection.0, None, &lit, &sun, out))
     })
 }
 
@@ -178,14 +171,13 @@ fn changed<'py, T: PyTexel>(
 /// The light of an image: solid angle, integral, mean luminance, peak and where it is, the darkest luminance above 0, how
 /// many texels have a number below 0, and the sun.
 #[pyfunction]
-#[pyo3(signature = (object, projection, luminance, rotation, /))]
+#[pyo3(signature = (object, projection, luminance, /))]
 #[expect(clippy::type_complexity, reason = "eight results")]
 pub fn energy<'py>(
     py: Python<'py>,
     object: &Bound<'py, PyAny>,
     projection: &PyProjection,
     luminance: PyReadonlyArray1<'py, f64>,
-    rotation: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(
     f64,
     Bound<'py, PyArray1<f64>>,
@@ -196,9 +188,9 @@ pub fn energy<'py>(
     usize,
     Option<PySun<'py>>,
 )> {
-    let (weights, rotation) = (luminance.as_slice()?, matrix(rotation)?);
+    let weights = luminance.as_slice()?;
     let lit = with_image!(image(object, None)?, image => {
-        lit(py, projection, &image, weights, rotation)?
+        lit(py, projection, &image, weights)?
     });
     let found = py
         .detach(|| report::energy(&lit))

@@ -8,6 +8,7 @@ use crate::py::arrays;
 use crate::py::arrays::{Float, finish, output, points, reals, with_reals, writable};
 use crate::py::images;
 use crate::py::images::Lookup;
+use glam::DMat3;
 use numpy::PyArray2;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -15,14 +16,21 @@ use pyo3::types::{PyDict, PyTuple};
 
 /// A map between directions and an image: a projection with its axes, grid, layout and parameters.
 ///
-/// Made by `spheremap.projection`. Immutable, hashable, picklable.
-#[pyclass(name = "Projection", module = "spheremap._core", frozen, eq, hash)]
+/// The base of `spheremap.Projection`, which has the verbs of images and light as well. Immutable,
+/// hashable, picklable.
+#[pyclass(
+    name = "Projection",
+    module = "spheremap._core",
+    subclass,
+    frozen,
+    eq,
+    hash
+)]
 #[derive(PartialEq, Eq, Hash)]
 pub struct PyProjection(pub Map);
 
-/// Texel centers' directions are float64 unless asked otherwise.
-fn wants_f32(dtype: Option<&Bound<'_, PyAny>>) -> PyResult<bool> {
-    let Some(dtype) = dtype else { return Ok(false) };
+/// Whether a dtype is float32 and not float64.
+fn wants_f32(dtype: &Bound<'_, PyAny>) -> PyResult<bool> {
     let dtype = dtype
         .py()
         .import("numpy")?
@@ -61,12 +69,37 @@ pub fn size<'py>(map: &Map, size: &Bound<'py, PyAny>) -> PyResult<Vec<usize>> {
     Ok(shape)
 }
 
+/// The value of a parameter.
+fn number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    value.extract::<f64>().map_err(|error| {
+        let py = value.py();
+        match value.get_type().name() {
+            Ok(got) if error.is_instance_of::<PyTypeError>(py) => {
+                PyTypeError::new_err(format!("`{name}` must be a number, got {got}."))
+            }
+            _ => error,
+        }
+    })
+}
+
 impl PyProjection {
+    /// What the constructor takes beside the name: everything that makes it equal.
+    fn options<'py>(&self, py: Python<'py>, pose: Option<DMat3>) -> PyResult<Bound<'py, PyDict>> {
+        let options = self.parameters(py)?;
+        options.set_item("convention", self.convention())?;
+        options.set_item("axes", self.axes())?;
+        options.set_item("grid", self.grid())?;
+        options.set_item("layout", self.layout())?;
+        if let Some(pose) = pose {
+            options.set_item("pose", axes::rows(pose))?;
+        }
+        Ok(options)
+    }
+
     fn directions_as<'py, T: Float>(
         &self,
         py: Python<'py>,
         shape: &[usize],
-        rotation: Option<glam::DMat3>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut whole = shape.to_vec();
         whole.push(3);
@@ -74,7 +107,7 @@ impl PyProjection {
         {
             let mut target = writable(&array)?;
             let out = target.as_slice_mut()?;
-            py.detach(|| texels::directions(&self.0, shape, rotation, out))?;
+            py.detach(|| texels::directions(&self.0, shape, None, out))?;
         }
         finish(array, false)
     }
@@ -82,56 +115,84 @@ impl PyProjection {
 
 #[pymethods]
 impl PyProjection {
+    #[new]
+    #[pyo3(signature = (name, /, *, convention=None, axes=None, grid=None, layout=None, pose=None, **parameters))]
+    fn new(
+        name: &str,
+        convention: Option<&str>,
+        axes: Option<&str>,
+        grid: Option<&str>,
+        layout: Option<&str>,
+        pose: Option<&Bound<'_, PyAny>>,
+        parameters: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<PyProjection> {
+        let mut values = Vec::new();
+        if let Some(parameters) = parameters {
+            for (name, value) in parameters {
+                let name = name.extract::<String>()?;
+                let value = number(&name, &value)?;
+                values.push((name, value));
+            }
+        }
+        let values: Vec<(&str, f64)> = values.iter().map(|(name, x)| (&**name, *x)).collect();
+        let options = MapOptions {
+            convention,
+            axes,
+            grid,
+            layout,
+            parameters: &values,
+        };
+        let map = Map::with(name, options)?;
+        Ok(PyProjection(match pose {
+            Some(pose) => map.turned(arrays::matrix(pose, "pose")?)?,
+            None => map,
+        }))
+    }
+
     /// Image coordinates of directions: (..., 3) -> (..., 2), or (..., 3) as (u, v, face).
-    #[pyo3(signature = (directions, /, *, rotation=None, out=None))]
+    #[pyo3(signature = (directions, /, *, out=None))]
     fn encode<'py>(
         &self,
         py: Python<'py>,
         directions: &Bound<'py, PyAny>,
-        rotation: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rotation = arrays::rotation(rotation)?;
         let map = &self.0;
         let reals = reals(directions, "directions", out)?;
         with_reals!(&reals, d => {
-            let work = |d: &[_], uv: &mut [_]| map.encode_numbers(rotation, d, uv);
+            let work = |d: &[_], uv: &mut [_]| map.encode_numbers(None, d, uv);
             points(py, d, "directions", 3, out, d.dtype(), &[map.uv_width()], work)
         })
     }
 
     /// Unit directions at image coordinates; NaN outside the valid image.
-    #[pyo3(signature = (uv, /, *, rotation=None, out=None))]
+    #[pyo3(signature = (uv, /, *, out=None))]
     fn decode<'py>(
         &self,
         py: Python<'py>,
         uv: &Bound<'py, PyAny>,
-        rotation: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rotation = arrays::rotation(rotation)?;
         let map = &self.0;
         let reals = reals(uv, "uv", out)?;
         with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.decode_numbers(rotation, uv, result);
+            let work = |uv: &[_], result: &mut [_]| map.decode_numbers(None, uv, result);
             points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3], work)
         })
     }
 
     /// Derivatives of the direction by u and v: (..., 3, 2).
-    #[pyo3(signature = (uv, /, *, rotation=None, out=None))]
+    #[pyo3(signature = (uv, /, *, out=None))]
     fn jacobian<'py>(
         &self,
         py: Python<'py>,
         uv: &Bound<'py, PyAny>,
-        rotation: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rotation = arrays::rotation(rotation)?;
         let map = &self.0;
         let reals = reals(uv, "uv", out)?;
         with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.jacobian_numbers(rotation, uv, result);
+            let work = |uv: &[_], result: &mut [_]| map.jacobian_numbers(None, uv, result);
             points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3, 2], work)
         })
     }
@@ -162,28 +223,26 @@ impl PyProjection {
     }
 
     /// Whether directions lie in the coverage.
-    #[pyo3(signature = (directions, /, *, rotation=None))]
+    #[pyo3(signature = (directions, /))]
     fn covers<'py>(
         &self,
         py: Python<'py>,
         directions: &Bound<'py, PyAny>,
-        rotation: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rotation = arrays::rotation(rotation)?;
         let map = &self.0;
         with_reals!(&reals(directions, "directions", None)?, d => {
-            points(py, d, "directions", 3, None, "bool", &[], |d, covered| map.covers_numbers(rotation, d, covered))
+            points(py, d, "directions", 3, None, "bool", &[], |d, covered| map.covers_numbers(None, d, covered))
         })
     }
 
-    /// The exact solid angle of every texel of an image of this shape (or size), in steradians.
-    #[pyo3(signature = (shape, /))]
+    /// The exact solid angle of every texel of an image of this size, in steradians.
+    #[pyo3(signature = (size, /))]
     fn solid_angle<'py>(
         &self,
         py: Python<'py>,
-        shape: &Bound<'py, PyAny>,
+        size: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let shape = size(&self.0, shape)?;
+        let shape = self::size(&self.0, size)?;
         let array = output::<f64>(py, None, "float64", &shape)?;
         {
             let mut target = writable(&array)?;
@@ -194,20 +253,18 @@ impl PyProjection {
     }
 
     /// The direction of every texel center of an image of this size; NaN outside the valid image.
-    #[pyo3(signature = (size, /, *, rotation=None, dtype=None))]
+    #[pyo3(signature = (size, /, *, dtype))]
     fn directions<'py>(
         &self,
         py: Python<'py>,
         size: &Bound<'py, PyAny>,
-        rotation: Option<&Bound<'py, PyAny>>,
-        dtype: Option<&Bound<'py, PyAny>>,
+        dtype: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rotation = arrays::rotation(rotation)?;
         let shape = self::size(&self.0, size)?;
         if wants_f32(dtype)? {
-            self.directions_as::<f32>(py, &shape, rotation)
+            self.directions_as::<f32>(py, &shape)
         } else {
-            self.directions_as::<f64>(py, &shape, rotation)
+            self.directions_as::<f64>(py, &shape)
         }
     }
 
@@ -222,19 +279,16 @@ impl PyProjection {
     }
 
     /// What an image of this projection shows in directions.
-    #[pyo3(signature = (image, directions, /, *, filter="bilinear", rotation=None, fill=None, out=None))]
-    #[expect(clippy::too_many_arguments, reason = "the Python signature")]
+    #[pyo3(signature = (image, directions, /, *, filter, fill, out=None))]
     fn sample<'py>(
         &self,
         py: Python<'py>,
         image: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
         filter: &str,
-        rotation: Option<&Bound<'py, PyAny>>,
-        fill: Option<&Bound<'py, PyAny>>,
+        fill: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rotation = arrays::rotation(rotation)?;
         images::sample(
             py,
             &self.0,
@@ -242,8 +296,8 @@ impl PyProjection {
             directions,
             &Lookup {
                 filter,
-                rotation,
-                fill,
+                rotation: None,
+                fill: Some(fill),
                 out,
                 skipna: false,
                 antialias: false,
@@ -253,12 +307,24 @@ impl PyProjection {
 
     /// This projection with its world turned: what it showed at d it shows at `pose`·d.
     #[pyo3(signature = (pose, /))]
-    fn turned(&self, pose: &Bound<'_, PyAny>) -> PyResult<PyProjection> {
-        let pose = arrays::rotation(Some(pose))?;
-        Ok(PyProjection(match pose {
-            Some(pose) => self.0.turned(pose)?,
-            None => self.0.clone(),
-        }))
+    fn turned<'py>(
+        slf: &Bound<'py, Self>,
+        pose: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        PyProjection::_turned(slf, pose, "pose")
+    }
+
+    /// As `turned`, for a matrix that the caller knows by another name.
+    #[pyo3(signature = (rotation, name, /))]
+    fn _turned<'py>(
+        slf: &Bound<'py, Self>,
+        rotation: &Bound<'py, PyAny>,
+        name: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let turned = slf.get().0.turned(arrays::matrix(rotation, name)?)?;
+        // Of the caller's class, which may be one made in Python.
+        let options = slf.get().options(slf.py(), turned.pose())?;
+        slf.get_type().call((slf.get().name(),), Some(&options))
     }
 
     /// How the world of the map is turned: a matrix of shape (3, 3), or None.
@@ -437,17 +503,11 @@ impl PyProjection {
         Ok(text)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
         let rebuild = py.import("spheremap._core")?.getattr("_rebuild")?;
-        let arguments = (
-            self.name(),
-            self.convention(),
-            self.axes(),
-            self.grid(),
-            self.layout(),
-            self.parameters(py)?,
-            self.0.pose().map(axes::rows),
-        );
+        let it = slf.get();
+        let arguments = (slf.get_type(), it.name(), it.options(py, it.0.pose())?);
         (rebuild, arguments).into_pyobject(py)
     }
 }

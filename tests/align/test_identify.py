@@ -13,7 +13,7 @@ SOURCE = scene(sm.directions("latlong", 120))
 
 
 def seen_through(found: sm.align.Candidate, image: np.ndarray, d: np.ndarray) -> np.ndarray:
-    return sm.sample(image, d, found.projection, rotation=found.rotation)
+    return sm.sample(image, d, found.projection, rotation=found.rotation, fill=np.nan)
 
 
 @pytest.mark.parametrize(
@@ -30,8 +30,7 @@ def seen_through(found: sm.align.Candidate, image: np.ndarray, d: np.ndarray) ->
 def test_finds_what_was_done(kind, axes, yaw):
     p = sm.projection(kind, axes=axes)
     turn = sm.rotation(yaw, 0, 0)
-    image = sm.convert(SOURCE, "latlong", p, size=120, rotation=turn.T)
-    # convert turns the content one way; seen with the other turn it is in its place again.
+    image = sm.convert(SOURCE, "latlong", p.turned(turn), size=120)
     result = sm.align.identify(SOURCE, image, "latlong", kind)
     assert result.certain, str(result)
     best = result.best

@@ -231,12 +231,12 @@ def test_merged_with_masks_and_given_rotations():
     ball = sm.ball.Ball((48, 48), (36.6, 36.6), 0, 1)
     pose = sm.rotation(120, 0, 0)
     a = sm.ball.render(SCENE, **camera)
-    b = sm.ball.render(SCENE, rotation=pose, **camera)
+    b = sm.ball.render(SCENE, pose=pose, **camera)
     a[40:56, 40:56] = 50  # somebody looks into the picture
     mask = np.ones((96, 96))
     mask[38:58, 38:58] = 0
     found = sm.ball.merge(
-        [a, b], rotations=[np.eye(3), pose], balls=[ball] * 2, fov=25, masks=[mask, None], size=24
+        [a, b], poses=[np.eye(3), pose], balls=[ball] * 2, fov=25, masks=[mask, None], size=24
     )
     want = sm.convert(SCENE, "latlong", "latlong", size=24, filter="area")
     assert found.coverage == 1 and found.image.max() < 4
@@ -253,7 +253,7 @@ def test_rotation_from_rims_that_were_found():
     """Rims that are off turn the result; refined with the rotation, both come out."""
     pose = sm.rotation(100, 7, -12)
     camera = dict(size=160, fov=25, distance=6)
-    a, b = sm.ball.render(SCENE, **camera), sm.ball.render(SCENE, rotation=pose, **camera)
+    a, b = sm.ball.render(SCENE, **camera), sm.ball.render(SCENE, pose=pose, **camera)
     right = view((160, 160), None, center=(80, 80), fov=25, distance=6).outline
     # Half a percent to one of the radius, as `ball.find` has it.
     off = [
@@ -261,7 +261,7 @@ def test_rotation_from_rims_that_were_found():
         sm.ball.Ball((79.5, 80.3), (right.mean * 1.006,) * 2, 0, 0.8),
     ]
     found = sm.ball.merge([a, b], balls=off, fov=25, size=16)
-    assert angle(found.rotations[1], pose) < 0.1
+    assert angle(found.poses[1], pose) < 0.1
     for rim in found.balls:
         # Half of what the rims were off by: 0.6 % and 0.6 pixels.
         assert abs(rim.radius / right.mean - 1) < 0.003
@@ -282,9 +282,7 @@ def test_photos_that_do_not_overlap():
     left, right = np.zeros((2, 96, 96), bool)
     left[:, :40] = right[:, 60:] = True
     with pytest.raises(ValueError, match="photo 2 does not overlap"):
-        sm.ball.merge(
-            [a, a], balls=[ball] * 2, rotations=[np.eye(3)] * 2, masks=[left, right], size=8
-        )
+        sm.ball.merge([a, a], balls=[ball] * 2, poses=[np.eye(3)] * 2, masks=[left, right], size=8)
 
 
 @pytest.mark.parametrize(
@@ -303,7 +301,7 @@ def test_photos_that_do_not_overlap():
         (lambda p: sm.ball.render(p, background="white"), "`background`"),
         (lambda p: sm.ball.merge([]), "at least one photo"),
         (lambda p: sm.ball.merge([p, p], masks=[None]), "one entry for each"),
-        (lambda p: sm.light.bake_matcap(p, "velvet"), "`material`"),
+        (lambda p: sm.light.bake_matcap(p, material="velvet"), "`material`"),
         (lambda p: sm.light.shade_matcap([0, 0, 1], p, eye=[0, 0, 1]), "or neither"),
     ],
 )
@@ -320,7 +318,7 @@ CALLS = {
     "unwrap": lambda p: sm.ball.unwrap(p, size=8, **KNOWN).image,
     "merge": lambda p: sm.ball.merge([p], balls=[sm.ball.Ball((58, 47), (32, 32), 0, 1)]).image,
     "render": lambda p: sm.ball.render(p, size=12),
-    "bake_matcap": lambda p: sm.light.bake_matcap(p, "mirror", size=8),
+    "bake_matcap": lambda p: sm.light.bake_matcap(p, material="mirror", size=8),
     "shade_matcap": lambda p: sm.light.shade_matcap(
         [[0.1, 0.2, 0.9]], p[:96, :96] if p.ndim > 1 else p
     ),
@@ -370,8 +368,12 @@ def test_pixels_that_are_not_finite():
     assert 0.8 < same.mean() < 1
     rim = sm.ball.find(holes)
     assert np.hypot(rim.center[0] - 58, rim.center[1] - 47) + abs(rim.radius - 32) < 1.5
-    two = sm.ball.merge([holes, WALL], balls=[sm.ball.Ball((58, 47), (32, 32), 0, 1)] * 2,
-                         rotations=[np.eye(3)] * 2, size=24)  # fmt: skip
+    two = sm.ball.merge(
+        [holes, WALL],
+        balls=[sm.ball.Ball((58, 47), (32, 32), 0, 1)] * 2,
+        poses=[np.eye(3)] * 2,
+        size=24,
+    )
     assert np.isfinite(two.image).all(axis=-1).sum() == np.isfinite(two.image[..., 0]).sum()
     assert np.isfinite(two.image).mean() > 0.97
 
@@ -411,16 +413,16 @@ def test_matcaps():
     pose = sm.rotation(50, 20, 0)
     n = sm.directions("matcap", 32)
     inside = n[..., 2] > 0.3
-    mirror = sm.light.bake_matcap(env, "mirror", size=32, rotation=pose)
+    mirror = sm.light.bake_matcap(env, material="mirror", size=32, pose=pose)
     d = sm.reflect(np.array([0.0, 0, 1]), n[inside]) @ pose.T
     # The mean of a texel that sees up to 15° is not its middle.
     assert np.sqrt(np.mean((mirror[inside] - sm.sample(env, d, "latlong")) ** 2)) < 0.1
-    diffuse = sm.light.bake_matcap(env, "diffuse", size=32, rotation=pose)
+    diffuse = sm.light.bake_matcap(env, material="diffuse", size=32, pose=pose)
     want = sm.light.irradiance_at(env, n[inside] @ pose.T, "latlong") / np.pi
     # The mean of a texel of 0.2 rad is not its middle: 0.2²/24 of a curvature of some units.
     np.testing.assert_allclose(diffuse[inside], want, atol=0.02)
     assert np.isnan(mirror[0, 0]).all()
-    rough = sm.light.bake_matcap(env, "rough", size=16, roughness=0.8)
+    rough = sm.light.bake_matcap(env, material="rough", size=16, roughness=0.8)
     assert np.nanstd(rough) < np.nanstd(mirror)
 
 

@@ -33,7 +33,7 @@ def integral(p: sm.Projection, image: np.ndarray) -> np.ndarray:
 def test_energy_and_solid_angle_are_kept(case, method):
     p = case.make()
     image = np.nan_to_num(sky(p, 24))
-    lights = sm.light.lights(image, p, 37, method=method)
+    lights = sm.light.lights(image, p, count=37, method=method)
     assert len(lights) == 37
     # Sums of doubles keep twelve digits.
     np.testing.assert_allclose(lights.irradiance.sum(0), integral(p, image), rtol=1e-11)
@@ -48,7 +48,7 @@ def test_median_cut_halves_the_light():
     # On a sky without lamps, 2ⁿ lights carry nearly the same energy each.
     p = sm.projection("latlong")
     image = 1 + 0.5 * p.directions(256)[..., 1]
-    lights = sm.light.lights(image, p, 64)
+    lights = sm.light.lights(image, p, count=64)
     energy = lights.irradiance[:, 0]
     # Six cuts, each to within half a row of 256 of a region that is 16 or more of them long.
     assert np.abs(energy / energy.mean() - 1).max() < 0.2
@@ -65,10 +65,10 @@ def test_variance_gives_each_lamp_a_light_of_its_own():
     lamps /= np.linalg.norm(lamps, axis=-1, keepdims=True)
     near = d @ lamps.T > np.cos(0.1)
     image = near @ [3.0, 1.0]
-    two = sm.light.lights(image, p, 2, method="variance")
+    two = sm.light.lights(image, p, count=2, method="variance")
     # Lamps are cut out of texels of 0.025 rad: a centroid is off by a fifth of one at most.
     np.testing.assert_allclose(two.directions, lamps, atol=5e-3)
-    split = sm.light.lights(image, p, 2, method="median")
+    split = sm.light.lights(image, p, count=2, method="median")
     assert np.abs(split.directions - lamps).max() > 0.02
 
 
@@ -82,7 +82,7 @@ def test_irradiance_converges(method):
     exact = np.einsum("ijn,ij,ijc->nc", np.maximum(d @ normals.T, 0), weight, image)
 
     def error(n):
-        lights = sm.light.lights(image, p, n, method=method)
+        lights = sm.light.lights(image, p, count=n, method=method)
         got = np.maximum(normals @ lights.directions.T, 0) @ lights.irradiance
         return np.abs(got / exact - 1).max()
 
@@ -106,8 +106,8 @@ def test_any_projection_gives_nearly_the_same_lights(case):
             0,
         )
 
-    a = sm.light.lights(light(p.directions(160)), p, 8, method="variance")
-    b = sm.light.lights(light(covered), "latlong", 8, method="variance")
+    a = sm.light.lights(light(p.directions(160)), p, count=8, method="variance")
+    b = sm.light.lights(light(covered), "latlong", count=8, method="variance")
     # The lamp: its energy and its place, within the texels on its edge. Into how many lights it is
     # split depends on where cuts fall.
     near, same = (lights.directions @ bright > 0.95 for lights in (a, b))
@@ -121,16 +121,16 @@ def test_rotation_and_axes():
     p = sm.projection("cube", axes="-z -x +y")
     image = sky(p, 16)
     turn = sm.rotation(50, 60, 70)
-    whole = sm.light.lights(image, p, 1)
-    turned = sm.light.lights(image, p, 1, rotation=turn)
+    whole = sm.light.lights(image, p, count=1)
+    turned = sm.light.lights(image, p, count=1, rotation=turn)
     # Sums of 1536 doubles that cancel in part, turned before or after.
     np.testing.assert_allclose(turned.directions, whole.directions @ turn.T, atol=1e-12)
-    other = sm.light.lights(image, "cube", 1, axes="-z -x +y")
+    other = sm.light.lights(image, "cube", count=1, axes="-z -x +y")
     assert np.array_equal(other.directions, whole.directions)
 
 
 def test_lights_are_a_sequence_of_light():
-    lights = sm.light.lights(sky(sm.projection("latlong"), 16), "latlong", 5)
+    lights = sm.light.lights(sky(sm.projection("latlong"), 16), "latlong", count=5)
     assert len(list(lights)) == 5
     first = lights[0]
     # A quotient times its divisor: two roundings.
@@ -144,16 +144,16 @@ def test_lights_are_a_sequence_of_light():
 
 def test_few_places_and_no_light():
     image = np.zeros((16, 32, 3))
-    one = sm.light.lights(image, "latlong", 10)
+    one = sm.light.lights(image, "latlong", count=10)
     assert len(one) == 1 and not one.irradiance.any()
     image[3, 4] = 5
     image[12, 20] = 1
     for method in METHODS:
-        two = sm.light.lights(image, "latlong", 10, method=method)
+        two = sm.light.lights(image, "latlong", count=10, method=method)
         assert len(two) == 2
         # The texel's own direction, made unit once more.
         np.testing.assert_allclose(two.directions[0], sm.directions("latlong", 16)[3, 4])
-    single = sm.light.lights(np.full((1, 1), 2.0), "octahedral", 3)
+    single = sm.light.lights(np.full((1, 1), 2.0), "octahedral", count=3)
     # One product.
     assert single.irradiance.sum() == pytest.approx(8 * np.pi, rel=1e-9)
 
@@ -162,18 +162,18 @@ def test_bad_input():
     image = np.ones((4, 8, 3))
     for bad in (0, -1, 1.5, "two", None, [1, 2]):
         with pytest.raises(ValueError, match="`n` to be an integer of at least 1"):
-            sm.light.lights(image, "latlong", bad)
+            sm.light.lights(image, "latlong", count=bad)
     with pytest.raises(ValueError, match=r"unknown method 'mean'; there are 'median' and"):
-        sm.light.lights(image, "latlong", 2, method="mean")
+        sm.light.lights(image, "latlong", count=2, method="mean")
     image[1, 1, 0] = np.nan
     for verb in (sm.light.sun, sm.light.energy, sm.light.remove_sun):
         with pytest.raises(ValueError, match=r"1 NaN or infinite value, at \(1, 1, 0\)"):
             verb(image, "latlong")
     with pytest.raises(ValueError, match="1 NaN or infinite value"):
-        sm.light.lights(image, "latlong", 2)
-    assert np.isfinite(sm.light.lights(image, "latlong", 2, skipna=True).irradiance).all()
+        sm.light.lights(image, "latlong", count=2)
+    assert np.isfinite(sm.light.lights(image, "latlong", count=2, skipna=True).irradiance).all()
     with pytest.raises(ValueError, match=r"shape \(6, N, N\)"):
-        sm.light.lights(image, "cube", 2)
+        sm.light.lights(image, "cube", count=2)
     with pytest.raises(TypeError, match="dtype"):
         sm.light.sun(image.astype(complex), "latlong")
 
@@ -213,7 +213,7 @@ def test_a_wide_sun(case):
     kept = integral(p, np.where(held[..., None], image, 0))
     # Some 10⁵ doubles in other orders; what is taken out cancels to 1e-11.
     np.testing.assert_allclose(integral(p, dull) + found.irradiance, kept, rtol=1e-9)
-    back = sm.light.add_sun(dull, p, found)
+    back = sm.light.add_sun(dull, found, p)
     # The disc is scaled to the sun's irradiance: sums of doubles.
     np.testing.assert_allclose(integral(p, back), kept, rtol=1e-6)
     again = sm.light.sun(back, p)
@@ -240,7 +240,7 @@ def test_a_sun_in_one_texel(case):
     # The same cancellation and one product.
     np.testing.assert_allclose(found.irradiance, want, rtol=1e-6)
     dull, _ = sm.light.remove_sun(image, p)
-    back = sm.light.add_sun(dull, p, found)
+    back = sm.light.add_sun(dull, found, p)
     assert back.dtype == np.float32
     np.testing.assert_allclose(integral(p, np.nan_to_num(back)), integral(p, image), rtol=SINGLE)
 
@@ -257,7 +257,7 @@ def test_a_sun_of_any_size_is_put_back_whole(case, degrees):
     for toward in directions[p.covers(directions)][:6]:
         irradiance = rng.uniform(1, 2, 2)
         sun = sm.light.Sun(toward, solid_angle, irradiance, np.zeros(2), 0.0)
-        lit = sm.light.add_sun(dark, p, sun)
+        lit = sm.light.add_sun(dark, sun, p)
         np.testing.assert_allclose(integral(p, lit.astype(float)), irradiance, rtol=SINGLE)
         mean = integral(p, lit[..., :1] * np.nan_to_num(p.directions(40)))
         texel = np.sqrt(_core.texel_weights(p, 40).max())
@@ -290,16 +290,16 @@ def test_sun_with_rotation_and_layouts():
     found = sm.light.sun(image, p, rotation=turn)
     assert found.direction @ (turn @ d) > np.cos(np.radians(0.7))
     dull, _ = sm.light.remove_sun(image, p, rotation=turn)
-    back = sm.light.add_sun(dull, p, found, rotation=turn)
+    back = sm.light.add_sun(dull, found, p, rotation=turn)
     assert sm.light.sun(back, p).direction @ d > np.cos(np.radians(1.0))
 
 
 def test_sun_that_does_not_fit():
     sun = sm.light.Sun(np.array([0.0, 0.0, -1.0]), 1e-4, np.ones(3), np.zeros(3), 0.0)
     with pytest.raises(ValueError, match="does not cover the sun"):
-        sm.light.add_sun(np.zeros((8, 8, 3)), "matcap", sun)
+        sm.light.add_sun(np.zeros((8, 8, 3)), sun, "matcap")
     with pytest.raises(ValueError, match="Expected a sun of 1 channels, got 3"):
-        sm.light.add_sun(np.zeros((8, 16)), "latlong", sun)
+        sm.light.add_sun(np.zeros((8, 16)), sun, "latlong")
 
 
 def test_real_suns(data_folder):
@@ -309,11 +309,11 @@ def test_real_suns(data_folder):
         image = np.asarray(pixels)[..., :3]
         p = sm.projection("latlong")
         for method in METHODS:
-            lights = sm.light.lights(image, p, 32, method=method)
+            lights = sm.light.lights(image, p, count=32, method=method)
             want = integral(p, image.astype(float))
             # Sums of doubles in other orders, some of them negative.
             np.testing.assert_allclose(lights.irradiance.sum(0), want, rtol=1e-6)
         dull, sun = sm.light.remove_sun(image, p)
         if sun is not None:
-            back = sm.light.add_sun(dull, p, sun)
+            back = sm.light.add_sun(dull, sun, p)
             np.testing.assert_allclose(integral(p, back.astype(float)), want, rtol=SINGLE)

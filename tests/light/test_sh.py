@@ -147,7 +147,7 @@ def test_lobes_multiply_degrees(lobe: str, options: dict[str, float]) -> None:
 
     want = np.array([moment(k) for k in range(13)])
     want *= 2 * math.pi if lobe == "cosine" else 1 / want[0]
-    got = sm.sh.lobe(lobe, 12, **options)  # type: ignore[arg-type]
+    got = sm.sh.lobe(lobe, order=12, **options)  # type: ignore[arg-type]
     # A quotient of integrals that quad is asked for to 1e-11, of a few parts each.
     assert np.abs(got - want).max() < 1e-8
 
@@ -156,12 +156,12 @@ def test_convolution_is_the_lobe_of_an_image() -> None:
     """A smooth image under a cone: by harmonics and by summation (midpoint error of 96 rows)."""
     c = coefficients(4, 2)
     image = sm.sh.evaluate(c, sm.directions("latlong", 96))
-    exact = sm.light.convolve(image, "latlong", "cube", "vmf", kappa=20, size=6)
-    fast = sm.sh.evaluate(sm.sh.convolve(c, "vmf", kappa=20), sm.directions("cube", 6))
+    exact = sm.light.convolve(image, "latlong", "cube", lobe="vmf", kappa=20, size=6)
+    fast = sm.sh.evaluate(sm.sh.convolve(c, lobe="vmf", kappa=20), sm.directions("cube", 6))
     # The midpoint rule's (π/96)²·κ/24 = 9e-4 of values up to 5.
     assert np.abs(exact - fast).max() < 5e-3
     with pytest.raises(ValueError, match=r"shape \(5,\), got \(4,\)"):
-        sm.sh.convolve(c, [1, 1, 1, 1])
+        sm.sh.convolve(c, lobe=[1, 1, 1, 1])
 
 
 def test_windows_fade_and_stop_ringing() -> None:
@@ -169,12 +169,12 @@ def test_windows_fade_and_stop_ringing() -> None:
     d = sm.directions("latlong", 64)
     plain = sm.sh.evaluate(c, d).min()
     for window in ("hann", "lanczos", "gauss"):
-        faded = sm.sh.window(c, window)  # type: ignore[arg-type]
+        faded = sm.sh.window(c, window=window)  # type: ignore[arg-type]
         assert faded[0] == c[0] and np.all(np.abs(faded) <= np.abs(c))
         assert sm.sh.evaluate(faded, d).min() > 0.5 * plain
-    assert np.count_nonzero(sm.sh.window(c, "hann", width=2)[4:]) == 0
+    assert np.count_nonzero(sm.sh.window(c, window="hann", width=2)[4:]) == 0
     with pytest.raises(ValueError, match="unknown window"):
-        sm.sh.window(c, "box")  # type: ignore[arg-type]
+        sm.sh.window(c, window="box")  # type: ignore[arg-type]
 
 
 # --- conventions: the other programs' own formulas, literally
@@ -235,10 +235,10 @@ def test_conventions_are_what_their_programs_evaluate(channels: tuple[int, ...])
     assert np.allclose(got, own(nine, d), atol=1e-13)
     got = threejs_irradiance(sm.sh.convert(nine, dst="threejs"), d)
     # three.js writes its constants with six digits: nine terms off by 1e-6 each.
-    assert np.allclose(got, own(sm.sh.convolve(nine, "cosine"), d), atol=2e-5)
+    assert np.allclose(got, own(sm.sh.convolve(nine, lobe="cosine"), d), atol=2e-5)
     got = filament(sm.sh.convert(nine, dst="filament-irradiance"), d)
     # Nine terms: some ε.
-    assert np.allclose(got, own(sm.sh.convolve(nine, "cosine"), d) / math.pi, atol=1e-13)
+    assert np.allclose(got, own(sm.sh.convolve(nine, lobe="cosine"), d) / math.pi, atol=1e-13)
 
 
 @pytest.mark.parametrize("row", sm.sh.conventions(), ids=lambda row: row["name"])

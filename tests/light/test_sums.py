@@ -101,7 +101,7 @@ def test_lobes_are_the_plain_sum(case: Case, lobe: str, parameter: float) -> Non
     d, w = texels(p, p.shape(35))
     values = image.reshape(-1, 3)[sm.light.weights(p, 35).ravel() > 0]
     n = sm.directions("latlong", 4).reshape(-1, 3)
-    got = sm.light.convolve(image, p, "latlong", lobe, size=4, **{OPTION[lobe]: parameter})  # type: ignore[arg-type]
+    got = sm.light.convolve(image, p, "latlong", lobe=lobe, size=4, **{OPTION[lobe]: parameter})  # type: ignore[arg-type]
     want = reference.under_lobe(values, w, d, n, lobe, parameter)
     # Sums of a few thousand doubles, and a quotient of two.
     assert np.abs(got.reshape(-1, 3) - want).max() < 1e-12
@@ -120,7 +120,7 @@ def test_a_constant_gives_pi_and_lobes_give_it_back(case: Case) -> None:
         )
     for lobe, parameter in LOBES:
         got = sm.light.convolve(
-            white, case.make(), "cube", lobe, size=2, **{OPTION[lobe]: parameter}
+            white, case.make(), "cube", lobe=lobe, size=2, **{OPTION[lobe]: parameter}
         )  # type: ignore[arg-type]
         # Normalized by the sum of the same weights: doubles.
         assert np.abs(got - 0.25).max() < 1e-12
@@ -128,7 +128,7 @@ def test_a_constant_gives_pi_and_lobes_give_it_back(case: Case) -> None:
 
 def test_a_narrow_lobe_is_a_lookup() -> None:
     image = picture(sm.projection("latlong"), 16)
-    got = sm.light.convolve(image, "latlong", "cube", "cone", half_angle=1e-3, size=5)
+    got = sm.light.convolve(image, "latlong", "cube", lobe="cone", half_angle=1e-3, size=5)
     want = sm.sample(image, sm.directions("cube", 5), "latlong")
     # Narrower than a texel, a cone is a lookup; float32 texels below 1 round by 6e-8.
     assert np.allclose(got, want, atol=1e-6)
@@ -159,7 +159,7 @@ def test_a_partial_coverage_is_black_beyond() -> None:
 def test_harmonics_keep_their_bound(order: int, bound: float) -> None:
     """|E - E_sh| ≤ Φ max |K - K_order|: the bound itself by Legendre series, then a lone sun."""
     t = np.linspace(-1, 1, 20001)
-    factors = sm.sh.lobe("cosine", order)
+    factors = sm.sh.lobe("cosine", order=order)
     series = [(2 * k + 1) / (4 * math.pi) * a for k, a in enumerate(factors)]
     assert np.abs(np.polynomial.legendre.legval(t, series) - np.maximum(t, 0)).max() <= bound
     sun = np.zeros((64, 128))
@@ -201,7 +201,7 @@ def test_neither_threads_nor_levels_change_a_bit() -> None:
         sums += [sm.sh.project(lat, "latlong", order=9)]
         for lobe, parameter in LOBES:
             option: Any = {OPTION[lobe]: parameter}
-            sums.append(sm.light.convolve(image, cube, "latlong", lobe, size=4, **option))  # type: ignore[arg-type]
+            sums.append(sm.light.convolve(image, cube, "latlong", lobe=lobe, size=4, **option))  # type: ignore[arg-type]
         for kind in ("ggx", "charlie"):
             sums.append(
                 sm.light.prefilter(
@@ -275,11 +275,11 @@ def test_errors_name_what_was_expected() -> None:
     with pytest.raises(ValueError, match="'exact' or 'sh'"):
         sm.light.irradiance(white, "latlong", "cube", method="magic")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="needs `kappa`"):
-        sm.light.convolve(white, "latlong", "cube", "vmf")
+        sm.light.convolve(white, "latlong", "cube", lobe="vmf")
     with pytest.raises(ValueError, match="takes `kappa`, got `exponent`"):
-        sm.light.convolve(white, "latlong", "cube", "vmf", kappa=1, exponent=2)
+        sm.light.convolve(white, "latlong", "cube", lobe="vmf", kappa=1, exponent=2)
     with pytest.raises(ValueError, match=r"`half_angle` must be in \(0, 180\]"):
-        sm.light.convolve(white, "latlong", "cube", "cone", half_angle=np.nan)
+        sm.light.convolve(white, "latlong", "cube", lobe="cone", half_angle=np.nan)
     with pytest.raises(ValueError, match=r"shape \(\.\.\., 3\), got \(4, 2\)"):
         sm.light.irradiance_at(white, np.ones((4, 2)), "latlong")
     assert np.isnan(

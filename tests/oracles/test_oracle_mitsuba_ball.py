@@ -72,7 +72,7 @@ def test_unwrapped(skies, case):
     pose = sm.rotation(*turn)
     shot = oracle.photo(skies[name], v, pose)
     found = sm.ball.unwrap(
-        shot, center=v.outline.center, radius=v.outline.mean, fov=v.fov, size=ROWS, rotation=pose
+        shot, center=v.outline.center, radius=v.outline.mean, fov=v.fov, size=ROWS, pose=pose
     )
     assert found.distance == pytest.approx(v.distance, rel=1e-9)
     texel = np.sqrt(sm.solid_angle("latlong", ROWS))
@@ -81,7 +81,7 @@ def test_unwrapped(skies, case):
     wanted = truth(skies[name])
     exact = psnr(found.image, wanted, fine)
     ideal = sm.ball.unwrap(
-        shot, center=v.outline.center, radius=v.outline.mean, size=ROWS, rotation=pose
+        shot, center=v.outline.center, radius=v.outline.mean, size=ROWS, pose=pose
     )
     wrong = psnr(ideal.image, wanted, fine)
     print(
@@ -121,13 +121,13 @@ def test_two_shots(skies, turn):
     v, pose = camera(15, 9), sm.rotation(*turn)
     a, b = (oracle.photo(skies["venice"], v, p) for p in (np.eye(3), pose))
     found = sm.ball.merge([a, b * [0.5, 0.6, 0.7]], balls=[ball(v)] * 2, fov=v.fov, size=ROWS)
-    turned = found.rotations[1] @ pose.T
+    turned = found.poses[1] @ pose.T
     error = np.degrees(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
     wanted = truth(skies["venice"])
     whole = np.ones(wanted.shape[:2], np.bool_)
     one = dict(center=v.outline.center, radius=v.outline.mean, fov=v.fov, size=ROWS, fill=0)
     alone = [
-        psnr(sm.ball.unwrap(shot, rotation=p, **one).image, wanted, whole)
+        psnr(sm.ball.unwrap(shot, pose=p, **one).image, wanted, whole)
         for shot, p in ((a, np.eye(3)), (b, pose))
     ]
     both = psnr(found.image, wanted, whole)
@@ -150,7 +150,7 @@ def test_two_shots_whose_rims_are_found(data_folder, name):
         for c, p in zip(places, (np.eye(3), pose), strict=True)
     ]
     found = sm.ball.merge(shots, fov=20, size=ROWS)
-    turned = found.rotations[1] @ pose.T
+    turned = found.poses[1] @ pose.T
     error = np.degrees(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
     print(f"{name}: {error:.4f}° off, residual {found.residual:.3f} stops")
     assert error < 0.1
@@ -209,9 +209,8 @@ def test_our_own_photo(skies):
     v, pose = camera(50, 3.4, (90, 130)), sm.rotation(-70, 15, 5)
     theirs = oracle.photo(skies["venice"], v, pose)
     ours = sm.ball.render(
-        skies["venice"], SKY, size=PIXELS, center=v.outline.center, fov=50, distance=3.4,
-        rotation=pose,
-    )  # fmt: skip
+        skies["venice"], SKY, size=PIXELS, center=v.outline.center, fov=50, distance=3.4, pose=pose
+    )
     a, b = (io.tonemap(x).astype(float) / 255 for x in (ours, theirs))
     assert -10 * np.log10(np.mean((a - b) ** 2)) > 38
 

@@ -24,7 +24,7 @@ def test_the_image_stays_inside(case, n):
     for dtype in DTYPES:
         for channels in ((), (3,)):
             image = (rng.random((*p.shape(8), *channels)) * 200).astype(dtype)
-            got = sm.pad(image, n, p)
+            got = sm.pad(image, p, n)
             assert got.dtype == dtype
             want = (*image.shape[: -2 - len(channels)],)
             height, width = p.shape(8)[-2:]
@@ -42,7 +42,7 @@ def test_a_border_shows_what_lies_there(case, grid):
     n = 64
     d = np.nan_to_num(p.directions(n))
     image = reference.smooth_function(d)
-    padded = sm.pad(image, 2, p)
+    padded = sm.pad(image, p, 2)
     r = reference.of(p)
     faces = padded if padded.ndim == 4 else padded[None]
     height, width = faces.shape[1:3]
@@ -65,20 +65,20 @@ def test_a_border_shows_what_lies_there(case, grid):
 
 def test_latlong_is_a_permutation():
     image = np.arange(4 * 8).reshape(4, 8).astype(np.uint16)
-    got = sm.pad(image, 1, "latlong")
+    got = sm.pad(image, "latlong", 1)
     assert np.array_equal(got[1:-1], np.concatenate([image[:, -1:], image, image[:, :1]], 1))
     assert np.array_equal(got[0], np.roll(got[1, 1:-1], 4)[np.arange(-1, 9) % 8])
     # Around a pole twice: the rows come back.
-    wide = sm.pad(image, 8, "latlong")
+    wide = sm.pad(image, "latlong", 8)
     assert np.array_equal(wide[0, 8:16], image[0]) and np.array_equal(wide[8:12, 8:16], image)
     odd = np.array([[1.0, 2.0, 4.0]])
-    assert np.array_equal(sm.pad(odd, 1, "latlong")[0, 1:4], [3.0, 2.5, 1.5])
-    assert np.array_equal(sm.pad(odd.astype(np.uint8), 1, "latlong")[0, 1:4], [3, 3, 2])
+    assert np.array_equal(sm.pad(odd, "latlong", 1)[0, 1:4], [3.0, 2.5, 1.5])
+    assert np.array_equal(sm.pad(odd.astype(np.uint8), "latlong", 1)[0, 1:4], [3, 3, 2])
 
 
 def test_octahedral_is_a_permutation():
     image = np.arange(16.0).reshape(4, 4)
-    got = sm.pad(image, 1, "octahedral")
+    got = sm.pad(image, "octahedral", 1)
     assert np.array_equal(got[0, 1:5], image[0, ::-1]) and np.array_equal(
         got[-1, 1:5], image[-1, ::-1]
     )
@@ -93,7 +93,7 @@ def test_corner_grids_do_not_repeat_the_edge(grid):
     image = sm.sample(
         np.random.default_rng(221).random((9, 17)), sm.directions(p, (9, 17)), "latlong"
     )
-    padded = sm.pad(image, 1, p)
+    padded = sm.pad(image, p, 1)
     # With a row on the pole, what lies beyond it is the row next to the pole.
     row, turn = (0, 17) if grid == "centers" else (1, 16 if grid == "corners" else 17)
     near, far = (image[row, (8 + k + turn // 2) % turn] for k in (0, turn % 2))
@@ -104,7 +104,7 @@ def test_corner_grids_do_not_repeat_the_edge(grid):
     q = sm.projection("octahedral", grid=grid)
     square = np.random.default_rng(222).random((6, 6))
     beside = 1 if grid == "corners" else 0
-    assert np.array_equal(sm.pad(square, 1, q)[1:-1, 0], square[::-1, beside])
+    assert np.array_equal(sm.pad(square, q, 1)[1:-1, 0], square[::-1, beside])
 
 
 @each([c for c in LAYOUTS if c.make().layout is not None])
@@ -113,7 +113,7 @@ def test_faces_continue_their_own_formula(case):
     apart = sm.projection(case.name)
     n, border = 32, 3
     image = np.nan_to_num(reference.smooth_function(np.nan_to_num(p.directions(n))))
-    got = sm.pad(image, border, p)
+    got = sm.pad(image, p, border)
     assert got.shape == (apart.faces, n + 2 * border, n + 2 * border, 3)
     for face in range(apart.faces):
         if case.name != "cube":
@@ -134,7 +134,7 @@ def test_faces_continue_their_own_formula(case):
 def test_conventions_of_cubes_pad_alike(row):
     p = sm.projection("cube", convention=row["name"], layout="faces", grid="centers")
     image = reference.smooth_function(p.directions(24)).astype(np.float64)
-    got = sm.pad(image, 2, p)
+    got = sm.pad(image, p, 2)
     inside = np.abs(np.diff(image, axis=1)).max()
     assert np.abs(np.diff(got, axis=1)).max() < 1.6 * inside
 
@@ -142,11 +142,11 @@ def test_conventions_of_cubes_pad_alike(row):
 def test_where_nothing_lies_beyond_edges_repeat():
     image = np.random.default_rng(222).random((5, 5))
     for name in ("perspective", "hemioctahedral"):
-        assert np.array_equal(sm.pad(image, 2, name), np.pad(image, 2, mode="edge"))
-    ring = sm.pad(np.full((16, 16), 7.0), 2, "matcap")
+        assert np.array_equal(sm.pad(image, name, 2), np.pad(image, 2, mode="edge"))
+    ring = sm.pad(np.full((16, 16), 7.0), "matcap", 2)
     assert np.all(ring == 7)
     wide = np.random.default_rng(223).random((4, 16))
-    got = sm.pad(wide, 2, "cylindrical")
+    got = sm.pad(wide, "cylindrical", 2)
     assert np.array_equal(got[2:-2], np.concatenate([wide[:, -2:], wide, wide[:, :2]], 1))
     assert np.array_equal(got[0], got[2]) and np.array_equal(got[-1], got[-3])
 
@@ -154,10 +154,10 @@ def test_where_nothing_lies_beyond_edges_repeat():
 def test_bad_borders_are_refused():
     image = np.zeros((4, 8))
     with pytest.raises(ValueError, match="at least 0"):
-        sm.pad(image, -1, "latlong")
+        sm.pad(image, "latlong", -1)
     with pytest.raises(TypeError):
-        sm.pad(image, 1.5, "latlong")
+        sm.pad(image, "latlong", 1.5)
     with pytest.raises(ValueError, match=r"shape \(F, N, N\)"):
-        sm.pad(image, 1, "cube")
+        sm.pad(image, "cube", 1)
     with pytest.raises(TypeError, match="dtype"):
-        sm.pad(image.astype(complex), 1, "latlong")
+        sm.pad(image.astype(complex), "latlong", 1)

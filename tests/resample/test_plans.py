@@ -146,7 +146,7 @@ x = np.cross([0, 1, 0], z); x /= np.linalg.norm(x)
 camera = np.stack([x, np.cross(z, x), z], -1) @ np.diag([-1, 1, -1])
 small = np.zeros((64, 128), np.uint8)
 sm.convert(small, "latlong", "octahedral", size=64)  # threads and imports
-close = sm.remap_plan("latlong", view, size=9, rotation=camera.T, **OPTIONS)
+close = sm.remap_plan("latlong", view.turned(camera), size=9, **OPTIONS)
 status = open("/proc/self/status").read()
 held = int(status.split("VmData:")[1].split()[0]) << 10
 # Beyond 64 MiB of memory of its own, the process gets none. Pages of the file are the system's.

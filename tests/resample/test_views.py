@@ -22,9 +22,9 @@ def panorama(dtype=np.float32, size=128):
 @pytest.mark.parametrize("into", ["latlong", "cube", "octahedral"])
 def test_a_crop_put_back_changes_nothing(dtype, into):
     whole = sm.convert(panorama(np.float64), "latlong", into, size=64).astype(dtype)
-    options = {"rotation": TURN.T, "antialias": False}
-    crop = sm.convert(whole, into, CAMERA, size=128, **options)
-    back = sm.embed(crop, CAMERA, whole, into, rotation=TURN, feather=3, antialias=False)
+    camera = CAMERA.turned(TURN)
+    crop = sm.convert(whole, into, camera, size=128, antialias=False)
+    back = sm.embed(crop, camera, whole, into, feather=3, antialias=False)
     assert back.dtype == dtype and back.shape == whole.shape
     away = np.abs(back.astype(np.float64) - whole.astype(np.float64))
     # Two interpolations: 2 · h²/8 · 40|f''|, h = π/64 and |f''| < 8; integers round twice.

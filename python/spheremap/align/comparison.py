@@ -13,7 +13,7 @@ from ..map.named import resolve
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .._core import Projection
+    from .._projection import Projection
     from ..map.named import ProjectionLike
 
 __all__ = ["Comparison", "compare"]
@@ -57,7 +57,7 @@ class Comparison:
         return "\n".join(lines)
 
 
-def compare(a: ProjectionLike, b: ProjectionLike, /) -> Comparison:
+def compare(a: ProjectionLike, b: ProjectionLike) -> Comparison:
     """Tell what turns one convention into another.
 
     Parameters

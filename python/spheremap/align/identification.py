@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import _core
+from .._projection import Projection
 from ..map.named import resolve
 from ..map.variants import axes_matrix, changed
 from ..map.verbs import rotation
@@ -25,7 +25,6 @@ from ..resample.verbs import convert, sample
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .._core import Projection
     from ..map.named import ProjectionLike
 
     Array = NDArray[np.float64]
@@ -112,9 +111,9 @@ class Identification:
 def identify(
     image_a: ArrayLike,
     image_b: ArrayLike,
+    /,
     a: ProjectionLike | None = None,
     b: ProjectionLike | None = None,
-    /,
     *,
     count: int = 5,
 ) -> Identification:
@@ -222,7 +221,7 @@ class _Image:
         self.values = self.values.mean(axis=-1, keepdims=True)
 
     def look(self, d: Array, projection: Projection, turn: Array | None = None) -> Array:
-        values = sample(self.values, d, projection, rotation=turn)
+        values = sample(self.values, d, projection, rotation=turn, fill=np.nan)
         return np.asarray(values, np.float64)
 
     def panorama(self) -> tuple[Array, Array]:
@@ -235,7 +234,7 @@ class _Image:
         n = _ROWS // 2
         p = changed(self.map, axes="+x +y +z")
         fine = convert(
-            self.values, p, _core.projection("cube", axes="+x +y +z"), size=n * _FINER, fill=np.nan
+            self.values, p, Projection("cube", axes="+x +y +z"), size=n * _FINER, fill=np.nan
         )
         blocks = fine.reshape(6, n, _FINER, n, _FINER, -1).astype(np.float64)
         known = np.isfinite(blocks).all(axis=-1, keepdims=True)
@@ -255,7 +254,7 @@ def _guess(name: str, shape: tuple[int, ...]) -> tuple[Projection, bool]:
                 else ("faces", "cross", "vertical_cross", "strip", "column", "3x2")
             )
             for layout in layouts:
-                p = _core.projection(kind, layout=layout)
+                p = Projection(kind, layout=layout)
                 try:
                     unit = p.shape(2)
                     fits = len(size) == len(unit) and p.shape(size) == size
@@ -282,8 +281,8 @@ def _classes() -> list[str]:
 
 def _seen(cube: Array, valid: Array, image: _Image, axes: str) -> tuple[Array, Array]:
     """Return the small cube of a view frame as a panorama of a world with these axes."""
-    d = _core.projection("latlong").directions((_ROWS, _COLUMNS)) @ axes_matrix(axes).T
-    p = _core.projection("cube", axes="+x +y +z")
+    d = Projection("latlong").directions((_ROWS, _COLUMNS)) @ axes_matrix(axes).T
+    p = Projection("cube", axes="+x +y +z")
     values = np.asarray(sample(cube * valid, d, p))
     share = np.asarray(sample(valid, d, p))
     known = share > 0.5

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import _core
-from .._arrays import as_image, rotation_matrix
+from .._arrays import as_image
+from .._projection import Projection
 from ..align.rotation_search import Panorama, median, search
 from ..map.named import resolve
+from ..map.variants import pose_matrix
 from ..resample.verbs import sample
 from .camera import view
 from .finding import find
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
-    from .._core import Projection
     from ..map.named import ProjectionLike
     from ..resample.verbs import Filter
     from .camera import View
@@ -53,7 +53,7 @@ class MergedBalls:
     Attributes
     ----------
     image : ndarray of float32 or float64, the shape of `projection` + channels
-        In the frame of the first photo's camera (or in that of the given rotations).
+        In the frame of the first photo's camera (or in that of the given poses).
     weights : ndarray of float32, shape (K,) + the shape of `projection`
         How much each photo counts in each direction; they sum to 1, or to 0 where none saw
         anything.
@@ -61,12 +61,12 @@ class MergedBalls:
         The share of the sphere that some photo saw.
     residual : float
         The root mean square difference of the photos from their mean, in stops, where they overlap.
-    rotations : ndarray, shape (K, 3, 3)
+    poses : ndarray, shape (K, 3, 3)
         The orientation of each camera: from its frame to that of the result.
     exposures : ndarray, shape (K, C)
         What the channels of each photo were multiplied by; 1 for the first.
     correlations : ndarray, shape (K,)
-        Of each photo with those before it: 1 for the first, NaN where the rotation was given.
+        Of each photo with those before it: 1 for the first, NaN where the pose was given.
     balls : tuple of Ball
         The rims, as they were used.
     projection : Projection
@@ -77,7 +77,7 @@ class MergedBalls:
     weights: NDArray[np.float32]
     coverage: float
     residual: float
-    rotations: NDArray[np.float64]
+    poses: NDArray[np.float64]
     exposures: NDArray[np.float64]
     correlations: NDArray[np.float64]
     balls: tuple[Ball, ...]
@@ -85,7 +85,7 @@ class MergedBalls:
 
     def angle(self, photo: int) -> float:
         """Return the angle in degrees between the cameras of a photo and the first one."""
-        turn = self.rotations[0].T @ self.rotations[photo]
+        turn = self.poses[0].T @ self.poses[photo]
         return math.degrees(math.acos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
 
 
@@ -93,7 +93,7 @@ def merge(
     photos: Sequence[ArrayLike],
     /,
     *,
-    rotations: Sequence[Any] | None = None,
+    poses: Sequence[Any] | None = None,
     balls: Sequence[Ball | None] | None = None,
     fov: float | Sequence[float | None] | None = None,
     distance: float | Sequence[float | None] | None = None,
@@ -111,12 +111,12 @@ def merge(
     ----------
     photos : sequence of array_like, shape (H, W) or (H, W, C)
         Linear light, of any sizes.
-    rotations : sequence, optional
-        The orientation of each photo's camera in the world, as `rotation` of `unwrap`. By
+    poses : sequence, optional
+        The orientation of each photo's camera in the world, as `pose` of `unwrap`. By
         default they are found; the result is then in the frame of the first camera.
     balls : sequence of Ball or None, optional
         The rim in each photo. By default, and for None, `find` finds it. One with a confidence
-        below 1 is refined together with the rotations, unless the camera is ideal.
+        below 1 is refined together with the poses, unless the camera is ideal.
     fov, distance : float or sequence, optional
         As for `unwrap`; one for all or one for each photo.
     masks : sequence of array_like or None, optional
@@ -155,13 +155,13 @@ def merge(
     >>> d = sm.directions("latlong", 64)
     >>> scene = 1.2 + np.sin(5 * d) * np.cos(4 * d[..., ::-1])
     >>> camera = dict(size=128, fov=25, distance=6)
-    >>> turn = sm.rotation(170, 5, 10)
-    >>> a, b = sm.ball.render(scene, **camera), sm.ball.render(scene, rotation=turn, **camera) / 2
+    >>> pose = sm.rotation(170, 5, 10)
+    >>> a, b = sm.ball.render(scene, **camera), sm.ball.render(scene, pose=pose, **camera) / 2
     >>> ball = sm.ball.Ball((64, 64), (48.8, 48.8), 0, 1)
     >>> found = sm.ball.merge([a, b], balls=[ball, ball], fov=25, size=32)
     >>> found.coverage, found.exposures[1].round(2).tolist()
     (1.0, [2.0, 2.0, 2.0])
-    >>> bool(np.abs(found.rotations[1] - turn).max() < 0.01)
+    >>> bool(np.abs(found.poses[1] - pose).max() < 0.01)
     True
     """
     arrays = [as_image(photo, None) for photo in photos]
@@ -201,8 +201,8 @@ def merge(
         rims.append(rim)
         cameras.append(camera)
     known = None
-    if rotations is not None:
-        known = [rotation_matrix(r) for r in _each(list(rotations), count, "rotations")]
+    if poses is not None:
+        known = [pose_matrix(pose) for pose in _each(list(poses), count, "poses")]
     seen_behind = math.radians(photographer)
     turns, gains, correlations = _aligned(shots, known, seen_behind)
     placed = [
@@ -244,7 +244,7 @@ def merge(
         weights=weights.astype(np.float32).reshape(count, *shape),
         coverage=float(solid_angle[seen].sum() / solid_angle.sum()),
         residual=residual,
-        rotations=np.array(turns),
+        poses=np.array(turns),
         exposures=np.array(gains),
         correlations=np.array(correlations),
         balls=tuple(rims),
@@ -288,7 +288,7 @@ class _Colors:
     def __init__(self, shot: Shot, behind: float) -> None:
         self.colors: list[Array] = []
         self.weights: list[Array] = []
-        latlong = _core.projection("latlong")
+        latlong = Projection("latlong")
         finest = shot.view.outline.mean * 1.5
         rows = max(r for r in _LEVELS if r <= max(finest, _LEVELS[2]))
         shape = (rows, 2 * rows)
@@ -318,7 +318,7 @@ class _Colors:
 
     def turned(self, level: int, turn: Array) -> tuple[Array, Array]:
         """Return the panorama in another frame."""
-        latlong = _core.projection("latlong")
+        latlong = Projection("latlong")
         weight = self.weights[level]
         layers = np.concatenate(
             [self.colors[level] * weight[..., None], weight[..., None]], axis=-1
@@ -403,7 +403,7 @@ def _gain(k: int, scene: _Scene, colors: _Colors, turn: Array, level: int) -> Ar
     a, wa = scene.color(level)
     b, wb = colors.turned(level, turn)
     b = b / np.maximum(wb, 1e-12)[..., None]
-    area = _core.projection("latlong").solid_angle(wa.shape)
+    area = Projection("latlong").solid_angle(wa.shape)
     both = np.minimum(wa, 1) * wb
     _check_overlap(k, float((both * area).sum() / area.sum()))
     gain = np.empty(a.shape[-1])

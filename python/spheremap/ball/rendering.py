@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arrays import as_image, rotation_matrix, spatial_shape
+from .._arrays import as_image, spatial_shape
 from ..map.named import resolve
+from ..map.variants import pose_matrix
 from ..resample.verbs import sample
 from .camera import Outline, view
 from .metals import fresnel, reflectance_of
@@ -27,9 +28,9 @@ __all__ = ["render"]
 
 
 def render(
-    environment: ArrayLike,
-    projection: ProjectionLike = "latlong",
+    image: ArrayLike,
     /,
+    projection: ProjectionLike = "latlong",
     *,
     size: int | tuple[int, int] = 512,
     center: tuple[float, float] | None = None,
@@ -37,7 +38,7 @@ def render(
     fov: float | None = None,
     distance: float | None = None,
     principal: tuple[float, float] | None = None,
-    rotation: Any | None = None,
+    pose: Any | None = None,
     reflectance: ArrayLike = 1.0,
     metal: str | None = None,
     background: Literal["environment", "black", "alpha"] = "environment",
@@ -47,8 +48,8 @@ def render(
 
     Parameters
     ----------
-    environment : array_like, shape (H, W) or (H, W, C), or with faces
-        Linear radiance, infinitely far away.
+    image : array_like, shape (H, W) or (H, W, C), or with faces
+        Linear radiance of the environment, infinitely far away.
     projection : Projection or str
         Its projection.
     size : int or (height, width)
@@ -56,7 +57,7 @@ def render(
     center, radius, fov, distance, principal
         As for `unwrap`. By default the ball is in the middle and just fits, seen by the ideal
         camera.
-    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+    pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         The camera's orientation in the world. Without it, the camera looks along -z.
     reflectance : float or one for each channel
         Of the ball.
@@ -95,8 +96,8 @@ def render(
             f"Expected `background` to be 'environment', 'black' or 'alpha', got {background!r}."
         )
     source = resolve(projection)
-    light = as_image(environment, None)
-    held = spatial_shape(light, source, "environment")
+    light = as_image(image, None)
+    held = spatial_shape(light, source, "image")
     if light.dtype not in (np.float32, np.float64):
         light = light.astype(np.float32)
     scalar = light.ndim == len(held)
@@ -121,7 +122,7 @@ def render(
         principal=None if principal is None else as_pair_of_numbers(principal, "principal"),
     )
     reflects, metal = reflectance_of(reflectance, metal, channels)
-    turn = rotation_matrix(rotation)
+    turn = pose_matrix(pose)
     # The side of a texel of the environment.
     fine = math.sqrt(source.covered_solid_angle / math.prod(held))
 

@@ -12,7 +12,7 @@ from ..map.grid import cells, centers, on_corners
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .._core import Projection
+    from .._projection import Projection
 
     Array = NDArray[np.float64]
 

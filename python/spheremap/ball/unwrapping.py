@@ -8,18 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_image, rotation_matrix
+from .._arrays import as_image
 from ..map.named import resolve
+from ..map.variants import pose_matrix
 from .camera import view
 from .finding import Ball, find
 from .metals import reflectance_of
 from .photo import Shot, as_pair_of_numbers, by_hand, fitting_size
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
-    from .._core import Projection
+    from .._projection import Projection
     from ..map.named import ProjectionLike
     from ..resample.verbs import Filter
 
@@ -91,12 +94,12 @@ def unwrap(
     principal: tuple[float, float] | None = None,
     dst: ProjectionLike = "latlong",
     size: Size | None = None,
-    rotation: Any | None = None,
+    pose: Any | None = None,
     mask: ArrayLike | None = None,
     reflectance: ArrayLike = 1.0,
     metal: str | None = None,
     filter: Filter = "bilinear",
-    fill: float | None = None,
+    fill: float | Sequence[float] = 0.0,
 ) -> UnwrappedBall:
     """Turn a photo of a mirrored ball into a map of the environment.
 
@@ -121,7 +124,7 @@ def unwrap(
         The projection of the result.
     size : int or tuple of int, optional
         As for `solid_angle`. By default about one texel for each pixel of the ball.
-    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+    pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         The camera's orientation in the world.
     mask : array_like, shape (H, W), optional
         Which pixels count: bool, numbers from 0 to 1, or uint8 from 0 to 255.
@@ -132,8 +135,8 @@ def unwrap(
     filter : str
         How the photo is looked up between its pixels, as for `sample`. Where the photo is finer
         than the result, up to 32 × 32 lookups are averaged in each texel.
-    fill : float, optional
-        What the image has where the photo saw nothing. By default NaN, or 0 for integers.
+    fill : float or sequence of float
+        What the image has where the photo saw nothing, or one number for each channel.
 
     Returns
     -------
@@ -156,7 +159,7 @@ def unwrap(
     result is then off by asin(1/distance) at the rim: a ball that fills a picture of 40° by 20°.
     `docs/mirror-balls.md` has the geometry and measurements.
 
-    The result is in the camera's frame, x right, y up, z **toward** the camera, unless `rotation`
+    The result is in the camera's frame, x right, y up, z **toward** the camera, unless `pose`
     turns it.
 
     Examples
@@ -194,7 +197,7 @@ def unwrap(
     if ball is None:
         rim = seen_by.outline
         ball = Ball(rim.center, (rim.along, rim.across), math.degrees(rim.angle), 1.0)
-    turn = rotation_matrix(rotation)
+    turn = pose_matrix(pose)
     if size is None:
         size = fitting_size(target, math.pi * seen_by.outline.mean**2)
     shape = target.shape(size)
@@ -220,11 +223,9 @@ def unwrap(
 
 
 def _stored(
-    image: Array, seen: NDArray[np.bool_], dtype: np.dtype[Any], fill: float | None
+    image: Array, seen: NDArray[np.bool_], dtype: np.dtype[Any], fill: float | Sequence[float]
 ) -> NDArray[Any]:
     """Return float64 texels in the dtype of the photo."""
-    if fill is None:
-        fill = math.nan if dtype.kind == "f" else 0
     image = np.where(seen[:, None], image, fill)
     if dtype.kind == "u":
         image = np.clip(np.floor(image + 0.5), 0, np.iinfo(dtype).max)

@@ -12,6 +12,7 @@ import numpy as np
 
 from .._arrays import checked_image
 from ..io.textures import write_dds, write_ktx2
+from ..map.named import resolve
 from ..sh import convert as sh_convert
 from ..sh import project as sh_project
 from .lobes import irradiance
@@ -90,8 +91,8 @@ class Bake:
 
 def bake(
     image: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     diffuse: bool = True,
     specular: bool = True,
@@ -101,6 +102,8 @@ def bake(
     diffuse_size: int = 32,
     order: int = 2,
     samples: int = 1024,
+    axes: str | None = None,
+    rotation: Any | None = None,
     skipna: bool = False,
 ) -> Bake:
     """Make the set of maps that image-based lighting needs.
@@ -117,6 +120,8 @@ def bake(
         Of a face of the diffuse cube.
     order : int
         Of the spherical harmonics.
+    axes, rotation
+        As for `encode`.
 
     Returns
     -------
@@ -137,15 +142,14 @@ def bake(
     ((6, 4, 4, 3), 3, (9, 3))
     """
     pixels = checked_image(image, skipna=skipna)
+    p = resolve(projection, axes, rotation)
     return Bake(
-        diffuse=irradiance(pixels, projection, "cube", size=diffuse_size) / np.float32(np.pi)
+        diffuse=irradiance(pixels, p, "cube", size=diffuse_size) / np.float32(np.pi)
         if diffuse
         else None,
-        specular=prefilter_chain(
-            pixels, projection, "cube", size=size, levels=levels, samples=samples
-        )
+        specular=prefilter_chain(pixels, p, "cube", size=size, levels=levels, samples=samples)
         if specular
         else None,
-        sh=sh_project(pixels, projection, order=order) if sh else None,
+        sh=sh_project(pixels, p, order=order) if sh else None,
         dfg=dfg() if specular else None,
     )

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 
 from .. import _core
-from .._arrays import as_real, as_rotation, spatial_axes
+from .._arrays import as_real, spatial_axes
 from ..map.named import resolve
 from .image import as_light, coefficients, luminance_of, texel_weights
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .._core import Projection
+    from .._projection import Projection
     from ..map.named import ProjectionLike
 
     Floats = NDArray[np.floating[Any]]
@@ -92,8 +92,8 @@ class Distribution:
     def __init__(
         self,
         image: ArrayLike,
-        projection: ProjectionLike,
         /,
+        projection: ProjectionLike,
         *,
         axes: str | None = None,
         rotation: Any | None = None,
@@ -101,17 +101,16 @@ class Distribution:
         compensate: bool = False,
         skipna: bool = False,
     ) -> None:
-        p = resolve(projection, axes)
-        matrix = None if rotation is None else as_rotation(rotation).copy()
+        p = resolve(projection, axes, rotation)
         light = as_light(image, p, skipna=skipna, negative="raise")
         n = spatial_axes(p)
         weights = coefficients(light, n, luminance)
         density = luminance_of(light, n, weights)
         if compensate:
             density = _compensated(density, texel_weights(p, density.shape))
-        self._core = _core.Distribution(p, density, light, rotation=matrix)
+        self._core = _core.Distribution(p, density, light)
         # What makes it again from a pickle.
-        self._arguments = (_core_image(light, image), p, matrix, weights, compensate)
+        self._arguments = (_core_image(light, image), p, weights, compensate)
 
     @overload
     def sample(
@@ -212,7 +211,7 @@ class Distribution:
 
     @property
     def projection(self) -> Projection:
-        """The projection of the image, with its axes."""
+        """The projection of the image, with its axes, turned by the rotation."""
         return self._arguments[1]
 
     @property
@@ -230,13 +229,10 @@ class Distribution:
 def _rebuild(
     image: NDArray[Any],
     projection: Projection,
-    rotation: NDArray[np.float64] | None,
     luminance: NDArray[np.float64],
     compensate: bool,
 ) -> Distribution:
-    return Distribution(
-        image, projection, rotation=rotation, luminance=luminance, compensate=compensate
-    )
+    return Distribution(image, projection, luminance=luminance, compensate=compensate)
 
 
 def _core_image(light: NDArray[Any], image: object) -> NDArray[Any]:

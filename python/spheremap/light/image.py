@@ -17,7 +17,7 @@ from ..map.size import used_part
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .._core import Projection
+    from .._projection import Projection
 
 # ITU-R BT.709: the luminance of linear RGB with sRGB's primaries.
 REC709 = (0.2126, 0.7152, 0.0722)

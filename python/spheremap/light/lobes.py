@@ -27,11 +27,12 @@ Lobe = Literal["cone", "phong", "vmf"]
 
 def irradiance(
     image: ArrayLike,
+    /,
     src: ProjectionLike,
     dst: ProjectionLike,
-    /,
     *,
     size: Size = 32,
+    rotation: Any | None = None,
     method: Literal["exact", "sh"] = "exact",
     order: int = 8,
     skipna: bool = False,
@@ -46,6 +47,8 @@ def irradiance(
         The maps of the image and of the result.
     size : int or tuple of int
         Of the result, as for `solid_angle`.
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+        Turns the content in the world, as for `convert`.
     method : {"exact", "sh"}
         The sum over all texels, or spherical harmonics up to `order`.
     order : int
@@ -84,20 +87,22 @@ def irradiance(
     if method not in ("exact", "sh"):
         raise ValueError(f"Expected `method` to be 'exact' or 'sh', got {method!r}.")
     if method == "exact":
-        return lobe_image(image, src, dst, size, "cosine", 0.0, skipna)
-    coefficients = sh_project(image, src, order=order, skipna=skipna)
+        return lobe_image(image, resolve(src, rotation=rotation), dst, size, "cosine", 0.0, skipna)
+    coefficients = sh_project(image, src, order=order, rotation=rotation, skipna=skipna)
     target = resolve(dst)
     directions = target.directions(target.shape(as_size(size)))
-    found = sh_evaluate(sh_convolve(coefficients, "cosine"), directions)
+    found = sh_evaluate(sh_convolve(coefficients, lobe="cosine"), directions)
     return np.nan_to_num(found, nan=0.0).astype(result_dtype(np.asarray(image)))
 
 
 def irradiance_at(
     image: ArrayLike,
     normals: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
+    axes: str | None = None,
+    rotation: Any | None = None,
     skipna: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the irradiance of surfaces with these normals, as exactly as `irradiance`.
@@ -110,6 +115,8 @@ def irradiance_at(
         World directions of any length.
     projection : Projection or str
         The map of the image.
+    axes, rotation
+        As for `encode`.
 
     Returns
     -------
@@ -128,7 +135,7 @@ def irradiance_at(
     >>> np.round(sm.light.irradiance_at(sky, [[0, 1, 0], [1, 0, 0]], "latlong") / np.pi, 3).tolist()
     [1.0, 0.5]
     """
-    resolved = resolve(projection)
+    resolved = resolve(projection, axes, rotation)
     pixels = checked_image(image, skipna=skipna)
     unit, leading = as_unit_vectors(normals, "normals")
     found = _core.lobe(pixels, resolved, unit, "cosine", 0.0)
@@ -138,22 +145,23 @@ def irradiance_at(
 
 def convolve(
     image: ArrayLike,
+    /,
     src: ProjectionLike,
     dst: ProjectionLike,
-    lobe: Lobe,
-    /,
     *,
+    lobe: Lobe,
     half_angle: float | None = None,
     exponent: float | None = None,
     kappa: float | None = None,
     size: Size = 32,
+    rotation: Any | None = None,
     skipna: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the mean radiance under a lobe about every direction, by exact summation.
 
     Parameters
     ----------
-    image, src, dst, size, skipna
+    image, src, dst, size, rotation, skipna
         As for `irradiance`.
     lobe : {"cone", "phong", "vmf"}
         ``"cone"``: all directions within `half_angle`, equally. ``"phong"``: max(0, cos)^exponent.
@@ -184,7 +192,9 @@ def convolve(
     --------
     >>> import numpy as np, spheremap as sm
     >>> sky = (sm.directions("latlong", 64)[..., 1] > 0).astype(np.float32)
-    >>> wide = sm.light.convolve(sky, "latlong", "latlong", "cone", half_angle=90, size=8)
+    >>> wide = sm.light.convolve(
+    ...     sky, "latlong", "latlong", lobe="cone", half_angle=90, size=8
+    ... )
     >>> wide.shape, float(wide.max()) < 1
     ((8, 16), True)
     """
@@ -207,7 +217,7 @@ def convolve(
         parameter = -2.0 if parameter == 180 else math.cos(math.radians(parameter))
     elif not (math.isfinite(parameter) and parameter >= 0):
         raise ValueError(f"`{wanted}` must be at least 0 and finite, got {value}.")
-    return lobe_image(image, src, dst, size, lobe, parameter, skipna)
+    return lobe_image(image, resolve(src, rotation=rotation), dst, size, lobe, parameter, skipna)
 
 
 def lobe_image(
@@ -230,7 +240,7 @@ def lobe_image(
     empty = np.isnan(found[:, 0]) if len(found) else np.zeros(0, bool)
     if empty.any():
         light = pixels.astype(np.float64)
-        values = source.sample(light, wanted[empty], fill=0.0)
+        values = source.sample(light, wanted[empty])
         found[empty] = values.reshape(len(values), -1)
     if not everywhere:
         whole = np.zeros((len(normals), found.shape[1]))

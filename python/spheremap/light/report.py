@@ -88,8 +88,8 @@ def _direction(d: NDArray[np.float64]) -> str:
 
 def energy(
     image: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     axes: str | None = None,
     rotation: Any | None = None,
@@ -135,7 +135,7 @@ def energy(
     sun       toward (-0.772, 0.535, -0.342), 2.92° wide (0.00204 sr)
               irradiance 8.3365
     """
-    found = _core.energy(*light_of(image, projection, axes, luminance, skipna), rotation)
+    found = _core.energy(*light_of(image, projection, axes, rotation, luminance, skipna))
     solid_angle, integral, mean, peak, peak_direction, darkest, negative, sun = found
     return Energy(
         solid_angle=solid_angle,

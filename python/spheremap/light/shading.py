@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .. import _core
-from .._arrays import as_image, as_real, rotation_matrix, spatial_shape
+from .._arrays import as_image, as_real, spatial_shape
+from .._projection import Projection
 from ..map.named import resolve
+from ..map.variants import pose_matrix
 from ..map.verbs import reflect
 from ..resample.verbs import convert, sample
 from .lobes import irradiance
 from .specular import prefilter
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
     from ..map.named import ProjectionLike
@@ -28,39 +31,42 @@ _DETAIL = 4
 
 
 def bake_matcap(
-    environment: ArrayLike,
-    material: Literal["mirror", "diffuse", "rough"] = "mirror",
-    projection: ProjectionLike = "latlong",
+    image: ArrayLike,
     /,
+    projection: ProjectionLike = "latlong",
     *,
+    material: Literal["mirror", "diffuse", "rough"] = "mirror",
     size: int = 256,
     roughness: float = 0.3,
     color: ArrayLike = 1.0,
-    rotation: Any | None = None,
+    pose: Any | None = None,
+    fill: float | Sequence[float] = 0.0,
 ) -> NDArray[np.floating[Any]]:
     """Return the picture of a ball of some material in an environment: a MatCap.
 
     Parameters
     ----------
-    environment : array_like, shape (H, W, C) or with faces
-        Linear radiance.
+    image : array_like, shape (H, W, C) or with faces
+        Linear radiance of the environment.
+    projection : Projection or str
+        How it maps the sphere.
     material : {"mirror", "diffuse", "rough"}
         A mirror, Lambert's diffuse reflection, or GGX's rough mirror.
-    projection : Projection or str
-        Of the environment.
     size : int
         The side of the result.
     roughness : float
         Of "rough": perceptual, in [0, 1].
     color : float or one for each channel
         What the result is multiplied by: the albedo or the reflectance.
-    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+    pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         The camera's orientation in the world. Without it, the camera looks along -z.
+    fill : float or sequence of float
+        The value beside the ball, or one for each channel.
 
     Returns
     -------
     matcap : ndarray of float32 or float64, shape (size, size, C)
-        In the projection `matcap`, linear; NaN beside the ball.
+        In the projection `matcap`, linear.
 
     Raises
     ------
@@ -76,7 +82,9 @@ def bake_matcap(
     --------
     >>> import numpy as np, spheremap as sm
     >>> white = np.ones((32, 64, 3), np.float32)
-    >>> matcap = sm.light.bake_matcap(white, "diffuse", size=16, color=[0.8, 0.4, 0.2])
+    >>> matcap = sm.light.bake_matcap(
+    ...     white, "latlong", material="diffuse", size=16, color=[0.8, 0.4, 0.2]
+    ... )
     >>> (100 * matcap[8, 8]).round().tolist()
     [80.0, 40.0, 20.0]
     """
@@ -87,15 +95,15 @@ def bake_matcap(
     if not isinstance(size, (int, np.integer)) or size < 1:
         raise ValueError(f"`size` must be a whole number above 0, got {size}.")
     source = resolve(projection)
-    light = as_image(environment, None)
-    held = spatial_shape(light, source, "environment")
+    light = as_image(image, None)
+    held = spatial_shape(light, source, "image")
     if light.dtype not in (np.float32, np.float64):
         light = light.astype(np.float32)
-    turn = rotation_matrix(rotation)
+    turn = pose_matrix(pose)
     # In the camera's frame; the mirror's ball has the normals of the MatCap where it shows the
     # directions of the sphere map.
-    if material != "mirror" or rotation is not None:
-        seen = convert(light, source, source, size=held, rotation=turn.T, fill=math.nan)
+    if material != "mirror" or pose is not None:
+        seen = convert(light, source, source.turned(turn), size=held, fill=math.nan)
     else:
         seen = light
     if material == "diffuse":
@@ -109,7 +117,7 @@ def bake_matcap(
         with np.errstate(invalid="ignore"):
             mean = np.where(known, blocks, 0).sum(axis=(1, 3)) / known.sum(axis=(1, 3))
         baked = mean.reshape(size, size, *light.shape[len(held) :])
-    outside = ~np.isfinite(_core.projection("matcap").directions(size)[..., 0])
+    outside = ~np.isfinite(Projection("matcap").directions(size)[..., 0])
     tint = np.asarray(color, np.float64)
     channels = light.shape[len(held) :]
     if tint.shape not in ((), (1,), channels):
@@ -117,7 +125,7 @@ def bake_matcap(
             f"Expected `color` to be one number or {channels}, got shape {tint.shape}."
         )
     result = np.asarray(baked * tint, light.dtype)
-    result[outside] = np.nan
+    result[outside] = fill
     return result
 
 
@@ -128,7 +136,7 @@ def shade_matcap(
     *,
     positions: ArrayLike | None = None,
     eye: ArrayLike | None = None,
-    rotation: Any | None = None,
+    pose: Any | None = None,
     filter: Filter = "bilinear",
 ) -> NDArray[Any]:
     """Shade a surface with a MatCap: the color is that of the normal, as the viewer sees it.
@@ -144,7 +152,7 @@ def shade_matcap(
         anywhere in the picture; without, all have that of the camera.
     eye : array_like, shape (3,), optional
         Where the camera is.
-    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+    pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         The camera's orientation in the world.
     filter : str
         As for `sample`.
@@ -176,10 +184,10 @@ def shade_matcap(
     """
     if (positions is None) != (eye is None):
         raise ValueError("Give both `positions` and `eye`, or neither.")
-    n = _vectors(normals, "normals") @ rotation_matrix(rotation)
+    n = _vectors(normals, "normals") @ pose_matrix(pose)
     n = n / np.linalg.norm(n, axis=-1, keepdims=True)
     if positions is not None and eye is not None:
-        v = _to_eye(positions, eye) @ rotation_matrix(rotation)
+        v = _to_eye(positions, eye) @ pose_matrix(pose)
         x = np.stack([v[..., 2], np.zeros_like(v[..., 0]), -v[..., 0]], axis=-1)
         length = np.linalg.norm(x, axis=-1, keepdims=True)
         # Straight above or below, any frame is as good.
@@ -197,16 +205,16 @@ def shade_matcap(
     xy = n[..., :2] * np.where(np.isfinite(shrink), shrink, 1)[..., None]
     z = np.sqrt(np.maximum(1 - np.sum(xy * xy, axis=-1), 0))
     toward = np.concatenate([xy, z[..., None]], axis=-1)
-    return sample(image, toward, _core.projection("matcap"), filter=filter)
+    return sample(image, toward, Projection("matcap"), filter=filter)
 
 
 def shade_environment(
     positions: ArrayLike,
     normals: ArrayLike,
     eye: ArrayLike,
-    environment: ArrayLike,
-    projection: ProjectionLike = "latlong",
+    image: ArrayLike,
     /,
+    projection: ProjectionLike = "latlong",
     *,
     rotation: Any | None = None,
     filter: Filter = "bilinear",
@@ -219,11 +227,11 @@ def shade_environment(
         Of the surface, in the world.
     eye : array_like, shape (3,)
         Where the camera is.
-    environment : array_like
-        In `projection`; prefiltered, it makes a rough mirror.
+    image : array_like
+        The environment, in `projection`; prefiltered, it makes a rough mirror.
     projection : Projection or str
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        Turns the environment in the world.
+        Turns the environment in the world: what is at d goes to ``rotation @ d``.
     filter : str
         As for `sample`.
 
@@ -249,7 +257,7 @@ def shade_environment(
     """
     view = _to_eye(positions, eye)
     return sample(
-        environment,
+        image,
         reflect(view, _vectors(normals, "normals")),
         projection,
         rotation=rotation,

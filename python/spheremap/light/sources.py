@@ -119,21 +119,22 @@ def light_of(
     image: ArrayLike,
     projection: ProjectionLike,
     axes: str | None,
+    rotation: Any | None,
     luminance: ArrayLike | None,
     skipna: bool,
 ) -> tuple[NDArray[np.floating[Any]], Projection, Array]:
     """Return an image as light, its projection, and what makes luminance of its channels."""
-    p = resolve(projection, axes)
+    p = resolve(projection, axes, rotation)
     array = as_light(image, p, skipna=skipna)
     return array, p, coefficients(array, spatial_axes(p), luminance)
 
 
 def lights(
     image: ArrayLike,
-    projection: ProjectionLike,
-    n: int,
     /,
+    projection: ProjectionLike,
     *,
+    count: int,
     method: Method = "median",
     axes: str | None = None,
     rotation: Any | None = None,
@@ -148,7 +149,7 @@ def lights(
         Linear radiance.
     projection, axes, rotation
         As for `encode`.
-    n : int
+    count : int
         How many lights, at least 1. There are fewer where the light comes from fewer places.
     method : {"median", "variance"}
         Median cut [1]_ halves the light of the brightest region, across its longer side. The
@@ -166,7 +167,7 @@ def lights(
     Raises
     ------
     ValueError
-        For n below 1, an unknown method, NaN or infinite texels, or a shape that does not fit.
+        For a count below 1, an unknown method, NaN or infinite texels, or an unfit shape.
     TypeError
         For an unfit dtype.
 
@@ -186,24 +187,24 @@ def lights(
     --------
     >>> import numpy as np, spheremap as sm
     >>> sky = np.maximum(sm.directions("latlong", 64), 0)[..., 1]
-    >>> four = sm.light.lights(sky, "latlong", 4)
+    >>> four = sm.light.lights(sky, "latlong", count=4)
     >>> len(four), bool(np.isclose(four.irradiance.sum(), np.pi, rtol=1e-3))
     (4, True)
     """
-    count = _count(n)
+    count = _count(count)
     if method not in ("median", "variance"):
         raise ValueError(f"unknown method {method!r}; there are 'median' and 'variance'")
-    array, p, weights = light_of(image, projection, axes, luminance, skipna)
-    return Lights(*_core.lights(array, p, weights, rotation, count, method))
+    array, p, weights = light_of(image, projection, axes, rotation, luminance, skipna)
+    return Lights(*_core.lights(array, p, weights, count, method))
 
 
-def _count(n: object) -> int:
+def _count(given: object) -> int:
     try:
-        count = int(np.asarray(n).item()) if np.asarray(n).dtype.kind in "iu" else -1
+        count = int(np.asarray(given).item()) if np.asarray(given).dtype.kind in "iu" else -1
     except (TypeError, ValueError):
         count = -1
     if count < 1:
-        raise ValueError(f"Expected `n` to be an integer of at least 1, got {n!r}.")
+        raise ValueError(f"Expected `count` to be an integer of at least 1, got {given!r}.")
     return count
 
 
@@ -216,8 +217,8 @@ def as_sun(found: tuple[Any, ...] | None) -> Sun | None:
 
 def sun(
     image: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     axes: str | None = None,
     rotation: Any | None = None,
@@ -257,13 +258,13 @@ def sun(
     >>> bool(np.allclose(found.direction, sm.directions("latlong", 64)[20, 40]))
     True
     """
-    return as_sun(_core.sun(*light_of(image, projection, axes, luminance, skipna), rotation))
+    return as_sun(_core.sun(*light_of(image, projection, axes, rotation, luminance, skipna)))
 
 
 def remove_sun(
     image: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     axes: str | None = None,
     rotation: Any | None = None,
@@ -297,19 +298,19 @@ def remove_sun(
     >>> dull, found = sm.light.remove_sun(sky, "latlong")
     >>> float(dull.max())
     0.5
-    >>> bool(np.allclose(sm.light.add_sun(dull, "latlong", found), sky))
+    >>> bool(np.allclose(sm.light.add_sun(dull, found, "latlong"), sky))
     True
     """
-    light = light_of(image, projection, axes, luminance, skipna)
-    result, found = _core.remove_sun(*light, rotation)
+    light = light_of(image, projection, axes, rotation, luminance, skipna)
+    result, found = _core.remove_sun(*light)
     return result, as_sun(found)
 
 
 def add_sun(
     image: ArrayLike,
-    projection: ProjectionLike,
     sun: Sun,
     /,
+    projection: ProjectionLike,
     *,
     axes: str | None = None,
     rotation: Any | None = None,
@@ -341,12 +342,12 @@ def add_sun(
     --------
     >>> import numpy as np, spheremap as sm
     >>> true = sm.light.Sun(np.array([0.0, 1.0, 0.0]), 6.8e-5, np.array([1.5]), np.zeros(1), 0.01)
-    >>> sky = sm.light.add_sun(np.zeros((64, 128)), "latlong", true)
+    >>> sky = sm.light.add_sun(np.zeros((64, 128)), true, "latlong")
     >>> bool(np.isclose(np.vdot(sky, sm.solid_angle("latlong", 64)), 1.5))
     True
     """
-    p = resolve(projection, axes)
+    p = resolve(projection, axes, rotation)
     array = as_light(image, p, skipna=skipna)
     toward = tuple(float(x) for x in sun.direction)
     irradiance = np.asarray(sun.irradiance, np.float64).ravel().tolist()
-    return _core.add_sun(array, p, toward, sun.solid_angle, irradiance, rotation)
+    return _core.add_sun(array, p, toward, sun.solid_angle, irradiance)

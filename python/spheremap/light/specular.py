@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
-    from .._core import Projection
+    from .._projection import Projection
     from ..map.named import ProjectionLike
 
 __all__ = ["dfg", "prefilter", "prefilter_chain"]
@@ -29,12 +29,13 @@ _EXACT_PAIRS = 1 << 30
 
 def prefilter(
     image: ArrayLike,
+    /,
     src: ProjectionLike,
     dst: ProjectionLike,
-    /,
     *,
     roughness: float,
     size: Size = 64,
+    rotation: Any | None = None,
     distribution: Distribution = "ggx",
     method: Literal["auto", "exact", "sampled"] = "auto",
     samples: int = 1024,
@@ -44,7 +45,7 @@ def prefilter(
 
     Parameters
     ----------
-    image, src, dst, size, skipna
+    image, src, dst, size, rotation, skipna
         As for `irradiance`.
     roughness : float
         Perceptual, in [0, 1]: α = roughness². 0 is a mirror.
@@ -83,7 +84,7 @@ def prefilter(
     _check(distribution, roughness, samples)
     if method not in ("auto", "exact", "sampled"):
         raise ValueError(f"Expected `method` to be 'auto', 'exact' or 'sampled', got {method!r}.")
-    source, target = resolve(src), resolve(dst)
+    source, target = resolve(src, rotation=rotation), resolve(dst)
     pixels = checked_image(image, skipna=skipna)
     shape = target.shape(as_size(size))
     alpha = float(roughness) ** 2
@@ -102,12 +103,13 @@ def prefilter(
 
 def prefilter_chain(
     image: ArrayLike,
+    /,
     src: ProjectionLike,
     dst: ProjectionLike,
-    /,
     *,
     size: int = 256,
     levels: int = 6,
+    rotation: Any | None = None,
     roughness: Sequence[float] | None = None,
     distribution: Distribution = "ggx",
     samples: int = 1024,
@@ -117,7 +119,7 @@ def prefilter_chain(
 
     Parameters
     ----------
-    image, src, dst, distribution, samples, skipna
+    image, src, dst, rotation, distribution, samples, skipna
         As for `prefilter`; all levels are sampled.
     size : int
         Of level 0; each further level has half of it.
@@ -157,7 +159,7 @@ def prefilter_chain(
         raise ValueError(f"Expected `roughness` to have {levels} numbers, got {len(values)}.")
     for value in values:
         _check(distribution, value, samples)
-    source, target = resolve(src), resolve(dst)
+    source, target = resolve(src, rotation=rotation), resolve(dst)
     pixels = checked_image(image, skipna=skipna)
     shapes = [target.shape(size >> k) for k in range(levels)]
     alphas = [value**2 for value in values]
@@ -165,7 +167,7 @@ def prefilter_chain(
 
 
 def dfg(
-    size: int = 128, /, *, distribution: Distribution = "ggx", multiscatter: bool = True
+    size: int = 128, *, distribution: Distribution = "ggx", multiscatter: bool = True
 ) -> NDArray[np.float32]:
     """Return the table of the split sum: what a surface reflects of a white environment.
 

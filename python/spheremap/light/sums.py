@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
-    from .._core import Projection
+    from .._projection import Projection
     from ..map.named import ProjectionLike
 
 __all__ = ["average_direction", "integrate", "mean", "weights", "ws_psnr"]
 
 
 def weights(
-    projection: ProjectionLike, shape: Size, /, *, normalized: bool = False
+    projection: ProjectionLike, size: Size, *, normalized: bool = False
 ) -> NDArray[np.float64]:
     """Return the weight of each texel in an integral over the sphere: dω = sin θ dθ dφ.
 
@@ -31,7 +31,7 @@ def weights(
 
     Parameters
     ----------
-    projection, shape
+    projection, size
         As for `solid_angle`.
     normalized : bool
         Divide by the covered solid angle, so that the weights sum to 1 and sums are means.
@@ -58,12 +58,12 @@ def weights(
     0.333
     """
     resolved = resolve(projection)
-    found = _core.quadrature_weights(resolved, as_size(shape))
+    found = _core.quadrature_weights(resolved, as_size(size))
     return found / resolved.covered_solid_angle if normalized else found
 
 
 def integrate(
-    image: ArrayLike, projection: ProjectionLike, /, *, skipna: bool = False
+    image: ArrayLike, /, projection: ProjectionLike, *, skipna: bool = False
 ) -> NDArray[np.float64]:
     """Integrate an image over the sphere: ∫ L dω.
 
@@ -101,7 +101,7 @@ def integrate(
 
 
 def mean(
-    image: ArrayLike, projection: ProjectionLike, /, *, skipna: bool = False
+    image: ArrayLike, /, projection: ProjectionLike, *, skipna: bool = False
 ) -> NDArray[np.float64]:
     """Average an image over the part of the sphere that it covers.
 
@@ -142,7 +142,13 @@ def mean(
 
 
 def average_direction(
-    image: ArrayLike, projection: ProjectionLike, /, *, skipna: bool = False
+    image: ArrayLike,
+    /,
+    projection: ProjectionLike,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+    skipna: bool = False,
 ) -> NDArray[np.float64]:
     """Return where the light comes from on average: ∫ L ω dω / ∫ L dω.
 
@@ -150,6 +156,8 @@ def average_direction(
     ----------
     image, projection, skipna
         As for `integrate`.
+    axes, rotation
+        As for `encode`.
 
     Returns
     -------
@@ -169,7 +177,7 @@ def average_direction(
     >>> np.round(sm.light.average_direction(sky, "latlong") + 0.0, 3).tolist()
     [0.0, 0.667, 0.0]
     """
-    resolved = resolve(projection)
+    resolved = resolve(projection, axes, rotation)
     pixels = checked_image(image, skipna=skipna)
     moments = _core.moments(pixels, resolved)[:-1]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -180,8 +188,8 @@ def average_direction(
 def ws_psnr(
     image: ArrayLike,
     reference: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     peak: float | None = None,
 ) -> float:

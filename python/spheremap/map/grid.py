@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from .._core import Projection
+    from .._projection import Projection
 
 # About so many texels' directions are held at a time.
 BLOCK = 1 << 17

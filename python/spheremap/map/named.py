@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .. import _core
-from .._core import Projection
+from .._projection import Projection
 
 if TYPE_CHECKING:
     from .._names import LayoutName, ProjectionName, QualifiedName
@@ -20,39 +19,32 @@ __all__ = ["conventions", "projection"]
 _named: dict[str, Projection] = {}
 
 
-def resolve(projection: ProjectionLike, axes: str | None = None) -> Projection:
-    """Return the projection that a name stands for, with other axes if they are given."""
-    if axes is not None:
-        return _with_axes(resolve(projection), axes)
+def resolve(
+    projection: ProjectionLike, axes: str | None = None, rotation: Any | None = None
+) -> Projection:
+    """Return the projection that a name stands for, with other axes and its world turned.
+
+    This is all that `rotation` does, in every function that takes it.
+    """
+    if axes is not None or rotation is not None:
+        return resolve(projection)._seen(axes, rotation)
     if type(projection) is Projection:
         return projection
     try:
-        return _named[projection]
+        return _named[projection]  # type: ignore[index]
     except (KeyError, TypeError):
         return _first_time(projection)
 
 
 def _first_time(projection: object) -> Projection:
+    if isinstance(projection, Projection):
+        return projection
     if not isinstance(projection, str):
         raise TypeError(
             f"Expected a Projection or the name of one, got {type(projection).__name__}."
         )
-    name, colon, convention = projection.partition(":")
-    found = _core.projection(name, convention=convention if colon else None)
-    _named[projection] = found
+    found = _named[projection] = Projection(projection)
     return found
-
-
-@lru_cache(maxsize=256)
-def _with_axes(base: Projection, axes: str) -> Projection:
-    return _core.projection(
-        base.name,
-        convention=base.convention,
-        axes=axes,
-        grid=base.grid,
-        layout=base.layout,
-        parameters=base.parameters,
-    )
 
 
 def projection(
@@ -105,15 +97,8 @@ def projection(
     """
     if not isinstance(name, str):
         raise TypeError(f"Expected the name of a projection, got {type(name).__name__}.")
-    if convention is None and ":" in name:
-        name, _, convention = name.partition(":")
-    return _core.projection(
-        name,
-        convention=convention,
-        axes=axes,
-        grid=grid,
-        layout=layout,
-        parameters=parameters or None,
+    return Projection(
+        name, convention=convention, axes=axes, grid=grid, layout=layout, **parameters
     )
 
 

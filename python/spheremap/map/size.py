@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from .._core import Projection
+    from .._projection import Projection
 
 
 def matching_size(image_shape: tuple[int, ...], src: Projection, dst: Projection) -> int:

@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import _core
+from .named import resolve
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .._core import Projection
+    from .._projection import Projection
 
 
 def changed(
     p: Projection, *, axes: str | None = None, grid: str | None = None, layout: str | None = None
 ) -> Projection:
     """Return the same map with other axes, grid or layout."""
-    return _core.projection(
-        p.name,
-        convention=p.convention,
-        axes=axes or p.axes,
-        grid=grid or p.grid,
-        layout=layout or p.layout,
-        parameters=p.parameters,
-    )
+    return p._changed(axes=axes, grid=grid, layout=layout)
+
+
+def pose_matrix(pose: Any | None) -> NDArray[np.float64]:
+    """Return the pose of a camera as a matrix that was checked; the identity for None."""
+    matrix = None if pose is None else resolve("latlong").turned(pose).pose
+    return np.eye(3) if matrix is None else matrix
 
 
 def axes_matrix(axes: str) -> NDArray[np.float64]:

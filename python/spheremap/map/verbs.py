@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from .._arrays import Size
     from .named import ProjectionLike
 
+# Past the methods of the subclass, which would resolve once more.
+_Core = _core.Projection
+
 __all__ = [
     "covers",
     "decode",
@@ -32,8 +35,8 @@ __all__ = [
 
 def encode(
     directions: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     axes: str | None = None,
     rotation: Any | None = None,
@@ -50,7 +53,7 @@ def encode(
     axes : str, optional
         Replaces the axes of the projection.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        Turns the map, with its content, in the world.
+        Turns the content in the world: what is at d goes to ``rotation @ d``.
     out : ndarray, optional
         Where to put the result: C-contiguous, of the result's shape and dtype.
 
@@ -80,13 +83,13 @@ def encode(
     >>> sm.encode([[0, 0, -1], [1, 0, 0]], "latlong").tolist()
     [[0.5, 0.5], [0.75, 0.5]]
     """
-    return resolve(projection, axes).encode(directions, rotation=rotation, out=out)
+    return _Core.encode(resolve(projection, axes, rotation), directions, out=out)
 
 
 def decode(
     uv: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     axes: str | None = None,
     rotation: Any | None = None,
@@ -121,13 +124,13 @@ def decode(
     >>> sm.decode([[0.0, 0.0], [0.5, 0.5]], "sphere").round(6).tolist()
     [[nan, nan, nan], [0.0, -0.0, 1.0]]
     """
-    return resolve(projection, axes).decode(uv, rotation=rotation, out=out)
+    return _Core.decode(resolve(projection, axes, rotation), uv, out=out)
 
 
 def jacobian(
     uv: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     axes: str | None = None,
     rotation: Any | None = None,
@@ -163,13 +166,13 @@ def jacobian(
     >>> np.round(sm.jacobian([0.5, 0.5], "latlong") + 0.0, 6).tolist()
     [[6.283185, 0.0], [0.0, -3.141593], [0.0, 0.0]]
     """
-    return resolve(projection, axes).jacobian(uv, rotation=rotation, out=out)
+    return _Core.jacobian(resolve(projection, axes, rotation), uv, out=out)
 
 
 def density(
     uv: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     out: NDArray[Any] | None = None,
 ) -> NDArray[np.floating[Any]]:
@@ -202,10 +205,10 @@ def density(
     >>> np.round(sm.density([[0.5, 0.5], [0.3, 0.4]], "sphere"), 6).tolist()
     [16.0, 16.0]
     """
-    return resolve(projection).density(uv, out=out)
+    return _Core.density(resolve(projection), uv, out=out)
 
 
-def valid(uv: ArrayLike, projection: ProjectionLike, /) -> NDArray[np.bool_]:
+def valid(uv: ArrayLike, /, projection: ProjectionLike) -> NDArray[np.bool_]:
     """Tell which image coordinates hold a part of the sphere.
 
     Parameters
@@ -230,11 +233,16 @@ def valid(uv: ArrayLike, projection: ProjectionLike, /) -> NDArray[np.bool_]:
     >>> sm.valid([[0.5, 0.5], [0.0, 0.0]], "angular").tolist()
     [True, False]
     """
-    return resolve(projection).valid(uv)
+    return _Core.valid(resolve(projection), uv)
 
 
 def covers(
-    directions: ArrayLike, projection: ProjectionLike, /, *, rotation: Any | None = None
+    directions: ArrayLike,
+    /,
+    projection: ProjectionLike,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
 ) -> NDArray[np.bool_]:
     """Tell which directions the image holds.
 
@@ -242,7 +250,7 @@ def covers(
     ----------
     directions : array_like, shape (..., 3)
         World directions of any length.
-    projection, rotation
+    projection, axes, rotation
         As for `encode`.
 
     Returns
@@ -260,17 +268,17 @@ def covers(
     >>> sm.covers([[0, 0, 1], [0, 0, -1]], "matcap").tolist()
     [True, False]
     """
-    return resolve(projection).covers(directions, rotation=rotation)
+    return _Core.covers(resolve(projection, axes, rotation), directions)
 
 
-def solid_angle(projection: ProjectionLike, shape: Size, /) -> NDArray[np.float64]:
+def solid_angle(projection: ProjectionLike, size: Size) -> NDArray[np.float64]:
     """Return the solid angle of each texel.
 
     Parameters
     ----------
     projection : Projection or str
         As for `projection`.
-    shape : int or tuple of int
+    size : int or tuple of int
         One number (the height of a latlong, the side of a square, the face of a cube) or the
         whole shape without channels.
 
@@ -283,7 +291,7 @@ def solid_angle(projection: ProjectionLike, shape: Size, /) -> NDArray[np.float6
     Raises
     ------
     ValueError, TypeError
-        For a shape that the projection cannot have.
+        For a size that the projection cannot have.
 
     Examples
     --------
@@ -292,13 +300,12 @@ def solid_angle(projection: ProjectionLike, shape: Size, /) -> NDArray[np.float6
     >>> w.shape, math.isclose(w.sum(), 4 * math.pi, rel_tol=1e-12)
     ((4, 8), True)
     """
-    return resolve(projection).solid_angle(shape)
+    return _Core.solid_angle(resolve(projection), size)
 
 
 def directions(
     projection: ProjectionLike,
     size: Size,
-    /,
     *,
     axes: str | None = None,
     rotation: Any | None = None,
@@ -333,7 +340,7 @@ def directions(
     >>> sm.directions("latlong", 256).shape
     (256, 512, 3)
     """
-    return resolve(projection, axes).directions(size, rotation=rotation, dtype=dtype)
+    return _Core.directions(resolve(projection, axes, rotation), size, dtype=dtype)
 
 
 def reflect(
@@ -399,13 +406,18 @@ def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
     return _core.rotation(yaw, pitch, roll)
 
 
-def explain(projection: ProjectionLike, /) -> None:
+def explain(projection: ProjectionLike) -> None:
     """Print where ±x, ±y and ±z land, which way is up, the grid, the coverage and the density.
 
     Parameters
     ----------
     projection : Projection or str
         As for `projection`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For an unknown name.
 
     Examples
     --------

@@ -22,8 +22,8 @@ _KINDS = ("distance", "z")
 
 def convert_depth(
     depth: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     source: Literal["distance", "z"] = "distance",
     target: Literal["distance", "z"] | None = None,

@@ -19,9 +19,9 @@ __all__ = ["pad"]
 
 def pad(
     image: ArrayLike,
-    n: int,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
+    n: int,
     *,
     filter: Filter | str = "bilinear",
 ) -> NDArray[Any]:
@@ -32,10 +32,10 @@ def pad(
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
         Of dtype uint8, uint16, float16, float32 or float64. Faces that lie in one image (a strip, a
         cross) are taken apart first.
-    n : int
-        How wide the border is, in texels, at least 0. It may be wider than the image.
     projection : Projection or str
         The projection of the image.
+    n : int
+        How wide the border is, in texels, at least 0. It may be wider than the image.
     filter : str
         How texels between others are looked up, as for `sample`, where the border is no
         permutation of the image.
@@ -73,11 +73,11 @@ def pad(
     --------
     >>> import numpy as np, spheremap as sm
     >>> image = np.arange(8.0).reshape(2, 4)
-    >>> sm.pad(image, 1, "latlong")[1].tolist()
+    >>> sm.pad(image, "latlong", 1)[1].tolist()
     [3.0, 0.0, 1.0, 2.0, 3.0, 0.0]
-    >>> sm.pad(image, 1, "latlong")[0].tolist()
+    >>> sm.pad(image, "latlong", 1)[0].tolist()
     [1.0, 2.0, 3.0, 0.0, 1.0, 2.0]
-    >>> sm.pad(np.zeros((6, 16, 16, 3), np.uint8), 2, "cube").shape
+    >>> sm.pad(np.zeros((6, 16, 16, 3), np.uint8), "cube", 2).shape
     (6, 20, 20, 3)
     """
     resolved = resolve(projection)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_rotation, spatial_axes
+from .._arrays import spatial_axes
 from ..map.grid import cells, on_corners, row_blocks, texel
 from ..map.named import resolve
 from ..map.size import matching_size
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from .._arrays import Size
-    from .._core import Projection
+    from .._projection import Projection
     from ..map.named import ProjectionLike
 
 __all__ = ["RemapPlan", "remap_plan"]
@@ -37,8 +37,6 @@ class RemapPlan:
         The shape of the result, without channels.
     source_shape : tuple of int or None
         The shape that images must have, without channels; None for any.
-    rotation : tuple of tuple of float, or None
-        The matrix that turns the content.
     options : tuple of (str, object)
         What else `convert` is told: ``filter``, ``fill`` and so on.
 
@@ -54,7 +52,6 @@ class RemapPlan:
     dst: Projection
     shape: tuple[int, ...]
     source_shape: tuple[int, ...] | None = None
-    rotation: tuple[tuple[float, ...], ...] | None = None
     options: tuple[tuple[str, Any], ...] = ()
 
     def __call__(self, image: ArrayLike, /, *, out: NDArray[Any] | None = None) -> NDArray[Any]:
@@ -105,13 +102,9 @@ class RemapPlan:
             self.src,
             self.dst,
             size=self.shape,
-            rotation=self._matrix(),
             out=out,
             **dict(self.options),
         )
-
-    def _matrix(self) -> NDArray[np.float64] | None:
-        return None if self.rotation is None else np.array(self.rotation)
 
     def maps(
         self, source_shape: tuple[int, ...] | None = None, /, *, dtype: DTypeLike = np.float32
@@ -174,7 +167,7 @@ class RemapPlan:
         maps = tuple(np.empty(self.shape, dtype) for _ in range(spatial_axes(self.src)))
         flat = [one.reshape(-1, self.shape[-1]) for one in maps]
         for rows, directions, _ in row_blocks(self.dst, self.shape):
-            at = self.src.encode(directions, rotation=self._matrix())
+            at = self.src.encode(directions)
             flat[0][rows] = texel(at[..., 0], width, cells_u, corners_u)
             flat[1][rows] = texel(at[..., 1], height, cells_v, corners_v)
             if len(flat) == 3:
@@ -185,7 +178,6 @@ class RemapPlan:
 def remap_plan(
     src: ProjectionLike,
     dst: ProjectionLike,
-    /,
     *,
     size: Size | None = None,
     source_shape: tuple[int, ...] | None = None,
@@ -203,7 +195,7 @@ def remap_plan(
     source_shape : tuple of int, optional
         The shape of the images without channels. Given, images of another shape raise.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        Turns the content in the world.
+        Turns the content in the world: the plan's `src` is turned by it.
     **options
         What else `convert` takes: ``filter``, ``fill``, ... They are checked here, once.
 
@@ -227,8 +219,8 @@ def remap_plan(
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> view = sm.projection("perspective", fov=90, aspect=2)
-    >>> plan = sm.remap_plan("latlong", view, size=32, rotation=sm.rotation(30, 0, 0))
+    >>> camera = sm.projection("perspective", fov=90, aspect=2).turned(sm.rotation(30, 0, 0))
+    >>> plan = sm.remap_plan("latlong", camera, size=32)
     >>> plan.shape
     (32, 64)
     >>> plan(np.zeros((64, 128), np.uint8)).shape
@@ -244,10 +236,8 @@ def remap_plan(
         if name in options:
             raise TypeError(f"`{name}` is no option of a plan: pass it when calling the plan.")
     options = {k: tuple(v) if isinstance(v, (list, np.ndarray)) else v for k, v in options.items()}
-    matrix = None
-    if rotation is not None:
-        matrix = tuple(tuple(row) for row in as_rotation(rotation).tolist())
-    plan = RemapPlan(source, target, target.shape(size), known, matrix, tuple(options.items()))
+    source = resolve(source, rotation=rotation)
+    plan = RemapPlan(source, target, target.shape(size), known, tuple(options.items()))
     _try(plan)
     return plan
 
@@ -257,5 +247,4 @@ def _try(plan: RemapPlan) -> None:
     fill = dict(plan.options).get("fill")
     channels = len(fill) if isinstance(fill, tuple) else 4
     tiny = np.zeros((*plan.src.shape(2), channels), np.float32)
-    rotation = plan._matrix()
-    convert(tiny, plan.src, plan.dst, size=2, rotation=rotation, **dict(plan.options))
+    convert(tiny, plan.src, plan.dst, size=2, **dict(plan.options))

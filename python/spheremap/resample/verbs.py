@@ -14,6 +14,8 @@ from ..map.size import matching_size
 from .weighted import weighted
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
@@ -30,13 +32,13 @@ __all__ = ["convert", "mipmaps", "sample"]
 def sample(
     image: ArrayLike,
     directions: ArrayLike,
-    projection: ProjectionLike,
     /,
+    projection: ProjectionLike,
     *,
     filter: Filter = "bilinear",
     axes: str | None = None,
     rotation: Any | None = None,
-    fill: float | None = None,
+    fill: float | Sequence[float] = 0.0,
     out: NDArray[Any] | None = None,
     alpha: int | None = None,
     skipna: bool = False,
@@ -54,9 +56,9 @@ def sample(
     filter : {"bilinear", "nearest", "catmull-rom", "bicubic", "mitchell", "lanczos3"}
         ``"bicubic"`` is another name of ``"catmull-rom"``, which interpolates; ``"mitchell"`` is
         softer and rings less [1]_. All know what lies beyond an edge: seams do not show.
-    fill : float, optional
-        The value for directions that the image does not hold. By default NaN, or 0 for integer
-        images.
+    fill : float or sequence of float
+        The value for directions that the image does not hold, or one for each channel. Black by
+        default; NaN marks what is missing in an image of floats.
     out : ndarray, optional
         Where to put the result.
     alpha : int, optional
@@ -93,16 +95,17 @@ def sample(
     >>> np.round(sm.sample(height, [[0, 1, 1], [0, -1, 1]], "latlong"), 2).tolist()
     [0.71, -0.71]
     """
-    p = resolve(projection, axes)
+    p = resolve(projection, axes, rotation)
     if (alpha is None or filter == "nearest") and not skipna:
-        return p.sample(image, directions, filter=filter, rotation=rotation, fill=fill, out=out)
+        return _core.Projection.sample(p, image, directions, filter=filter, fill=fill, out=out)
     return weighted(
         image,
-        lambda image, filter: p.sample(
+        lambda image, filter: _core.Projection.sample(
+            p,
             image,
             directions,
             filter=filter,
-            rotation=rotation,
+            fill=math.nan,
         ),
         spatial=spatial_axes(p),
         filter=filter,
@@ -115,14 +118,14 @@ def sample(
 
 def convert(
     image: ArrayLike,
+    /,
     src: ProjectionLike,
     dst: ProjectionLike,
-    /,
     *,
     size: Size | None = None,
     rotation: Any | None = None,
     filter: ConvertFilter = "bilinear",
-    fill: float = 0.0,
+    fill: float | Sequence[float] = 0.0,
     out: NDArray[Any] | None = None,
     skipna: bool = False,
     antialias: bool = True,
@@ -140,15 +143,17 @@ def convert(
         As for `solid_angle`. By default the size that holds about as many texels per covered
         steradian as the source.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        Turns the content in the world.
+        Turns the content in the world: what is at d goes to ``rotation @ d``. For the view of a
+        camera, see `Projection.turned`.
     filter : str
         ``"bilinear"``, ``"nearest"``, ``"bicubic"``, ``"catmull-rom"``, ``"mitchell"`` and
         ``"lanczos3"`` interpolate, as in `sample`, and are averaged where `antialias` says so.
         ``"area"`` is conservative: each texel is the mean of the source over its own solid angle,
         so that no light is lost or made. ``"mode"`` is the value that covers most of it, for
         labels. ``"trilinear"`` and ``"ewa"`` look up in `mipmaps`, as renderers do.
-    fill : float
-        The value where the result has no sphere, or the source does not hold the direction.
+    fill : float or sequence of float
+        The value where the result has no sphere, or the source does not hold the direction; or one
+        for each channel.
     out : ndarray, optional
         Where to put the result.
     skipna : bool
@@ -209,11 +214,12 @@ def convert(
     if size is None:
         size = matching_size(np.shape(image), source, target)
     shape = target.shape(size)
+    source = resolve(source, rotation=rotation)
 
     def look(
         image: ArrayLike,
         filter: str,
-        fill: float = math.nan,
+        fill: float | Sequence[float] = math.nan,
         out: NDArray[Any] | None = None,
         skipna: bool = False,
     ) -> NDArray[Any]:
@@ -222,7 +228,6 @@ def convert(
             source,
             target,
             shape,
-            rotation=rotation,
             filter=filter,  # type: ignore[arg-type]
             fill=fill,
             out=out,
@@ -247,7 +252,7 @@ def convert(
     )
 
 
-def mipmaps(image: ArrayLike, projection: ProjectionLike, /) -> list[NDArray[Any]]:
+def mipmaps(image: ArrayLike, /, projection: ProjectionLike) -> list[NDArray[Any]]:
     """Return an image and its smaller versions, each half as wide and high.
 
     Parameters

@@ -13,7 +13,7 @@ from .verbs import convert
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .._core import Projection
+    from .._projection import Projection
     from ..map.named import ProjectionLike
 
 __all__ = ["embed"]
@@ -21,10 +21,10 @@ __all__ = ["embed"]
 
 def embed(
     view: ArrayLike,
-    view_projection: ProjectionLike,
-    into: ArrayLike,
-    into_projection: ProjectionLike,
     /,
+    src: ProjectionLike,
+    image: ArrayLike,
+    dst: ProjectionLike,
     *,
     rotation: Any | None = None,
     mask: ArrayLike | None = None,
@@ -38,16 +38,15 @@ def embed(
     ----------
     view : array_like, shape (H, W) or (H, W, C)
         The image to put in.
-    view_projection : Projection or str
-        Its projection, as ``sm.projection("perspective", fov=90)``.
-    into : array_like
+    src : Projection or str
+        Its projection, as ``sm.projection("perspective", fov=90).turned(pose)``.
+    image : array_like
         The image that it is put into, of any projection, with as many channels and the same
         dtype.
-    into_projection : Projection or str
-        Its projection.
+    dst : Projection or str
+        That image's projection.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        Turns the view in the world: the orientation of its camera. A crop that was made with
-        ``convert(..., rotation=R.T)`` is put back with ``rotation=R``.
+        Turns the view in the world: what it shows at d goes to ``rotation @ d``.
     mask : array_like, shape (H, W), optional
         How much of each texel of the view counts: bool, numbers from 0 to 1, or uint8 from 0 to
         255.
@@ -55,14 +54,14 @@ def embed(
         Over how many texels of the view, from its edge inward, it fades in. With 0 its edge is
         hard.
     out : ndarray, optional
-        Where to put the result; it may be `into` itself.
+        Where to put the result; it may be `image` itself.
     **options
         ``filter`` and what else `convert` takes to look the view up.
 
     Returns
     -------
-    image : ndarray, of the shape and dtype of `into`
-        Texels that the view does not cover are those of `into`, to the bit.
+    image : ndarray, of the shape and dtype of `image`
+        Texels that the view does not cover are those of `image`, to the bit.
 
     Raises
     ------
@@ -74,36 +73,36 @@ def embed(
 
     Notes
     -----
-    Each texel is ``(1 - w) into + w view``, with w the mask times the fade, looked up like the view
+    Each texel is ``(1 - w) image + w view``, w the mask times the fade, looked up like the view
     itself; it is rounded once. The fade is 3t² - 2t³ of the distance to the nearest edge. A view
     that has no edge (a whole sphere) does not fade. Where the view is finer than the panorama,
-    `convert`'s own filtering keeps it from aliasing. The call needs one more image like `into`, in
+    `convert`'s own filtering keeps it from aliasing. The call needs one more image like `image`, in
     float.
 
     Examples
     --------
     >>> import numpy as np, spheremap as sm
     >>> panorama = np.zeros((64, 128), np.uint8)
-    >>> camera, turn = sm.projection("perspective", fov=60), sm.rotation(40, 10, 0)
-    >>> crop = sm.convert(panorama, "latlong", camera, size=64, rotation=turn.T)
+    >>> camera = sm.projection("perspective", fov=60).turned(sm.rotation(40, 10, 0))
+    >>> crop = sm.convert(panorama, "latlong", camera, size=64)
     >>> crop[:] = 200
-    >>> edited = sm.embed(crop, camera, panorama, "latlong", rotation=turn, feather=4)
+    >>> edited = sm.embed(crop, camera, panorama, "latlong", feather=4)
     >>> edited.max(), (edited > 0).mean().round(2)
     (np.uint8(200), np.float64(0.05))
     """
-    small, large = resolve(view_projection), resolve(into_projection)
-    image, whole = as_image(view, out), as_image(into, None)
-    shape = spatial_shape(image, small, "view")
-    target = spatial_shape(whole, large, "into")
-    channels = image.shape[len(shape) :]
+    small, large = resolve(src, rotation=rotation), resolve(dst)
+    crop, whole = as_image(view, out), as_image(image, None)
+    shape = spatial_shape(crop, small, "view")
+    target = spatial_shape(whole, large, "image")
+    channels = crop.shape[len(shape) :]
     if channels != whole.shape[len(target) :]:
         raise ValueError(
-            f"Expected `view` and `into` to have the same channels, got shapes {image.shape} and "
+            f"Expected `view` and `image` to have the same channels, got shapes {crop.shape} and "
             f"{whole.shape}."
         )
-    if image.dtype != whole.dtype:
+    if crop.dtype != whole.dtype:
         raise TypeError(
-            f"Expected `view` to have the dtype of `into`, {whole.dtype}, got {image.dtype}."
+            f"Expected `view` to have the dtype of `image`, {whole.dtype}, got {crop.dtype}."
         )
     if not feather >= 0 or not np.isfinite(feather):
         raise ValueError(
@@ -119,13 +118,13 @@ def embed(
             raise ValueError(f"Expected `out` to have shape {whole.shape}, got {out.shape}.")
         np.copyto(out, whole)
     # Filtering in float, so that the blend is what is rounded.
-    exact = np.float64 if image.dtype == np.float64 else np.float32
+    exact = np.float64 if crop.dtype == np.float64 else np.float32
 
     def seen_from_there(texels: NDArray[Any]) -> NDArray[Any]:
-        return convert(texels, small, large, size=target, rotation=rotation, fill=0.0, **options)
+        return convert(texels, small, large, size=target, fill=0.0, **options)
 
     weight = seen_from_there(_fade(small, shape, feather) * mask_weights(mask, shape))
-    value = seen_from_there(image.astype(exact, copy=False))
+    value = seen_from_there(crop.astype(exact, copy=False))
     # Row by row, or face by face.
     for old, new, w in zip(out, value, weight, strict=True):
         seen = w > 0

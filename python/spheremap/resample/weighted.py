@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["weighted"]
@@ -33,7 +35,7 @@ def weighted(
     filter: str,
     alpha: int | None,
     skipna: bool,
-    fill: float | None,
+    fill: float | Sequence[float],
     out: NDArray[Any] | None,
 ) -> NDArray[Any]:
     """Return what `look` shows of an image whose texels have weights.
@@ -68,9 +70,7 @@ def weighted(
         result[..., others] = np.where(share[..., others] > 0, result[..., others], 0)
         if skipna:
             result[np.broadcast_to(share[..., [channel]] <= 0, result.shape)] = np.nan
-    if fill is None:
-        fill = 0 if dtype.kind in "iu" else np.nan
-    result[outside] = fill
+    result[outside] = np.broadcast_to(fill, result.shape)[outside]
     if flat:
         result = result[..., 0]
     return _stored(result, dtype, out)

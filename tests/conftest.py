@@ -95,6 +95,12 @@ PARAMETERS: list[Case] = [
     c for c in CASES if c.options and not set(c.options) & {"layout", "convention", "axes"}
 ]
 GRIDS: tuple[str, ...] = ("centers", "corners", "corners-v")
+ROUND_TRIP: dict[str, tuple[float, float]] = {x["name"]: x["round_trip"] for x in REGISTRY}
+
+
+def round_trip_limit(name: str, dtype: Any) -> float:
+    """Give the radians that the registry claims for angle(d, decode(encode(d)))."""
+    return ROUND_TRIP[name][0 if dtype == np.float32 else 1]
 
 
 def each(cases: list[Case]) -> pytest.MarkDecorator:

@@ -424,6 +424,7 @@ def test_faces_of_the_program(name):
             columns = max(i for i, _ in where.values()) + 1
             rows = max(j for _, j in where.values()) + 1
             uv = np.stack([(column + a) / columns, (row + b) / rows], -1)
+        # In a row of six cells uv rounds by ε/2, a face's coordinate by 12 times that: 6 ε of 18.
         assert np.abs(p.decode(uv) - want).max() < 4e-15
 
 
@@ -453,6 +454,7 @@ def test_center_and_up_of_the_defaults():
     eye = {"latlong": [0, 0, -1], "angular": [0, 0, -1], "sphere": [0, 0, 1], "matcap": [0, 0, 1]}
     for name, forward in eye.items():
         p = sm.projection(name)
+        # A sine or a root of zero, and products: the center is exact but for a few ε of 1.
         assert np.abs(p.decode(np.array([0.5, 0.5])) - forward).max() < 1e-15
         up, right = p.decode(np.array([[0.5, 0.4], [0.6, 0.5]]))
         assert up[1] > 0.1 and right[0] > 0.1
@@ -467,4 +469,5 @@ def test_reference_agrees_with_the_row(row):
     got, want = p.encode(D), r.encode(D)
     assert np.array_equal(np.isnan(got), np.isnan(want))
     ok = ~np.isnan(want[:, 0])
+    # Two encoders in float64, each good to 4 ε (test_hard_directions), and as much for cells.
     assert np.abs(got - want)[ok].max() < 4e-15

@@ -73,6 +73,7 @@ def test_letters_of_several_faces(name, layout):
                 continue
             seen += 1
             middle, right, below = d
+            # The middle of a face is an axis to the rounding of uv; any other axis is 1.6 rad away.
             assert reference.angle(middle, AXES[label]) < 1e-6
             assert (right - middle) @ AXES[lines[top + 2][left + 10 : left + 12]] > 0.5
             assert (below - middle) @ AXES[lines[top + 3][left + 5 : left + 7]] > 0.5

@@ -33,6 +33,7 @@ def test_kannala_brandt_is_opencvs_fisheye(lens):
     # OpenCV takes the angle from x/z, and sees nothing behind.
     d = D[p.covers(D) & (D[:, 2] > 0.02)]
     theirs, _ = cv2.fisheye.projectPoints(d[:, None], np.zeros(3), np.zeros(3), k, distortion)
+    # Pixels: ε of 1000 is 2e-13, over the 0.02 of OpenCV's x/z 1e-11; then a polynomial.
     assert np.abs(p.encode(d) * width - theirs[:, 0]).max() < 1e-9
     uv = p.encode(d[d[:, 2] > 0.3])
     back = p.decode(uv)
@@ -54,6 +55,7 @@ def test_double_sphere_as_the_paper_prints_it():
     rim = math.radians(fov) / 2
     radius = project(math.sin(rim), 0.0, math.cos(rim))[0]
     d = D[p.covers(D)]
+    # A dozen operations on numbers up to 2, over an n that falls to 0.48: 50 ε, ten times over.
     assert np.abs((2 * p.encode(d) - 1) * radius - project(*d.T)).max() < 1e-13
 
     mx, my = ((2 * p.encode(d) - 1) * radius).T
@@ -61,6 +63,7 @@ def test_double_sphere_as_the_paper_prints_it():
     mz = (1 - alpha**2 * r2) / (alpha * np.sqrt(1 - (2 * alpha - 1) * r2) + 1 - alpha)
     scale = (mz * xi + np.sqrt(mz**2 + (1 - xi**2) * r2)) / (mz**2 + r2)
     want = scale[:, None] * np.stack([mx, my, mz], -1) - [0, 0, xi]
+    # Back through a root and a quotient as well: 100 ε, four times over.
     assert np.abs(p.decode(p.encode(d)) - want).max() < 1e-13
 
 
@@ -71,11 +74,13 @@ def test_unified_as_the_paper_prints_it(xi):
     radius = math.sin(rim) / (math.cos(rim) + xi)
     d = D[p.covers(D)]
     want = d[:, :2] / (d[:, 2:] + xi)
+    # The divisor is 0.59 or more: less is lost than in the double sphere, whose limit it keeps.
     assert np.abs((2 * p.encode(d) - 1) * radius - want).max() < 1e-13
 
 
 def test_special_lenses_are_other_maps():
     def same(a, b):
+        # Two formulas of one uv, at most 1: each is good to 2 ε.
         assert np.allclose(a.encode(D), b.encode(D), rtol=0, atol=1e-15, equal_nan=True)
 
     for fov in (100, 200):

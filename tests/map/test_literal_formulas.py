@@ -16,6 +16,7 @@ from conftest import random_directions
 # about two digits of float64.
 TOLERANCE = 1e-13
 R = random_directions(4000, 100)
+# Seams and folds lie in planes of the axes.
 R = R[np.min(np.abs(R), axis=-1) > 1e-3]
 RX, RY, RZ = R.T
 
@@ -198,19 +199,22 @@ def test_densities_of_the_table():
         "latlong": 2 * np.pi**2 * np.sin(np.pi * uv[:, 1]),
         "octahedral": 4 / big_p**3,
     }
+    # 1 - r² is 0.1 or more, so that literal roots and sines of it lose a digit or two of float64.
+    rtol = 1e-12
     for name, want in cases.items():
-        assert np.allclose(sm.density(uv, name), want, rtol=1e-12, atol=0), name
+        assert np.allclose(sm.density(uv, name), want, rtol=rtol, atol=0), name
     faces = {"dual_paraboloid": 16 / (1 + r2) ** 2, "cube": 4 / (1 + r2) ** 1.5}
     for name, want in faces.items():
-        assert np.allclose(sm.density(with_face, name), want, rtol=1e-12, atol=0), name
+        assert np.allclose(sm.density(with_face, name), want, rtol=rtol, atol=0), name
     hemi = np.stack([(p + q) / 2, (p - q) / 2, 1 - np.maximum(np.abs(p), np.abs(q))], -1)
     want = 2 / np.linalg.norm(hemi, axis=-1) ** 3
-    assert np.allclose(sm.density(uv, "hemioctahedral"), want, rtol=1e-12, atol=0)
+    assert np.allclose(sm.density(uv, "hemioctahedral"), want, rtol=rtol, atol=0)
 
 
 @pytest.mark.parametrize("name", ["octahedral", "cube"])
 def test_density_ratio_is_sqrt_27(name):
     lo, hi = sm.projection(name).density_range
+    # Both ends are closed forms of a few roundings, nowhere a difference.
     assert hi / lo == pytest.approx(math.sqrt(27), rel=1e-12)
 
 
@@ -220,6 +224,7 @@ def test_texel_closed_forms_in_float64():
     edges = np.arange(h + 1, dtype=np.longdouble) / h * np.longdouble(np.pi)
     rows = 2 * np.pi / w * -np.diff(np.cos(edges))
     got = sm.solid_angle("latlong", (h, w))
+    # 45 ε: of sines and products, with edges at i/16, nothing cancels.
     assert np.allclose(
         got, np.broadcast_to(rows[:, None].astype(float), (h, w)), rtol=1e-14, atol=0
     )
@@ -229,7 +234,9 @@ def test_texel_closed_forms_in_float64():
     x, y = np.meshgrid(e, e)
     area = np.arctan2(x * y, np.sqrt(x * x + y * y + 1))
     want = area[1:, 1:] - area[:-1, 1:] - area[1:, :-1] + area[:-1, :-1]
+    # Four corners of up to 0.52 cancel to 0.012: 4·0.52/0.012, or 170, times ε.
     assert np.allclose(sm.solid_angle("cube", n), want[None], rtol=1e-12, atol=0)
     # sphere: density 16, so a whole texel is 16/n².
     got = sm.solid_angle("sphere", 64)
+    # Positions off by ε/2 in a texel of 1/64: 64 ε at most.
     assert got[32, 32] == pytest.approx(16 / 64**2, rel=1e-13)

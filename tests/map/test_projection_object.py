@@ -168,6 +168,7 @@ def test_explanation_puts_the_axes_where_encode_does(case):
         for line in lines:
             _, at, after = line.partition(name)
             numbers = [float(x) for x in re.findall(r"(?<![\w.+-])\d+\.?\d*", after)]
+            # Printed to four decimals; three tell the axes' places from each other.
             near = all(any(abs(x - n) < 6e-4 for n in numbers) for x in uv.tolist())
             if at and near and not line.startswith("axes"):
                 found += 1

@@ -48,6 +48,7 @@ def test_entry_agrees_with_the_object(entry):
     for key in ("name", "coverage", "axes", "equal_area", "conformal"):
         assert getattr(p, key) == entry[key], key
     assert p.convention is None and p.grid == "centers"
+    # One claim by two ways out of Rust: they could differ by a mistake only.
     assert tuple(p.density_range) == pytest.approx(tuple(entry["density_range"]))
     assert p.parameters == {x["name"]: x["default"] for x in entry["parameters"]}
     assert (p.layout is None) == (not entry["layouts"])
@@ -98,6 +99,7 @@ def test_fov_zero_is_excluded():
 def test_coverage(case):
     p, r = case.make(), case.reference()
     kind = p.coverage
+    # 45 ε: closed forms in other letters, whose differences keep a tenth of their terms.
     assert p.covered_solid_angle == pytest.approx(r.covered_solid_angle, rel=1e-14)
     d = random_directions(20_000, 20)
     covered = p.covers(d)
@@ -106,8 +108,10 @@ def test_coverage(case):
     assert np.array_equal(covered, ~np.isnan(p.encode(d)[..., 0]))
     share = covered.mean()
     if kind == "sphere":
+        # The whole sphere is 4π to a rounding; pytest's 1e-6 tells it from any part.
         assert share == 1 and p.covered_solid_angle == pytest.approx(4 * math.pi)
     elif kind == "hemisphere":
+        # Half of the sphere, likewise.
         assert p.covered_solid_angle == pytest.approx(2 * math.pi)
         center = r.decode(np.array([0.5, 0.5]))
         assert np.array_equal(covered, d @ center >= 0)
@@ -154,13 +158,16 @@ def test_density_range_holds_and_is_reached(case):
     lo, hi = p.density_range
     uv = pick_uv(r, 16_000, 22)
     density = p.density(uv)
+    # Near its extreme a closed form may round past it: a few ε of it, or of 1 where it is 0.
     assert density.min() >= lo * (1 - 1e-12) - 1e-12
     assert density.max() <= hi * (1 + 1e-12)
     # 16,000 points come within a percent or so of a finite extreme; near a pole or a rim where
     # the density is unbounded they pass any modest multiple of the median.
     middle = np.median(density)
+    # 1e-12 for rounding, where an equal-area map's middle and extremes are one.
     assert density.min() <= lo + 0.05 * (middle - lo) + 1e-12
     if math.isfinite(hi):
+        # As below the middle.
         assert density.max() >= hi - 0.05 * (hi - middle) - 1e-12
     else:
         assert density.max() > 20 * middle
@@ -171,6 +178,7 @@ def test_equal_area_and_conformal_claims(case):
     p, r = case.make(), case.reference()
     uv = pick_uv(r, 5000, 23, margin=1e-3)
     density = p.density(uv)
+    # A constant is the same to a few ε; densities that vary do so by percents.
     assert (np.ptp(density) <= 1e-12 * density.max()) == p.equal_area
     j = p.jacobian(uv)
     if p.layout in (None, "faces"):
@@ -181,6 +189,7 @@ def test_equal_area_and_conformal_claims(case):
         off = np.maximum(
             np.abs(ratio / np.median(ratio) - 1), np.abs(np.sum(a * b, -1) / (la * lb))
         )
+        # Where meridians meet, ε over the margin of 1e-3: 2e-13; maps that shear do so by percents.
         assert (off.max() < 1e-9) == p.conformal
 
 
@@ -219,6 +228,7 @@ def test_every_one_of_the_48_axes_is_accepted():
             axes = " ".join(s + a for s, a in zip(signs, order, strict=True))
             p = sm.projection("octahedral", axes=axes)
             assert p.axes == axes
+            # uv is at most 1: a length and a quotient, ε/2 each, in the library and the reference.
             assert np.abs(p.encode(d) - reference.of(p).encode(d)).max() < 1e-15
             count += 1
     assert count == 48
@@ -258,11 +268,13 @@ def test_directions_of_texels(case, grid):
         # The cube's axis through a disk's rim may round to either side of it.
         uv = r.texel_uv(r.shape(size))
         p_, q_, _ = r.local(uv)
+        # Coordinates are fractions of 15 and 7 at the finest: what is off the rim is so by 1e-5.
         off_rim = (not r.is_disk) | (np.abs(p_ * p_ + q_ * q_ - 1) > 1e-9)
         assert np.array_equal(np.isnan(d)[off_rim], np.isnan(want)[off_rim])
         both = off_rim & ~np.isnan(want[..., 0])
         if not both.any():
             continue  # 2 × 2 on corners: a disk holds none of them
+        # 18 ε: uv of six cells in a row costs 6, either formula a few more.
         assert reference.angle(d[both], want[both]).max() < 4e-15
         d32 = p.directions(size, dtype=np.float32)
         assert d32.dtype == np.float32

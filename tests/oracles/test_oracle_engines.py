@@ -28,6 +28,7 @@ def test_unreal(bits):
     # octahedron whose faces are 1/√3 away.
     place = reference.fields_to_place(codes.astype(float), "unorm", bits)
     want = reference.oct_direction(place)
+    # 2 ε of float32 in two coordinates, √2·√3 times that (above), and the vector's rounding: 7e-7.
     assert (
         reference.angle(sm.packing.unpack(codes, f"unreal{bits}x2").astype(float), want).max()
         < 8e-7
@@ -40,6 +41,7 @@ def test_cesium(bits):
     codes = sm.packing.pack(d, f"cesium{bits}x2")
     assert np.array_equal(codes, reference.cesium_encode(d, bits))
     got = sm.packing.unpack(codes, f"cesium{bits}x2", dtype=np.float64)
+    # One rounding more or less of a component of at most 1: ε is 2.2e-16.
     assert np.abs(got - reference.cesium_decode(codes, bits)).max() < 3e-16
 
 

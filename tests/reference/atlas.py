@@ -487,6 +487,7 @@ class Lens:
         theta = self.theta(np.minimum(r, 1), parameters)
         scale = self.radius(self.rim(parameters, r.dtype), parameters)
         slope = self.slope(theta, parameters) / scale
+        # sin θ/r is 0/0 at the axis, and less than 1e-17 from its limit there.
         near = r < 1e-9
         return np.where(near, 1 / slope, np.sin(theta) / np.where(near, 1, r)) / slope
 

@@ -1247,6 +1247,7 @@ class Reference:
         points = sorted(x for x in cuts if lo <= x <= hi)
         total = 0.0
         for start, stop in pairwise(points):
+            # Cuts at one angle, but for the rounding of their arctangents.
             if stop - start < 1e-15:
                 continue
             # φ = start + (stop - start) sin²: takes the square root away at either end.
@@ -1283,6 +1284,7 @@ class Reference:
         image = image.astype(np.float64)
         if filter == "nearest":
             i, j = i0 + (fx >= 0.5), j0 + (fy >= 0.5)
+            # Left out: beside the middle between two texels the rounding of uv may decide.
             on_edge = (np.abs(fx - 0.5) < 1e-5) | (np.abs(fy - 0.5) < 1e-5)
             return image[j, i], plain & ~on_edge
         shape = fx.shape + (1,) * (image.ndim - 2)
@@ -1314,6 +1316,7 @@ def _refine(edges: Array) -> tuple[Array, Array]:
     parts *= 2 * max(1, round(8 / parts))
     fine = np.linspace(-1, 1, parts + 1)
     first = np.rint((edges[:-1] + 1) / 2 * parts).astype(int)
+    # Rounding of fractions of 2; an edge that is none of them is off by a share of a part.
     assert np.allclose(fine[first], edges[:-1], rtol=0, atol=1e-12)
     return fine, first
 

@@ -159,6 +159,14 @@ impl<T: Texel> Source<'_, T> {
                 let sides =
                     [self.raster.width, self.raster.height].map(|n| Side { n, on_edges: false });
                 let view = self.raster.view(face);
+                // One image beyond an edge is as far as footprints on the smallest mip levels go: the rest of
+                // them is its far edge. Around, they may go as often as they like.
+                let near = |i: isize, n: usize| i.clamp(-(n as isize), 2 * n as isize - 1);
+                let j = near(j, self.raster.height);
+                let i = match seam {
+                    Seam::Octahedral => near(i, self.raster.width),
+                    _ => i,
+                };
                 match continued(seam, sides, [i, j]) {
                     Some(Continued::Texel([i, j])) => taps.push(view.index(i, j), weight),
                     Some(Continued::Between(pair)) => {

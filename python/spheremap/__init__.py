@@ -31,6 +31,7 @@ from .map import (
     solid_angle,
     valid,
 )
+from .map.named import use_class
 from .resample import (
     RemapPlan,
     convert,
@@ -41,6 +42,8 @@ from .resample import (
     remap_plan,
     sample,
 )
+
+use_class(Projection)
 
 if TYPE_CHECKING:
     from . import align, ball, healpix, io, light, packing, plot, sh

@@ -35,7 +35,7 @@ import numpy as np
 
 from . import _core
 from ._arrays import as_real
-from ._projection import Projection
+from .map.named import resolve
 
 if TYPE_CHECKING:
     from typing import SupportsIndex
@@ -385,14 +385,14 @@ def boundaries(
     if count < 1:
         raise ValueError(f"`step` must be at least 1, got {count}.")
     centers = pix2vec(n, pixels, nest=nest)
-    uv = Projection("healpix").encode(np.nan_to_num(centers, nan=1.0))
+    uv = resolve("healpix").encode(np.nan_to_num(centers, nan=1.0))
     cell = np.floor(uv[..., None, :2] * n)
     share = np.arange(count) / count
     ends = np.array([[1.0, 1], [0, 1], [0, 0], [1, 0]])
     corners = ends[:, None] + share[:, None] * (np.roll(ends, -1, axis=0) - ends)[:, None]
     place = (cell + corners.reshape(-1, 2)) / n
     face = np.broadcast_to(uv[..., None, 2:], (*place.shape[:-1], 1))
-    out = Projection("healpix").decode(np.concatenate([place, face], -1))
+    out = resolve("healpix").decode(np.concatenate([place, face], -1))
     return np.asarray(np.where(np.isnan(centers[..., None, :]), np.nan, out))
 
 
@@ -511,7 +511,7 @@ def _pixels_of_faces(nside: int, nest: bool) -> Pixels:
     centers = (np.arange(nside) + 0.5) / nside
     face, v, u = np.meshgrid(np.arange(12.0), centers, centers, indexing="ij")
     uv = np.stack([u, v, face], -1)
-    return vec2pix(nside, Projection("healpix").decode(uv), nest=nest)
+    return vec2pix(nside, resolve("healpix").decode(uv), nest=nest)
 
 
 def _map(values: ArrayLike) -> tuple[NDArray[Any], int]:

@@ -12,6 +12,8 @@ from conftest import random_directions
 
 POSE = sm.rotation(40, 10, -25)
 OTHER = sm.rotation(-70, 30, 5)
+# A turn is three products a component: a few ε, before or after the formula or a sum of thousands.
+ROUNDED = 1e-12
 KINDS = ("latlong", "cube", "octahedral", "angular", "perspective", "latlong:mitsuba")
 
 
@@ -33,7 +35,7 @@ def test_a_turned_map_is_a_rotation_given_once(kind):
     # What was at d is at POSE @ d.
     there = p.encode(d)
     ok = np.isfinite(there).all(-1)
-    assert np.allclose(q.encode(d @ POSE.T)[ok], there[ok], atol=1e-12)
+    assert np.allclose(q.encode(d @ POSE.T)[ok], there[ok], atol=ROUNDED)
     assert np.array_equal(q.decode(uv), p.decode(uv, rotation=POSE), equal_nan=True)
     assert np.array_equal(q.covers(d), p.covers(d, rotation=POSE))
     assert np.array_equal(q.directions(6), p.directions(6, rotation=POSE), equal_nan=True)
@@ -45,10 +47,11 @@ def test_a_turned_map_is_a_rotation_given_once(kind):
 def test_rotations_of_a_turned_map_compose():
     p = sm.projection("latlong")
     twice = p.turned(POSE).turned(OTHER)
+    # One product of two matrices, whose terms are summed in one order or another.
     assert np.abs(twice.pose - OTHER @ POSE).max() < 1e-15
     d = random_directions(50, 4)
-    assert np.allclose(twice.encode(d), p.encode(d, rotation=OTHER @ POSE), atol=1e-12)
-    assert np.allclose(twice.encode(d), p.turned(POSE).encode(d, rotation=OTHER), atol=1e-12)
+    assert np.allclose(twice.encode(d), p.encode(d, rotation=OTHER @ POSE), atol=ROUNDED)
+    assert np.allclose(twice.encode(d), p.turned(POSE).encode(d, rotation=OTHER), atol=ROUNDED)
     assert p.turned(np.eye(3)) == p and p.turned(np.eye(3)).pose is None
 
 
@@ -94,17 +97,22 @@ def test_sums_with_a_direction_turn(kind):
     sky[~np.isfinite(sky)] = 0
     toward = sm.light.average_direction(sky, p)
     # The moments are sums over the same texels.
-    assert np.allclose(sm.light.average_direction(sky, q), POSE @ toward, atol=1e-12)
+    assert np.allclose(sm.light.average_direction(sky, q), POSE @ toward, atol=ROUNDED)
     assert np.allclose(q.average_direction(sky), p.average_direction(sky, rotation=POSE))
     c = sm.sh.project(sky, p, order=3)
+    # Fits of other texels, each as exact as its 8 × 8 systems: some 1e-8 of it where texels are few.
     assert np.allclose(sm.sh.project(sky, q, order=3), sm.sh.rotate(c, POSE), atol=1e-6)
     n = random_directions(20, 5)
     want = sm.light.irradiance_at(sky, n, p)
+    # Texels on the horizon count by their side of it, and rounding moves none by more than this.
     assert np.allclose(sm.light.irradiance_at(sky, n @ POSE.T, q), want, atol=1e-9)
+    # The same sum in the same order.
     assert np.allclose(q.integrate(sky), p.integrate(sky), rtol=1e-14)
     a, b = sm.light.Distribution(sky, p), sm.light.Distribution(sky, q)
+    # The density of the texel that holds the direction, in single precision the same number.
     assert np.allclose(a.pdf(n), b.pdf(n @ POSE.T), rtol=1e-9)
     xi = np.random.default_rng(0).random((50, 2))
+    # Cells are inverted by roots whose last bits are 1e-10 of a cell.
     assert np.allclose(a.sample(xi)[0] @ POSE.T, b.sample(xi)[0], atol=1e-9)
     assert b.projection == q
 
@@ -118,11 +126,11 @@ def test_area_and_borders_turn():
     assert np.isclose(cube.integrate(got), sm.light.integrate(sky, "latlong"), rtol=1e-6)
     faces = np.random.default_rng(1).random((6, 8, 8))
     plain = sm.pad(faces, "cube", 2)
-    assert np.allclose(sm.pad(faces, cube, 2), plain, atol=1e-12)
+    assert np.allclose(sm.pad(faces, cube, 2), plain, atol=ROUNDED)
     depth = np.full((4, 4), 2.0)
     camera = sm.projection("perspective")
     want = sm.convert_depth(depth, camera)
-    assert np.allclose(sm.convert_depth(depth, camera.turned(POSE)), want, atol=1e-12)
+    assert np.allclose(sm.convert_depth(depth, camera.turned(POSE)), want, atol=ROUNDED)
 
 
 @pytest.mark.parametrize("bad", [np.ones((3, 3)), np.diag([1, 1, -1]), np.eye(2), None, "up"])

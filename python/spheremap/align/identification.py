@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._projection import Projection
-from ..map.named import resolve
+from ..map.named import projection, resolve
 from ..map.variants import axes_matrix, changed
 from ..map.verbs import rotation
 from ..resample.verbs import convert, sample
@@ -25,6 +24,7 @@ from ..resample.verbs import convert, sample
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from .._projection import Projection
     from ..map.named import ProjectionLike
 
     Array = NDArray[np.float64]
@@ -234,7 +234,7 @@ class _Image:
         n = _ROWS // 2
         p = changed(self.map, axes="+x +y +z")
         fine = convert(
-            self.values, p, Projection("cube", axes="+x +y +z"), size=n * _FINER, fill=np.nan
+            self.values, p, projection("cube", axes="+x +y +z"), size=n * _FINER, fill=np.nan
         )
         blocks = fine.reshape(6, n, _FINER, n, _FINER, -1).astype(np.float64)
         known = np.isfinite(blocks).all(axis=-1, keepdims=True)
@@ -254,7 +254,7 @@ def _guess(name: str, shape: tuple[int, ...]) -> tuple[Projection, bool]:
                 else ("faces", "cross", "vertical_cross", "strip", "column", "3x2")
             )
             for layout in layouts:
-                p = Projection(kind, layout=layout)
+                p = projection(kind, layout=layout)
                 try:
                     unit = p.shape(2)
                     fits = len(size) == len(unit) and p.shape(size) == size
@@ -281,8 +281,8 @@ def _classes() -> list[str]:
 
 def _seen(cube: Array, valid: Array, image: _Image, axes: str) -> tuple[Array, Array]:
     """Return the small cube of a view frame as a panorama of a world with these axes."""
-    d = Projection("latlong").directions((_ROWS, _COLUMNS)) @ axes_matrix(axes).T
-    p = Projection("cube", axes="+x +y +z")
+    d = projection("latlong").directions((_ROWS, _COLUMNS)) @ axes_matrix(axes).T
+    p = projection("cube", axes="+x +y +z")
     values = np.asarray(sample(cube * valid, d, p))
     share = np.asarray(sample(valid, d, p))
     known = share > 0.5

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._projection import Projection
+from ..map.named import resolve
 from ..resample.verbs import sample
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Panorama:
     def look(self, d: Array) -> tuple[Array, Array]:
         """Return the brightness and the weight in given directions."""
         layers = np.stack([self.brightness * self.weight, self.weight], axis=-1)
-        found = np.asarray(sample(layers, d, Projection("latlong")))
+        found = np.asarray(sample(layers, d, resolve("latlong")))
         weight = found[..., 1]
         return found[..., 0] / np.maximum(weight, 1e-12), weight
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import as_image
-from .._projection import Projection
 from ..align.rotation_search import Panorama, median, search
 from ..map.named import resolve
 from ..map.variants import pose_matrix
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
+    from .._projection import Projection
     from ..map.named import ProjectionLike
     from ..resample.verbs import Filter
     from .camera import View
@@ -288,7 +288,7 @@ class _Colors:
     def __init__(self, shot: Shot, behind: float) -> None:
         self.colors: list[Array] = []
         self.weights: list[Array] = []
-        latlong = Projection("latlong")
+        latlong = resolve("latlong")
         finest = shot.view.outline.mean * 1.5
         rows = max(r for r in _LEVELS if r <= max(finest, _LEVELS[2]))
         shape = (rows, 2 * rows)
@@ -318,7 +318,7 @@ class _Colors:
 
     def turned(self, level: int, turn: Array) -> tuple[Array, Array]:
         """Return the panorama in another frame."""
-        latlong = Projection("latlong")
+        latlong = resolve("latlong")
         weight = self.weights[level]
         layers = np.concatenate(
             [self.colors[level] * weight[..., None], weight[..., None]], axis=-1
@@ -403,7 +403,7 @@ def _gain(k: int, scene: _Scene, colors: _Colors, turn: Array, level: int) -> Ar
     a, wa = scene.color(level)
     b, wb = colors.turned(level, turn)
     b = b / np.maximum(wb, 1e-12)[..., None]
-    area = Projection("latlong").solid_angle(wa.shape)
+    area = resolve("latlong").solid_angle(wa.shape)
     both = np.minimum(wa, 1) * wb
     _check_overlap(k, float((both * area).sum() / area.sum()))
     gain = np.empty(a.shape[-1])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._projection import Projection
+from ..map.named import projection
 from ..resample.verbs import sample
 from ..resample.views import mask_weights
 from .finding import Ball
@@ -17,6 +17,7 @@ from .supersample import BLOCK, Texels, counts, means
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from .._projection import Projection
     from ..resample.verbs import Filter
     from .camera import View
 
@@ -48,7 +49,7 @@ class Shot:
         if self.mask is not None:
             self.pixels[self.mask == 0] = np.nan
         height, width = pixels.shape[:2]
-        self._plane = Projection("perspective", fov=90.0, aspect=width / height)
+        self._plane = projection("perspective", fov=90.0, aspect=width / height)
 
     def look(self, d: Array) -> Array:
         """Return what the photo shows of unit directions in the camera's frame; NaN if nothing."""

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arrays import as_image, as_real, spatial_shape
-from .._projection import Projection
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..map.verbs import reflect
@@ -117,7 +116,7 @@ def bake_matcap(
         with np.errstate(invalid="ignore"):
             mean = np.where(known, blocks, 0).sum(axis=(1, 3)) / known.sum(axis=(1, 3))
         baked = mean.reshape(size, size, *light.shape[len(held) :])
-    outside = ~np.isfinite(Projection("matcap").directions(size)[..., 0])
+    outside = ~np.isfinite(resolve("matcap").directions(size)[..., 0])
     tint = np.asarray(color, np.float64)
     channels = light.shape[len(held) :]
     if tint.shape not in ((), (1,), channels):
@@ -205,7 +204,7 @@ def shade_matcap(
     xy = n[..., :2] * np.where(np.isfinite(shrink), shrink, 1)[..., None]
     z = np.sqrt(np.maximum(1 - np.sum(xy * xy, axis=-1), 0))
     toward = np.concatenate([xy, z[..., None]], axis=-1)
-    return sample(image, toward, Projection("matcap"), filter=filter)
+    return sample(image, toward, resolve("matcap"), filter=filter)
 
 
 def shade_environment(

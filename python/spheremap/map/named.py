@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .. import _core
-from .._projection import Projection
 
 if TYPE_CHECKING:
     from .._names import LayoutName, ProjectionName, QualifiedName
+    from .._projection import Projection
 
     # `str` is there for names that arrive in variables; the literals are what editors complete.
     ProjectionLike: TypeAlias = Projection | ProjectionName | QualifiedName | str
@@ -17,6 +17,16 @@ __all__ = ["conventions", "projection"]
 
 # Only names that resolved get in, so it cannot grow beyond the registry.
 _named: dict[str, Projection] = {}
+
+# What projections are made of. The class that people see has verbs of all rooms and stands above
+# them; the package hands it down, so that no room imports from above.
+_class: type[Projection]
+
+
+def use_class(made: type[Projection]) -> None:
+    """Make projections of this class."""
+    global _class
+    _class = made
 
 
 def resolve(
@@ -28,7 +38,7 @@ def resolve(
     """
     if axes is not None or rotation is not None:
         return resolve(projection)._seen(axes, rotation)
-    if type(projection) is Projection:
+    if type(projection) is _class:
         return projection
     try:
         return _named[projection]  # type: ignore[index]
@@ -37,13 +47,13 @@ def resolve(
 
 
 def _first_time(projection: object) -> Projection:
-    if isinstance(projection, Projection):
+    if isinstance(projection, _class):
         return projection
     if not isinstance(projection, str):
         raise TypeError(
             f"Expected a Projection or the name of one, got {type(projection).__name__}."
         )
-    found = _named[projection] = Projection(projection)
+    found = _named[projection] = _class(projection)
     return found
 
 
@@ -97,9 +107,7 @@ def projection(
     """
     if not isinstance(name, str):
         raise TypeError(f"Expected the name of a projection, got {type(name).__name__}.")
-    return Projection(
-        name, convention=convention, axes=axes, grid=grid, layout=layout, **parameters
-    )
+    return _class(name, convention=convention, axes=axes, grid=grid, layout=layout, **parameters)
 
 
 def conventions(kind: ProjectionName | str | None = None) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import _core
-from .._projection import Projection
+from .named import resolve
 
 # Places a side of a face at which figures are taken that have no closed form.
 _SIDE = 64
@@ -184,7 +184,7 @@ def figures(name: str) -> Figures:
     entry = next(entry for entry in _core.registry() if entry["name"] == name)
     covered, number = entry["coverage_solid_angle"], entry["faces"]
     low, high = entry["density_range"]
-    p = Projection(name)
+    p = resolve(name)
     places = (np.arange(_SIDE) + 0.5) / _SIDE
     u, v = np.meshgrid(places, places)
     uv = np.stack([u.ravel(), v.ravel()], -1)

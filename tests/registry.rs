@@ -1,7 +1,6 @@
 //! What every projection promises, over the whole registry, its layouts and both float types.
 
 use half::f16;
-use ndarray::ArrayView2;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
@@ -11,6 +10,7 @@ use spheremap::geometry::axes::from_angles;
 use spheremap::image::raster::shape_of_size;
 use spheremap::image::texel::Texel;
 use spheremap::image::texels::{directions, solid_angles};
+use spheremap::image::view::ImageView;
 use spheremap::kernel;
 use spheremap::kernel::Scalar;
 use spheremap::map::grid::Grid;
@@ -18,8 +18,9 @@ use spheremap::map::{Map, Options};
 use spheremap::number::real::Real;
 use spheremap::projections::REGISTRY;
 use spheremap::projections::projection::{Coverage, Outline};
-use spheremap::resample::lookup::convert;
-use spheremap::resample::sample::{Filter, Source};
+use spheremap::resample::convert::convert;
+use spheremap::resample::filters::Filter;
+use spheremap::resample::options;
 use std::fmt::Debug;
 
 type Outcome = Result<(), TestCaseError>;
@@ -633,6 +634,33 @@ fn shape(map: &Map, height: usize, width: usize) -> Vec<usize> {
     }
 }
 
+/// Of a grid of places the part that is valid is what the projection says, to the grid's own error: a cell in
+/// each row and column that the rim crosses.
+#[test]
+fn used_parts_are_the_areas_of_outlines() {
+    const N: usize = 256;
+    for map in maps() {
+        let faces = map.faces();
+        let mut uv = Vec::new();
+        for k in 0..faces * N * N {
+            uv.push(((k % N) as f64 + 0.5) / N as f64);
+            uv.push(((k / N % N) as f64 + 0.5) / N as f64);
+            if map.uv_width() == 3 {
+                uv.push((k / (N * N)) as f64);
+            }
+        }
+        let mut valid = vec![false; faces * N * N];
+        map.valid(&uv, &mut valid);
+        let counted = valid.iter().filter(|valid| **valid).count() as f64 / valid.len() as f64;
+        assert!(
+            (counted - map.used_part()).abs() < 4.0 / N as f64,
+            "{}: {counted} is not {}",
+            describe(&map),
+            map.used_part()
+        );
+    }
+}
+
 #[test]
 fn solid_angles_sum_to_the_coverage() {
     let maps = Grid::ALL.map(maps_on);
@@ -731,20 +759,14 @@ fn constant_images<T: Pixel>() {
                 .iter()
                 .map(|d| if d[0].is_nan() { garbage } else { constant })
                 .collect();
-            let texels = ArrayView2::from_shape((texels.len(), 1), &texels).unwrap();
-            let source = Source::new(&from, &source_shape, texels).unwrap();
+            let image = ImageView::new(&from, &source_shape, 1, &texels).unwrap();
+            let options = options::Options::default()
+                .rotation(rotation)
+                .filter(filter)
+                .antialias(antialias)
+                .fill(Real::to_f64(fill.load()));
             let mut out = vec![garbage; shape.iter().product()];
-            convert(
-                &source,
-                &to,
-                &shape,
-                rotation,
-                filter,
-                antialias,
-                &[fill],
-                &mut out,
-            )
-            .unwrap();
+            convert(&image, &to, &shape, &options, &mut out).unwrap();
             for (out, d) in out.iter().zip(centers(&to, &shape)) {
                 let what = || {
                     format!(

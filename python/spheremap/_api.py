@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -16,20 +15,14 @@ from ._core import (
     set_num_threads,
     simd_level,
 )
-from ._grid import spatial_axes
-from ._weighted import weighted
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-    from ._names import LayoutName, ProjectionName, QualifiedName
+    from ._names import ConvertFilter, Filter, LayoutName, ProjectionName, QualifiedName
 
     # `str` is there for names that arrive in variables; the literals are what editors complete.
     ProjectionLike: TypeAlias = Projection | ProjectionName | QualifiedName | str
-    Filter: TypeAlias = Literal[
-        "nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3"
-    ]
-    ConvertFilter: TypeAlias = Filter | Literal["trilinear", "ewa", "area", "mode"]
     Size: TypeAlias = int | tuple[int, ...]
 
 __all__ = [
@@ -486,9 +479,10 @@ def sample(
         World directions of any length.
     projection, axes, rotation
         As for `encode`: how the image maps the sphere.
-    filter : {"bilinear", "nearest", "catmull-rom", "bicubic", "mitchell", "lanczos3"}
-        ``"bicubic"`` is another name of ``"catmull-rom"``, which interpolates; ``"mitchell"`` is
-        softer and rings less [1]_. All know what lies beyond an edge: seams do not show.
+    filter : str
+        ``"bilinear"``, ``"nearest"``, ``"catmull-rom"`` (also called ``"bicubic"``), which
+        interpolates, ``"mitchell"``, which is softer and rings less [1]_, ... The documentation's
+        table has all. All know what lies beyond an edge: seams do not show.
     fill : float, optional
         The value for directions that the image does not hold. By default NaN, or 0 for integer
         images.
@@ -528,23 +522,15 @@ def sample(
     >>> np.round(sm.sample(height, [[0, 1, 1], [0, -1, 1]], "latlong"), 2).tolist()
     [0.71, -0.71]
     """
-    p = _resolve(projection, axes)
-    if (alpha is None or filter == "nearest") and not skipna:
-        return p.sample(image, directions, filter=filter, rotation=rotation, fill=fill, out=out)
-    return weighted(
+    return _resolve(projection, axes).sample(
         image,
-        lambda image, filter: p.sample(
-            image,
-            directions,
-            filter=filter,
-            rotation=rotation,
-        ),
-        spatial=spatial_axes(p),
+        directions,
         filter=filter,
-        alpha=alpha,
-        skipna=skipna,
+        rotation=rotation,
         fill=fill,
         out=out,
+        alpha=alpha,
+        skipna=skipna,
     )
 
 
@@ -577,8 +563,7 @@ def convert(
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         Turns the content in the world.
     filter : str
-        ``"bilinear"``, ``"nearest"``, ``"bicubic"``, ``"catmull-rom"``, ``"mitchell"`` and
-        ``"lanczos3"`` interpolate, as in `sample`, and are averaged where `antialias` says so.
+        Those of `sample` look texels up, and are averaged where `antialias` says so.
         ``"area"`` is conservative: each texel is the mean of the source over its own solid angle,
         so that no light is lost or made. ``"mode"`` is the value that covers most of it, for
         labels. ``"trilinear"`` and ``"ewa"`` look up in `mipmaps`, as renderers do.
@@ -643,42 +628,18 @@ def convert(
     source, target = _resolve(src), _resolve(dst)
     if size is None:
         size = _matching_size(np.shape(image), source, target)
-    shape = target.shape(size)
-
-    def look(
-        image: ArrayLike,
-        filter: str,
-        fill: float = math.nan,
-        out: NDArray[Any] | None = None,
-        skipna: bool = False,
-    ) -> NDArray[Any]:
-        return _core.convert(
-            image,
-            source,
-            target,
-            shape,
-            rotation=rotation,
-            filter=filter,  # type: ignore[arg-type]
-            fill=fill,
-            out=out,
-            skipna=skipna,
-            antialias=antialias,
-        )
-
-    if alpha is not None and filter == "mode":
-        raise ValueError("`alpha` weights colors, and filter 'mode' is for labels.")
-    plain = alpha is None or filter == "nearest"
-    if plain and (not skipna or filter in ("area", "mode")):
-        return look(image, filter, fill, out, skipna)
-    return weighted(
+    return _core.convert(
         image,
-        look,
-        spatial=spatial_axes(source),
+        source,
+        target,
+        target.shape(size),
+        rotation=rotation,
         filter=filter,
-        alpha=alpha,
-        skipna=skipna,
         fill=fill,
         out=out,
+        skipna=skipna,
+        antialias=antialias,
+        alpha=alpha,
     )
 
 
@@ -722,20 +683,7 @@ def mipmaps(image: ArrayLike, projection: ProjectionLike, /) -> list[NDArray[Any
 
 
 def _matching_size(image_shape: tuple[int, ...], src: Projection, dst: Projection) -> int:
-    spatial = image_shape[: 2 if src.faces == 1 else 3]
-    held = math.prod(src.shape(spatial)) * used_part(src) / src.covered_solid_angle
-    unit = math.prod(dst.shape(_PROBE)) / _PROBE**2
-    wanted = held * dst.covered_solid_angle / (unit * used_part(dst))
-    return max(1, round(math.sqrt(wanted)))
-
-
-_PROBE = 256
-
-
-@lru_cache(maxsize=256)
-def used_part(p: Projection) -> float:
-    """Return which part of an image holds sphere: 1, π/4 for a disk, 1/2 for a cross."""
-    return float(np.isfinite(p.directions(_PROBE, dtype=np.float32)[..., 0]).mean())
+    return _core.matching_size(image_shape[: 2 if src.faces == 1 else 3], src, dst)
 
 
 def reflect(

@@ -20,8 +20,9 @@ from ._views import _weights
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from ._api import Filter, ProjectionLike, Size
+    from ._api import ProjectionLike, Size
     from ._core import Projection
+    from ._names import Filter
 
     Array = NDArray[np.float64]
 

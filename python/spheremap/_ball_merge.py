@@ -23,8 +23,9 @@ from ._rotation_search import Panorama, median, search
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from ._api import Filter, ProjectionLike, Size
+    from ._api import ProjectionLike, Size
     from ._core import Projection
+    from ._names import Filter
 
     Array = NDArray[np.float64]
 

@@ -7,7 +7,6 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,6 +21,7 @@ from rich.table import Table
 import spheremap as sm
 from spheremap import _core, _fit, _projections, io
 from spheremap._ball_command import ball
+from spheremap._names import ConvertFilter
 
 app = typer.Typer(
     name="spheremap",
@@ -30,21 +30,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Environment maps, light probes and 360° images from one projection to another.",
 )
-
-
-class Filter(StrEnum):
-    """How an image is looked up between its texels."""
-
-    nearest = "nearest"
-    bilinear = "bilinear"
-    bicubic = "bicubic"
-    catmull_rom = "catmull-rom"
-    mitchell = "mitchell"
-    lanczos3 = "lanczos3"
-    trilinear = "trilinear"
-    ewa = "ewa"
-    area = "area"
-    mode = "mode"
 
 
 class UsageError(Exception):
@@ -139,7 +124,7 @@ def convert(
             show_default=False,
         ),
     ] = (0.0, 0.0, 0.0),
-    filter: Annotated[Filter, typer.Option(help="The lookup.")] = Filter.bilinear,
+    filter: Annotated[ConvertFilter, typer.Option(help="The lookup.")] = "bilinear",
     fill: Annotated[float, typer.Option(metavar="X", help="Value where nothing is known.")] = 0.0,
     alias: Annotated[
         bool,
@@ -197,7 +182,7 @@ def convert(
             dst,
             size=wanted,
             rotation=None if not any(rotate) else sm.rotation(*rotate),
-            filter=filter.value,
+            filter=filter,
             fill=fill,
             antialias=not alias,
             alpha=alpha,

@@ -1,7 +1,9 @@
-from typing import Any, Literal, final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from ._names import ConvertFilter, Filter
 
 __all__ = [
     "Distribution",
@@ -12,6 +14,7 @@ __all__ = [
     "convention_table",
     "convert",
     "dfg",
+    "filters",
     "get_num_threads",
     "healpix_ang2pix",
     "healpix_pix2ang",
@@ -19,6 +22,7 @@ __all__ = [
     "healpix_reorder",
     "healpix_vec2pix",
     "lobe",
+    "matching_size",
     "mipmaps",
     "moments",
     "pack_frames",
@@ -64,6 +68,8 @@ class Projection:
     def seam(self) -> str: ...
     @property
     def covered_solid_angle(self) -> float: ...
+    @property
+    def used_part(self) -> float: ...
     @property
     def equal_area(self) -> bool: ...
     @property
@@ -128,12 +134,12 @@ class Projection:
         directions: ArrayLike,
         /,
         *,
-        filter: Literal[
-            "nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3"
-        ] = "bilinear",
+        filter: Filter = "bilinear",
         rotation: Any | None = None,
-        fill: float | None = None,
+        fill: ArrayLike | None = None,
         out: NDArray[Any] | None = None,
+        alpha: int | None = None,
+        skipna: bool = False,
     ) -> NDArray[Any]: ...
     def explain(self) -> None: ...
     def explanation(self) -> str: ...
@@ -223,23 +229,15 @@ def convert(
     /,
     *,
     rotation: Any | None = None,
-    filter: Literal[
-        "nearest",
-        "bilinear",
-        "bicubic",
-        "catmull-rom",
-        "mitchell",
-        "lanczos3",
-        "trilinear",
-        "ewa",
-        "area",
-        "mode",
-    ] = "bilinear",
-    fill: float | None = None,
+    filter: ConvertFilter = "bilinear",
+    fill: ArrayLike | None = None,
     out: NDArray[Any] | None = None,
     skipna: bool = False,
     antialias: bool = True,
+    alpha: int | None = None,
 ) -> NDArray[Any]: ...
+def matching_size(shape: int | tuple[int, ...], src: Projection, dst: Projection, /) -> int: ...
+def filters() -> list[dict[str, Any]]: ...
 def mipmaps(image: ArrayLike, projection: Projection, /) -> list[NDArray[Any]]: ...
 def reflect(
     view: ArrayLike, normal: ArrayLike, /, *, out: NDArray[Any] | None = None

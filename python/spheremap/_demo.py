@@ -14,7 +14,6 @@ import numpy as np
 
 import spheremap as sm
 from spheremap import _fit, io
-from spheremap._api import used_part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -75,7 +74,7 @@ def run(
                 width,
                 height,
                 p.covered_solid_angle / (4 * math.pi),
-                height * width * used_part(p) / seconds / 1e6,
+                height * width * p.used_part / seconds / 1e6,
                 _encode_speed(p, sphere),
                 _error(back, pano, known & sm.covers(around, p)),
             )

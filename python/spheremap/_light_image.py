@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _arrays, _core
-from ._api import used_part
 from ._finite import checked_image
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ def as_light(
         )
     if array.dtype.itemsize < 4:
         array = array.astype(np.float32)
-    if used_part(projection) < 1:
+    if projection.used_part < 1:
         outside = texel_weights(projection, spatial) == 0
         if outside.any():
             array = array.copy()

@@ -17,7 +17,8 @@ from ._prefilter import prefilter
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from ._api import Filter, ProjectionLike
+    from ._api import ProjectionLike
+    from ._names import Filter
 
 __all__ = ["bake_matcap", "shade_environment", "shade_matcap"]
 

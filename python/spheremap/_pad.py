@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from ._api import Filter, ProjectionLike
+    from ._api import ProjectionLike
     from ._core import Projection
+    from ._names import Filter
 
     Index = NDArray[np.intp]
 

@@ -4,3 +4,4 @@ pub mod raster;
 pub mod rim;
 pub mod texel;
 pub mod texels;
+pub mod view;

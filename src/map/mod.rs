@@ -210,6 +210,32 @@ impl Map {
         self.kind.visit(Get)
     }
 
+    /// The part of an image that holds sphere, in closed form: 1, π/4 for a disk, 1/2 for a cross.
+    ///
+    /// ```
+    /// use spheremap::map::{Map, Options};
+    ///
+    /// let cross = Options { layout: Some("cross"), ..Options::default() };
+    /// assert_eq!(Map::new("cube", cross)?.used_part(), 0.5);
+    /// # Ok::<(), spheremap::error::Error>(())
+    /// ```
+    pub fn used_part(&self) -> f64 {
+        struct Get;
+        impl Visitor for Get {
+            type Output = f64;
+            fn visit<P: Projection>(self, p: P) -> f64 {
+                p.used_part()
+            }
+        }
+        let layout = &self.face_layout;
+        let cells = if layout.is_atlas {
+            layout.rows * layout.columns
+        } else {
+            layout.faces
+        };
+        self.kind.visit(Get) * layout.faces as f64 / cells as f64
+    }
+
     /// Width and height of a face of size `n`.
     pub fn face_size(&self, n: usize) -> (usize, usize) {
         struct Get(usize);

@@ -7,7 +7,9 @@ use crate::map::{Map, Options};
 use crate::py::arrays;
 use crate::py::arrays::{Float, finish, output, points, reals, with_reals, writable};
 use crate::py::images;
-use crate::py::images::Lookup;
+use crate::py::images::Asked;
+use crate::resample;
+use crate::resample::filters::Filter;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -232,7 +234,7 @@ impl PyProjection {
     }
 
     /// What an image of this projection shows in directions.
-    #[pyo3(signature = (image, directions, /, *, filter="bilinear", rotation=None, fill=None, out=None))]
+    #[pyo3(signature = (image, directions, /, *, filter="bilinear", rotation=None, fill=None, out=None, alpha=None, skipna=false))]
     #[expect(clippy::too_many_arguments, reason = "the Python signature")]
     fn sample<'py>(
         &self,
@@ -243,22 +245,20 @@ impl PyProjection {
         rotation: Option<&Bound<'py, PyAny>>,
         fill: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyAny>>,
+        alpha: Option<i64>,
+        skipna: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rotation = arrays::rotation(rotation)?;
-        images::sample(
-            py,
-            &self.0,
-            image,
-            directions,
-            &Lookup {
-                filter,
-                rotation,
-                fill,
-                out,
-                skipna: false,
-                antialias: false,
-            },
-        )
+        let options = resample::options::Options::default()
+            .filter(Filter::find(filter)?)
+            .rotation(arrays::rotation(rotation)?)
+            .fill(images::fill(fill)?)
+            .skipna(skipna);
+        let asked = Asked {
+            options,
+            alpha,
+            out,
+        };
+        images::sample(py, &self.0, image, directions, asked)
     }
 
     /// What `explain` prints.
@@ -336,6 +336,12 @@ impl PyProjection {
     #[getter]
     fn covered_solid_angle(&self) -> f64 {
         self.0.coverage().solid_angle()
+    }
+
+    /// The part of an image that holds sphere: 1, π/4 for a disk, 1/2 for a cross.
+    #[getter]
+    fn used_part(&self) -> f64 {
+        self.0.used_part()
     }
 
     /// Whether all texels see the same solid angle.

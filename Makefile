@@ -33,13 +33,15 @@ DEV_DEPS := $(VENV)/.dev-$(KEY)
 BUILT := $(VENV)/.built-$(HERE)
 SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell find src -type f 2>/dev/null)
 
-.PHONY: help demo test test-slow lint lint-rust lint-python lint-generated bench docs wheel clean distclean develop FORCE
+.PHONY: help demo test test-slow lint lint-rust lint-python lint-generated \
+	lint-house lint-floors lint-tree lint-spelling lint-tolerances msrv bench docs wheel clean distclean develop FORCE
 
 help:
 	@echo "make demo    build, install, and run the main job on generated data (and on a light probe if there is one)"
 	@echo "make test    Rust, Python, doctests, documentation"
 	@echo "make test-slow  what takes longer: the largest sizes, ten million directions, the wheel"
-	@echo "make lint    formatting, lints, types, stubs, generated files"
+	@echo "make lint    formatting, lints, types, stubs, generated files; the house: floors, tree, spelling, tolerances"
+	@echo "make msrv    the oldest Rust that Cargo.toml promises still builds it (needs rustup)"
 	@echo "make bench   speed against memcpy, a C loop and other libraries; rewrites BENCHMARKS.md"
 	@echo "make docs    regenerate the tables and pictures of the documentation"
 	@echo "make wheel   build the abi3 wheel into $(DIST)/"
@@ -82,18 +84,22 @@ demo: $(BUILT)
 
 test: $(BUILT) $(DEV_DEPS)
 	cargo test
+	for example in examples/*.rs; do cargo run --quiet --example "$$(basename "$$example" .rs)"; done
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow"
 
 test-slow: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m slow
 
-lint: lint-rust lint-python lint-generated
+lint: lint-house lint-rust lint-python lint-generated
 
 lint-rust: $(RUN_DEPS)
 	@# By file: cargo fmt does not see the modules that the registry's macro declares.
-	rustfmt --check --edition 2024 $(shell find src tests benches -name '*.rs')
+	rustfmt --check --edition 2024 $(shell find src tests benches examples -name '*.rs')
 	cargo clippy --all-targets -- -D warnings
 	PYO3_PYTHON="$(BIN)/python" cargo clippy --all-targets --features python -- -D warnings
+
+	cargo check --no-default-features
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 
 lint-python: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/ruff" check .
@@ -106,10 +112,30 @@ lint-generated: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/generate_docs.py --check
 	"$(BIN)/python" tools/generate_packing.py --check
 
+# The house: these read the source and need nothing but Python.
+lint-house: lint-floors lint-tree lint-spelling lint-tolerances
+
+lint-floors: | $(BIN)/python
+	"$(BIN)/python" tools/lint_floors.py
+
+lint-tree: | $(BIN)/python
+	"$(BIN)/python" tools/lint_tree.py
+
+lint-spelling: | $(BIN)/python
+	"$(BIN)/python" tools/lint_spelling.py
+
+lint-tolerances: | $(BIN)/python
+	"$(BIN)/python" tools/lint_tolerances.py
+
+MSRV := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
+msrv: $(RUN_DEPS)
+	rustup toolchain install $(MSRV) --profile minimal
+	PYO3_PYTHON="$(BIN)/python" cargo +$(MSRV) check --features python
+
 bench: $(BUILT) $(DEV_DEPS)
-	"$(BIN)/python" benches/compare.py $(BENCH_ARGS)
+	"$(BIN)/python" benches/map.py $(BENCH_ARGS)
 	"$(BIN)/python" benches/resample.py
-	"$(BIN)/python" benches/distribution.py
+	"$(BIN)/python" benches/light_distribution.py
 	"$(BIN)/python" benches/light.py
 	"$(BIN)/python" benches/packing.py
 	"$(BIN)/python" benches/healpix.py

@@ -20,7 +20,7 @@ import healpy
 import numpy as np
 import spheremap as sm
 from astropy.coordinates import Latitude, Longitude
-from compare import ROOT, Call, race, say, table
+from measure import ROOT, Call, race, say, table
 from spheremap import healpix
 
 BEGIN, END = "<!-- healpix: written by benches/healpix.py -->", "<!-- healpix: end -->"

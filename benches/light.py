@@ -55,7 +55,7 @@ def irradiance() -> list[str]:
     image = np.random.default_rng(0).random((512, 1024, 3)).astype(np.float32)
     d = sm.directions("latlong", 512, dtype=np.float32).reshape(-1, 3)
     n = sm.directions("latlong", 32, dtype=np.float32).reshape(-1, 3)
-    flux = image.reshape(-1, 3) * sm.weights("latlong", 512).reshape(-1, 1).astype(np.float32)
+    flux = image.reshape(-1, 3) * sm.light.weights("latlong", 512).reshape(-1, 1).astype(np.float32)
     out = np.empty((len(n), 3), np.float32)
 
     def product() -> np.ndarray:
@@ -67,7 +67,7 @@ def irradiance() -> list[str]:
 
     ms = race(
         {
-            "spheremap": lambda: sm.irradiance(image, "latlong", "latlong", size=32),
+            "spheremap": lambda: sm.light.irradiance(image, "latlong", "latlong", size=32),
             "numba": lambda: _numba_sum(d, flux, n, out),
             "numpy": product,
         },
@@ -128,7 +128,7 @@ def harmonics() -> list[str]:
         "pyshtools": pyshtools_dh,
     }
     for name, image in images.items():
-        entrants[name] = lambda image=image, name=name: sm.sh_project(image, name, order=8)
+        entrants[name] = lambda image=image, name=name: sm.sh.project(image, name, order=8)
     ms = race(entrants, 15)
     rows = [
         "Spherical harmonics of order 8, half a million texels × 3 (ducc0: the latlong, float32; "
@@ -149,7 +149,7 @@ def harmonics() -> list[str]:
 def chain() -> list[str]:
     image = np.random.default_rng(0).random((512, 1024, 3)).astype(np.float32)
     start = time.perf_counter()
-    sm.prefilter_chain(image, "latlong", "cube", size=512, levels=6, samples=1024)
+    sm.light.prefilter_chain(image, "latlong", "cube", size=512, levels=6, samples=1024)
     seconds = time.perf_counter() - start
     return [
         f"GGX chain of 6 levels from 512² a face, 1024 samples a texel: {seconds:.1f} s "

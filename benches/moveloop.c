@@ -1,4 +1,4 @@
-// The yardsticks of compare.py: a memcpy and a plain loop that moves the bytes of an encode or a decode and
+// The yardsticks of measure.py: a memcpy and a plain loop that moves the bytes of an encode or a decode and
 // computes next to nothing, both split over threads that are started for the call.
 #include <pthread.h>
 #include <stddef.h>

@@ -3,7 +3,7 @@
     python benches/packing.py            # rewrites its section
     python benches/packing.py --quick    # a smoke test: small arrays, printed only
 
-All entrants take turns, as in compare.py, and ratios are of medians. Everybody
+All entrants take turns, as in map.py, and ratios are of medians. Everybody
 but numpy writes to memory that is there already.
 """
 
@@ -15,7 +15,7 @@ import os
 
 import numpy as np
 import spheremap as sm
-from compare import ROOT, Call, Yardsticks, at_level, race, say, table, verdict
+from measure import ROOT, Call, Yardsticks, at_level, race, say, table, verdict
 from spheremap import _core
 
 BEGIN = "<!-- packing: written by benches/packing.py -->"
@@ -112,7 +112,7 @@ def peers(args: argparse.Namespace, d: np.ndarray, codes: np.ndarray, back: np.n
         pack, unpack = numba_peers(args.threads)
         theirs = np.empty_like(codes)
         pack(d, theirs)
-        ours = sm.pack(d, NAME, "nearest")
+        ours = sm.packing.pack(d, NAME, "nearest")
         if np.mean(np.abs(theirs.astype(int) - ours) > 1) > 1e-4:
             raise SystemExit("numba and spheremap pack to different codes")
         found.append(("numba", lambda: pack(d, theirs), lambda: unpack(codes, back)))
@@ -126,7 +126,7 @@ def peers(args: argparse.Namespace, d: np.ndarray, codes: np.ndarray, back: np.n
 def section(args: argparse.Namespace) -> str:
     d = np.random.default_rng(0).standard_normal((args.count, 3), np.float32)
     d /= np.linalg.norm(d, axis=1, keepdims=True)
-    codes = sm.pack(d, NAME, "nearest")
+    codes = sm.packing.pack(d, NAME, "nearest")
     back = np.empty_like(d)
     yard = Yardsticks(args.threads)
     rivals = peers(args, d, codes, back)
@@ -139,14 +139,16 @@ def section(args: argparse.Namespace) -> str:
         packing["C loop"] = move
     for rounding in ("nearest", "hex", "precise"):
         for level in levels:
-            call = lambda r=rounding: sm.pack(d, NAME, r, out=out)  # noqa: E731
+            call = lambda r=rounding: sm.packing.pack(d, NAME, r, out=out)  # noqa: E731
             packing[f"{rounding} {level}"] = at_level(level, call)
     packing |= {name: pack for name, pack, _ in rivals}
     unpacking: dict[str, Call] = {}
     if move := loop(yard, "move_unpack", words, back):
         unpacking["C loop"] = move
     for level in levels:
-        unpacking[f"unpack {level}"] = at_level(level, lambda: sm.unpack(codes, NAME, out=back))
+        unpacking[f"unpack {level}"] = at_level(
+            level, lambda: sm.packing.unpack(codes, NAME, out=back)
+        )
     unpacking |= {name: unpack for name, _, unpack in rivals}
 
     body = []

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import spheremap as sm
-from compare import ROOT, machine, race, say, table
+from measure import ROOT, machine, race, say, table
 from resample_peers import Ffmpeg, cv2, cv2_remap, numpy_maps, py360convert, skylibs
 from resample_peers import versions as peer_versions
 
@@ -305,7 +305,7 @@ def bench_quality(args: argparse.Namespace) -> list[str]:
     head = ["work", "picture", "program, filter", "RMSE, %", "worst, %", "light"]
     return [
         "Each source is the 4×4 mean of a finer picture; the truth of a texel is the mean of 8×8 "
-        "places of that picture within it. RMSE and worst error are in per cent of the truth's "
+        "places of that picture within it. RMSE and worst error are in percent of the truth's "
         "root mean square, over the texels that are whole; light is Σ L dω to that of the truth. "
         "Ours are with `convert`'s defaults, the others as they come.",
         table(head, body, 3),

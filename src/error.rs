@@ -2,6 +2,7 @@
 
 /// Everything that can be wrong with a call.
 #[derive(Debug, thiserror::Error, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Error {
     /// A name that nothing has.
     #[error("unknown {what} '{name}'{hint}")]
@@ -47,6 +48,36 @@ pub enum Error {
     /// A shape that does not fit.
     #[error("{0}")]
     Shape(String),
+    /// A slice of another length than what belongs with it.
+    #[error("Expected `{name}` to hold {expected} numbers, got {got}.")]
+    Length {
+        /// The slice.
+        name: &'static str,
+        /// How many numbers it should hold.
+        expected: usize,
+        /// How many it holds.
+        got: usize,
+    },
+    /// A slice of numbers that ends within a point.
+    #[error("Expected `{name}` to hold a multiple of {of} numbers, got {got}.")]
+    Multiple {
+        /// The slice.
+        name: &'static str,
+        /// How many numbers a point has.
+        of: usize,
+        /// How many numbers came.
+        got: usize,
+    },
+    /// A slice whose points have more or fewer numbers than they should.
+    #[error("Expected the points of `{name}` to have {expected} numbers each, got {got}.")]
+    Width {
+        /// The slice.
+        name: &'static str,
+        /// How many numbers a point should have.
+        expected: usize,
+        /// How many it has.
+        got: usize,
+    },
     /// Options that contradict each other.
     #[error("{0}")]
     Contradiction(String),
@@ -105,6 +136,26 @@ impl Error {
             hint: format!("; {nearest}'{owner}' has {}", sorted.join(", ")),
         }
     }
+}
+
+/// An error if a slice does not hold so many numbers.
+pub(crate) fn expect_length(name: &'static str, got: usize, expected: usize) -> Result<(), Error> {
+    if got == expected {
+        return Ok(());
+    }
+    Err(Error::Length {
+        name,
+        expected,
+        got,
+    })
+}
+
+/// An error if a slice does not hold a multiple of so many numbers.
+pub(crate) fn expect_multiple(name: &'static str, got: usize, of: usize) -> Result<(), Error> {
+    if got.is_multiple_of(of) {
+        return Ok(());
+    }
+    Err(Error::Multiple { name, of, got })
 }
 
 /// Levenshtein's distance.

@@ -5,22 +5,15 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use proptest::test_runner::{RngSeed, TestRunner};
-use spheremap::error::Error;
-use spheremap::geometry::axes::from_angles;
+use spheremap::geometry::from_angles;
+use spheremap::glam::DVec3;
+use spheremap::image::ImageView;
 use spheremap::image::raster::shape_of_size;
 use spheremap::image::texel::Texel;
 use spheremap::image::texels::{directions, solid_angles};
-use spheremap::image::view::ImageView;
-use spheremap::kernel;
-use spheremap::kernel::Scalar;
-use spheremap::map::grid::Grid;
-use spheremap::map::{Map, Options};
-use spheremap::number::real::Real;
-use spheremap::projections::REGISTRY;
-use spheremap::projections::projection::{Coverage, Outline};
-use spheremap::resample::convert::convert;
-use spheremap::resample::filters::Filter;
-use spheremap::resample::options;
+use spheremap::projections::{Coverage, Info, Outline, REGISTRY};
+use spheremap::resample::{Filter, Options, convert};
+use spheremap::{Element, Error, Grid, Map, MapOptions, Scalar, simd};
 use std::fmt::Debug;
 
 type Outcome = Result<(), TestCaseError>;
@@ -56,7 +49,7 @@ fn maps_on(grid: Grid) -> Vec<Map> {
         for parameter in info.parameters {
             for share in [0.125, 0.5, 0.75] {
                 let value = parameter.above + (parameter.maximum - parameter.above) * share;
-                choices.push(vec![(parameter.name.to_owned(), value)]);
+                choices.push(vec![(parameter.name, value)]);
             }
         }
         let layouts: Vec<Option<&str>> = match info.layouts {
@@ -65,13 +58,9 @@ fn maps_on(grid: Grid) -> Vec<Map> {
         };
         for parameters in &choices {
             for &layout in &layouts {
-                let options = Options {
-                    layout,
-                    parameters,
-                    grid: Some(grid.name()),
-                    ..Options::default()
-                };
-                match Map::new(info.name, options) {
+                let mut options = MapOptions::new().grid(grid.name()).parameters(parameters);
+                options.layout = layout;
+                match Map::with(info.name, options) {
                     // Not every value goes with the others' defaults.
                     Err(Error::Together { .. }) => {}
                     map => maps.push(map.unwrap()),
@@ -83,22 +72,22 @@ fn maps_on(grid: Grid) -> Vec<Map> {
 }
 
 /// A float type, seen as bits.
-trait Float: Scalar + Debug {
+trait Float: Scalar + Element<Number = Self> + Debug {
     /// Bits of the fraction.
     const FRACTION: u32;
     /// The first and last biased exponent of normal numbers.
-    const TAME: (u64, u64);
+    const NORMAL: (u64, u64);
     /// A power of two up to which, and down to which, numbers near 1 can be scaled exactly.
     const SCALE: i32;
     fn of(bits: u64) -> Self;
     fn bits(self) -> u64;
     /// The radians that a round trip may cost.
-    fn round_trip(name: &str) -> f64;
+    fn round_trip(info: &Info) -> f64;
 }
 
 impl Float for f32 {
     const FRACTION: u32 = 23;
-    const TAME: (u64, u64) = (108, 139);
+    const NORMAL: (u64, u64) = (108, 139);
     const SCALE: i32 = 100;
     fn of(bits: u64) -> f32 {
         f32::from_bits(bits as u32)
@@ -106,21 +95,14 @@ impl Float for f32 {
     fn bits(self) -> u64 {
         self.to_bits().into()
     }
-    fn round_trip(name: &str) -> f64 {
-        match name {
-            "sphere" => 1.2e-3,
-            "matcap" | "orthographic" => 4.8e-4,
-            "lambert_cylindrical" => 3.6e-4,
-            "mollweide" => 1e-5,
-            "hammer" => 1.25e-6,
-            _ => 9.5e-7,
-        }
+    fn round_trip(info: &Info) -> f64 {
+        info.round_trip.0
     }
 }
 
 impl Float for f64 {
     const FRACTION: u32 = 52;
-    const TAME: (u64, u64) = (983, 1046);
+    const NORMAL: (u64, u64) = (983, 1046);
     const SCALE: i32 = 900;
     fn of(bits: u64) -> f64 {
         f64::from_bits(bits)
@@ -128,15 +110,8 @@ impl Float for f64 {
     fn bits(self) -> u64 {
         self.to_bits()
     }
-    fn round_trip(name: &str) -> f64 {
-        match name {
-            "sphere" => 6e-8,
-            "matcap" | "orthographic" => 2.5e-8,
-            "lambert_cylindrical" => 1.6e-8,
-            "mollweide" => 5e-12,
-            "hammer" => 2.6e-15,
-            _ => 2e-15,
-        }
+    fn round_trip(info: &Info) -> f64 {
+        info.round_trip.1
     }
 }
 
@@ -150,31 +125,42 @@ fn first_difference<R: Float>(a: &[R], b: &[R]) -> Option<(usize, R, R)> {
     pairs.find_map(|(i, (&a, &b))| (!same(a, b)).then_some((i, a, b)))
 }
 
+/// The map, turned by these angles.
+fn turned_by(map: &Map, turned: Option<[f64; 3]>) -> Map {
+    match turned {
+        Some([yaw, pitch, roll]) => map.turned(from_angles(yaw, pitch, roll)).unwrap(),
+        None => map.clone(),
+    }
+}
+
 /// What the verbs give for these points.
 fn encode<R: Float>(map: &Map, turned: Option<[f64; 3]>, d: &[[R; 3]]) -> Vec<R> {
     let mut uv = vec![R::default(); d.len() * map.uv_width()];
-    let rotation = turned.map(|[yaw, pitch, roll]| from_angles(yaw, pitch, roll));
-    map.encode(rotation, d.as_flattened(), &mut uv);
+    turned_by(map, turned)
+        .encode(d.as_flattened(), &mut uv)
+        .unwrap();
     uv
 }
 
 fn decode<R: Float>(map: &Map, turned: Option<[f64; 3]>, uv: &[R]) -> Vec<[R; 3]> {
     let mut d = vec![[R::default(); 3]; uv.len() / map.uv_width()];
-    let rotation = turned.map(|[yaw, pitch, roll]| from_angles(yaw, pitch, roll));
-    map.decode(rotation, uv, d.as_flattened_mut());
+    turned_by(map, turned)
+        .decode(uv, d.as_flattened_mut())
+        .unwrap();
     d
 }
 
 fn jacobian<R: Float>(map: &Map, turned: Option<[f64; 3]>, uv: &[R]) -> Vec<[R; 6]> {
     let mut j = vec![[R::default(); 6]; uv.len() / map.uv_width()];
-    let rotation = turned.map(|[yaw, pitch, roll]| from_angles(yaw, pitch, roll));
-    map.jacobian(rotation, uv, j.as_flattened_mut());
+    turned_by(map, turned)
+        .jacobian(uv, j.as_flattened_mut())
+        .unwrap();
     j
 }
 
 fn density<R: Float>(map: &Map, uv: &[R]) -> Vec<R> {
     let mut density = vec![R::default(); uv.len() / map.uv_width()];
-    map.density(uv, &mut density);
+    map.density(uv, &mut density).unwrap();
     density
 }
 
@@ -209,7 +195,7 @@ fn any_bits<R: Float>() -> impl Strategy<Value = R> {
 
 /// A number that no guard is needed for, over the whole range of such.
 fn normal<R: Float>() -> impl Strategy<Value = R> {
-    let (first, last) = R::TAME;
+    let (first, last) = R::NORMAL;
     (any::<u64>(), first..=last).prop_map(|(bits, exponent)| {
         let field = (1 << (u64::from(size_of::<R>() == 8) * 3 + 8)) - 1;
         R::of(bits & !(field << R::FRACTION) | exponent << R::FRACTION)
@@ -275,7 +261,7 @@ fn turned() -> impl Strategy<Value = Option<[f64; 3]>> {
 
 /// Whether the map holds a direction; none where rounding decides.
 fn covers<R: Float>(map: &Map, stretch: f64, d: [R; 3]) -> Option<bool> {
-    let view = map.view_rotation(None).apply(d.map(R::to_f64));
+    let view = (map.axes().matrix() * DVec3::from(d.map(R::to_f64))).to_array();
     match map.coverage() {
         Coverage::Sphere => Some(true),
         Coverage::Hemisphere => {
@@ -286,11 +272,12 @@ fn covers<R: Float>(map: &Map, stretch: f64, d: [R; 3]) -> Option<bool> {
         }
         Coverage::Cap(half) => {
             let beyond = angle(unit(view), [0.0, 0.0, 1.0]) - half;
-            let rounding = 8.0 * <R as Real>::EPSILON * std::f64::consts::PI * stretch;
+            let rounding = 8.0 * R::EPSILON * std::f64::consts::PI * stretch;
             (beyond.abs() > rounding.max(1e-6)).then_some(beyond < 0.0)
         }
         // The Python tests have a reference for each.
         Coverage::Part(_) => None,
+        other => panic!("a coverage without a test: {other:?}"),
     }
 }
 
@@ -327,12 +314,10 @@ fn round_trip<R: Float>() {
             let back = decode(map, None, &encode(map, None, &ds));
             // What lies beyond the edge of a view by no more than 8 ε of its half counts as on the edge.
             let let_out = match map.coverage() {
-                Coverage::Cap(_) | Coverage::Part(_) => {
-                    8.0 * <R as Real>::EPSILON * std::f64::consts::PI
-                }
+                Coverage::Cap(_) | Coverage::Part(_) => 8.0 * R::EPSILON * std::f64::consts::PI,
                 _ => 0.0,
             };
-            let limit = (R::round_trip(map.info().name) + let_out) * stretch;
+            let limit = (R::round_trip(map.info()) + let_out) * stretch;
             for (&d, &back) in ds.iter().zip(&back) {
                 let what = describe(map);
                 let covered = !back[0].is_nan();
@@ -447,10 +432,10 @@ fn levels<R: Float>() {
                 density(map, &uv),
             ]
         };
-        assert!(kernel::force_level(Some("baseline")));
+        assert!(simd::force_level(Some("baseline")));
         let expected: Vec<_> = maps.iter().map(verbs).collect();
-        for level in kernel::levels() {
-            assert!(kernel::force_level(Some(level)));
+        for level in simd::levels() {
+            assert!(simd::force_level(Some(level)));
             for (map, expected) in maps.iter().zip(&expected) {
                 for (verb, (a, b)) in expected.iter().zip(verbs(map)).enumerate() {
                     let difference = first_difference(a, &b);
@@ -472,7 +457,7 @@ fn levels<R: Float>() {
 fn every_level_gives_the_same_bits() {
     levels::<f32>();
     levels::<f64>();
-    kernel::force_level(None);
+    simd::force_level(None);
 }
 
 fn nan_in_nan_out<R: Float>() {
@@ -497,7 +482,7 @@ fn nan_in_nan_out<R: Float>() {
             }
             let uv = narrowed(map, &points);
             let mut valid = vec![false; points.len()];
-            map.valid(&uv, &mut valid);
+            map.valid(&uv, &mut valid).unwrap();
             let (d, j) = (decode(map, turned, &uv), jacobian(map, turned, &uv));
             let density = density(map, &uv);
             for (i, uv) in uv.chunks(width).enumerate() {
@@ -695,6 +680,7 @@ fn solid_angles_sum_to_the_coverage() {
 trait Pixel: Texel + PartialEq + Debug {
     fn of(bits: u64) -> Self;
     fn bits(self) -> u64;
+    fn value(self) -> f64;
 }
 
 macro_rules! pixel {
@@ -706,6 +692,9 @@ macro_rules! pixel {
             fn bits(self) -> u64 {
                 let bits: $bits = $to(self);
                 bits.into()
+            }
+            fn value(self) -> f64 {
+                self.into()
             }
         }
     };
@@ -723,7 +712,7 @@ fn constant_images<T: Pixel>() {
     let sides = (side(), side(), side(), side());
     // Zero is +0: what a filter adds to -0 makes it +0.
     let constant = any::<u64>().prop_map(T::of).prop_filter("finite", |x| {
-        let value = Real::to_f64(x.load());
+        let value = x.value();
         value.is_finite() && (value != 0.0 || x.bits() == 0)
     });
     let filter = select(vec![Filter::Nearest, Filter::Bilinear]);
@@ -760,11 +749,11 @@ fn constant_images<T: Pixel>() {
                 .map(|d| if d[0].is_nan() { garbage } else { constant })
                 .collect();
             let image = ImageView::new(&from, &source_shape, 1, &texels).unwrap();
-            let options = options::Options::default()
+            let options = Options::new()
                 .rotation(rotation)
                 .filter(filter)
                 .antialias(antialias)
-                .fill(Real::to_f64(fill.load()));
+                .fill(fill.load().to_f64());
             let mut out = vec![garbage; shape.iter().product()];
             convert(&image, &to, &shape, &options, &mut out).unwrap();
             for (out, d) in out.iter().zip(centers(&to, &shape)) {

@@ -1,6 +1,6 @@
 //! Textures as `sm.write_ktx2` and `sm.write_dds` write them, read by crates that others keep.
 //!
-//! `tests/data/cube.ktx2` and `cube.dds` are a cube of 4, 2 and 1 texels a side; tests/test_light_bake.py checks that they are
+//! `tests/data/cube.ktx2` and `cube.dds` are a cube of 4, 2 and 1 texels a side; tests/light/test_bake.py checks that they are
 //! still what is written.
 
 use half::f16;

@@ -13,7 +13,8 @@ import math
 import sys
 from pathlib import Path
 
-from spheremap import _core, _projections
+from spheremap import _core
+from spheremap.map.table import HEAD, NOTE, figures
 
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN = "<!-- projections: written by tools/generate_docs.py -->"
@@ -89,17 +90,17 @@ at 180°) made a square is `concentric`, and both hemispheres folded into one ar
 
 
 def chooser(registry: list[dict]) -> str:
-    rows = [list(_projections.figures(e["name"]).cells) for e in registry]
+    rows = [list(figures(e["name"]).cells) for e in registry]
     rows = [[f"`{row[0]}`", *row[1:]] for row in rows]
-    return f"## Which one\n\n{_projections.NOTE}\n\n{table(list(_projections.HEAD), rows)}"
+    return f"## Which one\n\n{NOTE}\n\n{table(list(HEAD), rows)}"
 
 
 def page(registry: list[dict]) -> str:
     parts = [
         "# Projections",
         "Written by `tools/generate_docs.py` from the registry; do not edit.\n"
-        "Words are those of [design.md](design.md#vocabulary). The image coordinates are (u, v) in "
-        "[0, 1]², v runs down from row 0.",
+        "Words are those of [architecture.md](architecture.md#glossary). The image coordinates are "
+        "(u, v) in [0, 1]², v runs down from row 0.",
         readme_table(registry),
         chooser(registry),
         KIN,
@@ -134,16 +135,16 @@ def page(registry: list[dict]) -> str:
 CONVENTIONS = """\
 # Conventions
 
-Written by `tools/generate_docs.py` from the table in `src/convention`; do not edit.
+Written by `tools/generate_docs.py` from the table in `src/map/conventions`; do not edit.
 
 Everybody lays out the same maps differently. Each row below says how one program does it. Use it
 as `sm.projection("latlong", convention="blender")`, or wherever a projection is asked for as
 `"latlong:blender"`:
 
     cube = sm.convert(panorama, "latlong:blender", "cube:opengl")
-    print(sm.compare("latlong:blender", "latlong:threejs"))
+    print(sm.align.compare("latlong:blender", "latlong:threejs"))
     sm.explain("cube:openexr")
-    print(sm.identify(photo, render))        # which of all these is it?
+    print(sm.align.identify(photo, render))        # which of all these is it?
 
 **How to read it.** *Axes* are the world axes that point right, down and forward (into the middle
 of the image). *Mirrored* is as seen from inside a right-handed world; a program with a
@@ -168,7 +169,7 @@ NOT_YET = """\
 - **three.js MatCap** is looked up at 0.495 of the radius instead of 0.5. A matcap has no
   parameter for a margin.
 - **HDRShop**: no source and no specification of its axes could be found, only files that other
-  programs call compatible. Use `identify` on an image of yours.
+  programs call compatible. Use `align.identify` on an image of yours.
 - **pyequilib** is read and not run in the tests: it imports PyTorch, several gigabytes, on every
   start. Run once by hand with PyTorch left out, its NumPy code agreed with its rows to 3e-15.
 - **Draco** has its row from its source: the directions that it gives back lie on the same grid

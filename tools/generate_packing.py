@@ -73,8 +73,8 @@ def angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def error(d: np.ndarray, name: str, rounding: str) -> np.ndarray:
-    codes = sm.pack(d, name, rounding)
-    return angle(sm.unpack(codes, name, dtype=np.float64), d)
+    codes = sm.packing.pack(d, name, rounding)
+    return angle(sm.packing.unpack(codes, name, dtype=np.float64), d)
 
 
 def normalized(d: np.ndarray, upper: bool) -> np.ndarray:
@@ -118,7 +118,7 @@ def measure(name: str, rounding: str, samples: int, seeds: int = 48) -> tuple[fl
 
 
 def measured(name: str, rounding: str, samples: int, seeds: int) -> tuple[float, float]:
-    upper = sm.packing(name).hemisphere
+    upper = sm.packing.packing(name).hemisphere
     total, worst, places = 0.0, [], []
     for first in range(0, samples, CHUNK):
         d = directions(first // CHUNK)[: samples - first]
@@ -137,15 +137,15 @@ def nanoseconds(name: str, rounding: str) -> tuple[float, float]:
     """Return the least cost of packing and unpacking one float32 direction, on one thread."""
     sm.set_num_threads(1)
     d = normalized(
-        np.random.default_rng(2).standard_normal((1 << 16, 3)), sm.packing(name).hemisphere
+        np.random.default_rng(2).standard_normal((1 << 16, 3)), sm.packing.packing(name).hemisphere
     )
     d = d.astype(np.float32)
-    codes = sm.pack(d, name, rounding)
+    codes = sm.packing.pack(d, name, rounding)
     back = np.empty_like(d)
     times = []
     for call in (
-        lambda: sm.pack(d, name, rounding, out=codes),
-        lambda: sm.unpack(codes, name, out=back),
+        lambda: sm.packing.pack(d, name, rounding, out=codes),
+        lambda: sm.packing.unpack(codes, name, out=back),
     ):
         runs = []
         for _ in range(15):
@@ -183,7 +183,7 @@ def page(samples: int) -> str:
         means, maxima, lost = [], [], ("–", "–")
         for bits in BITS:
             name = name_of(family, bits, variant)
-            if name not in sm.packings():
+            if name not in sm.packing.packings():
                 means.append("–")
                 maxima.append("–")
                 continue
@@ -210,8 +210,8 @@ def page(samples: int) -> str:
             other.append(
                 [f"`{name}`", rounding, short(mean), short(worst), f"{cost[0]:.1f}, {cost[1]:.1f}"]
             )
-    for name in sm.packings():
-        about = sm.packing(name)
+    for name in sm.packing.packings():
+        about = sm.packing.packing(name)
         if about.exact and about.bits in (16, 32):
             mean, worst = measure(name, about.roundings[0], samples // 40)
             cost = nanoseconds(name, about.roundings[0])
@@ -240,9 +240,9 @@ def page(samples: int) -> str:
 
 
 def families() -> str:
-    seen: dict[str, list[sm.Packing]] = {}
-    for name in sm.packings():
-        seen.setdefault(sm.packing(name).family, []).append(sm.packing(name))
+    seen: dict[str, list[sm.packing.Packing]] = {}
+    for name in sm.packing.packings():
+        seen.setdefault(sm.packing.packing(name).family, []).append(sm.packing.packing(name))
     rows = []
     for family, members in seen.items():
         bits = sorted({m.bits for m in members})
@@ -267,12 +267,12 @@ TEXT = """# Packing unit vectors
 
 Written by `tools/generate_packing.py`; do not edit.
 
-`sm.pack(d, "oct16")` turns directions into integers, `sm.unpack` turns them back,
-`sm.packing(name)` describes a scheme, `sm.best_packing(bits)` names the best one. A name is a
-family and the total bits of a code, then a grid or spacing if it is not the default: `oct16`,
-`oct16-centers`, `cube24-s2`. A number of fields makes an array of them: `oct8x2` is int8 of shape
-(..., 2), where `oct16` is one uint16 of the same bits. Fields fill a word from its lowest bits, x
-first. +z is the pole.
+`sm.packing.pack(d, "oct16")` turns directions into integers, `sm.packing.unpack` turns them back,
+`sm.packing.packing(name)` describes a scheme, `sm.packing.best_packing(bits)` names the best one.
+A name is a family and the total bits of a code, then a grid or spacing if it is not the default:
+`oct16`, `oct16-centers`, `cube24-s2`. A number of fields makes an array of them: `oct8x2` is int8
+of shape (..., 2), where `oct16` is one uint16 of the same bits. Fields fill a word from its lowest
+bits, x first. +z is the pole.
 
 ## Which one
 
@@ -293,7 +293,7 @@ the sphere. `hex` rounds three barycentrics in the plane of the octahedron's fac
 has the worst case of `precise` within 0.1 %, and decodes nothing. With δ = 1/(2ᵇ⁻¹ - 1)
 the step of the snorm grid, the error of `oct` is never above (3/√2)δ with `nearest` and √2·δ with
 `precise`, in exact arithmetic; float32, used for fields of up to 16 bits, adds up to 5e-7 rad.
-`sm.packing(name).bounds` has the bound of each scheme.
+`sm.packing.packing(name).bounds` has the bound of each scheme.
 
 `oct` in a shader (GLSL; s and t are what the fields hold, in -1 … 1), and what `woct` adds:
 
@@ -340,9 +340,11 @@ number is its quantization bits, and x is its pole.
 
 A direction that a grid holds has one code. Where a map folds, others read as the same direction
 (the edge of the octahedral square meets itself, a pole has every longitude, -128 reads as -127):
-`sm.canonical` gives the one that `pack` writes. snorm `oct16` has 64,518 distinct directions.
+`sm.packing.canonical` gives the one that `pack` writes. snorm `oct16` has 64,518 distinct
+directions.
 
-`sm.pack_frame` packs a normal with a tangent and the sign of the bitangent into 32 or 64 bits.
+`sm.packing.pack_frame` packs a normal with a tangent and the sign of the bitangent into 32 or 64
+bits.
 """
 
 
@@ -361,7 +363,7 @@ def main() -> None:
         KEEP.append(args.keep)
         if args.keep.exists():
             MEASURED.update(json.loads(args.keep.read_text()))
-    warnings.simplefilter("ignore", sm.UnboundedPackingWarning)
+    warnings.simplefilter("ignore", sm.packing.UnboundedPackingWarning)
     text = page(50_000 if quick else SAMPLES)
     if quick:
         print(text)

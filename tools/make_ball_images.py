@@ -35,14 +35,14 @@ def below(*images: np.ndarray, gap: int = 8) -> np.ndarray:
 
 def balls() -> None:
     environment, turn = scene(), sm.rotation(110, 8, 0)
-    a = sm.render_ball(environment, **CAMERA)
-    b = sm.render_ball(environment, rotation=turn, **CAMERA) * np.float32(0.8)
+    a = sm.ball.render(environment, **CAMERA)
+    b = sm.ball.render(environment, rotation=turn, **CAMERA) * np.float32(0.8)
     save("ball-photos.png", beside(a, b))
-    rim = sm.unwrap_ball(a, center=(200, 200), fov=24, distance=5.6, size=4).ball
-    exact = sm.unwrap_ball(a, center=rim.center, radius=rim.radius, fov=24, size=ROWS)
-    ideal = sm.unwrap_ball(a, center=rim.center, radius=rim.radius, size=ROWS)
+    rim = sm.ball.unwrap(a, center=(200, 200), fov=24, distance=5.6, size=4).ball
+    exact = sm.ball.unwrap(a, center=rim.center, radius=rim.radius, fov=24, size=ROWS)
+    ideal = sm.ball.unwrap(a, center=rim.center, radius=rim.radius, size=ROWS)
     save("ball-unwrapped.png", below(beside(exact.image, ideal.image)))
-    merged = sm.merge_balls([a, b], balls=[rim, rim], fov=24, size=ROWS)
+    merged = sm.ball.merge([a, b], balls=[rim, rim], fov=24, size=ROWS)
     share = np.repeat(merged.weights[0][..., None], 3, axis=-1)
     save("ball-merged.png", beside(merged.image, share))
 
@@ -57,17 +57,17 @@ def shading() -> None:
     pose = baked_for.frame.T
     rows = []
     caps = [
-        sm.bake_matcap(environment, "mirror", size=256, rotation=pose),
-        sm.bake_matcap(environment, "rough", size=64, roughness=0.5, rotation=pose),
+        sm.light.bake_matcap(environment, "mirror", size=256, rotation=pose),
+        sm.light.bake_matcap(environment, "rough", size=64, roughness=0.5, rotation=pose),
     ]
     for eye in (baked_for.eye, np.array([5.2, 1.8, 2.6])):
         view = View(eye)
         place, normal = view.interpolate(view.position), view.interpolate(view.normal)
         shaded = [
-            sm.shade_matcap(normal, cap, positions=place, eye=eye, rotation=view.frame.T)
+            sm.light.shade_matcap(normal, cap, positions=place, eye=eye, rotation=view.frame.T)
             for cap in caps
         ]
-        shaded.append(sm.shade_environment(place, normal, eye, environment))
+        shaded.append(sm.light.shade_environment(place, normal, eye, environment))
         rows.append(
             beside(*(view.finish(io.tonemap(np.nan_to_num(c)[None])[0] / 255) for c in shaded))
         )

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import spheremap as sm
-from spheremap import _fit, _sky, io
+from spheremap import io
+from spheremap.cli import files
+from spheremap.cli.sky import radiance
 
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 
@@ -31,7 +33,7 @@ def shrink(image: np.ndarray, factor: int) -> np.ndarray:
 
 def sky(d: np.ndarray) -> np.ndarray:
     """Return the demo's sky as a screen shows it."""
-    return io.tonemap(_sky.radiance(d), exposure=0.7) / np.float32(255)
+    return io.tonemap(radiance(d), exposure=0.7) / np.float32(255)
 
 
 # --- One picture for each projection
@@ -39,8 +41,8 @@ def sky(d: np.ndarray) -> np.ndarray:
 
 def picture(name: str, height: int, detail: int = 4) -> np.ndarray:
     """Return the sky in a projection as an RGBA image; what is not valid is transparent."""
-    p = _fit.flat(name)
-    rows, columns = p.shape(_fit.size_of_height(p, height))
+    p = files.flat(name)
+    rows, columns = p.shape(files.size_of_height(p, height))
     d = p.directions((rows * detail, columns * detail))
     valid = ~np.isnan(d[..., 0])
     color = sky(np.where(valid[..., None], d, 1.0))

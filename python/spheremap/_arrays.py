@@ -1,22 +1,29 @@
-"""What the core calls for input that it cannot read as it stands.
+"""Shapes and dtypes of what callers give, checked and converted.
 
-The core reads C-contiguous native arrays itself. Everything else (lists, float16, other byte
-orders, views with strides ...) comes here: small arrays are converted whole, large ones block by
-block, so that no call needs room for a copy of its input. Images are converted whole.
+The core reads C-contiguous native arrays itself. For everything else (lists, float16, other byte
+orders, views with strides ...) it calls the functions up to `as_rotation`: small arrays are
+converted whole, large ones block by block, so that no call needs room for a copy of its input.
+Images are converted whole.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
+
+from . import _core
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
+    from ._core import Projection
+
+    Size: TypeAlias = int | tuple[int, ...]
+    Array = NDArray[np.float64]
     Reals: TypeAlias = NDArray[np.floating[Any]]
 
 IMAGE_DTYPES = ("uint8", "uint16", "float16", "float32", "float64")
@@ -166,3 +173,105 @@ def _views(array: NDArray[Any]) -> Iterator[NDArray[Any]]:
         step = BLOCK // each
         for first in range(0, len(array), step):
             yield array[first : first + step]
+
+
+def spatial_axes(p: Projection) -> int:
+    """Return how many axes an image has without its channels."""
+    return 2 if p.faces == 1 else 3
+
+
+def spatial_shape(image: NDArray[Any], p: Projection, name: str) -> tuple[int, ...]:
+    """Return the shape of an image without its channels, or raise."""
+    axes = spatial_axes(p)
+    if image.ndim not in (axes, axes + 1):
+        pattern = "(H, W) or (H, W, C)" if axes == 2 else "(F, N, N) or (F, N, N, C)"
+        raise ValueError(
+            f"Expected `{name}` of projection '{p.name}' to have shape {pattern}, "
+            f"got {image.shape}."
+        )
+    return p.shape(image.shape[:axes])
+
+
+def as_size(size: Size) -> Any:
+    """Return a size as the core takes it: a whole number or a tuple."""
+    return size if isinstance(size, int | np.integer) else tuple(size)
+
+
+def result_dtype(image: NDArray[Any]) -> type[np.floating[Any]]:
+    """Return the dtype of light that is computed of an image."""
+    return np.float32 if image.dtype.kind == "f" and image.dtype.itemsize <= 4 else np.float64
+
+
+def has_channels(image: NDArray[Any], projection: Projection) -> bool:
+    """Tell whether an image has an axis of channels."""
+    return image.ndim > spatial_axes(projection)
+
+
+def as_unit_vectors(
+    directions: ArrayLike, name: str
+) -> tuple[NDArray[np.float64], tuple[int, ...]]:
+    """Return unit vectors as (N, 3), NaN for what is none, and the leading axes."""
+    array = as_real(directions, name).astype(np.float64, copy=False)
+    if array.shape[-1:] != (3,):
+        raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
+    with np.errstate(all="ignore"):
+        scaled = array / np.abs(array).max(axis=-1, keepdims=True)
+        unit = scaled / np.sqrt(np.square(scaled).sum(axis=-1, keepdims=True))
+    return np.ascontiguousarray(unit.reshape(-1, 3)), array.shape[:-1]
+
+
+def rotation_matrix(rotation: Any | None) -> Array:
+    """Return a rotation as a matrix that was checked; the identity for None."""
+    if rotation is None:
+        return np.eye(3)
+    # The core checks it and turns the axes with it; the rows are the turned axes.
+    p = _core.projection("octahedral")
+    return np.asarray(p.decode(p.encode(np.eye(3)), rotation=rotation)).T
+
+
+# How many places a message names.
+_PLACES = 3
+
+
+def checked_image(
+    image: ArrayLike,
+    *,
+    name: str = "image",
+    skipna: bool = False,
+    negative: Literal["keep", "raise"] = "keep",
+) -> NDArray[Any]:
+    """Return the image as a contiguous array of a supported dtype in which every value is finite.
+
+    NaN and infinite values raise ValueError with their number and first places, or become 0 with
+    `skipna`. So do negative ones where `negative` is "raise". The array given is never changed.
+    """
+    array = as_image(image, None)
+    if array.dtype.kind != "f":
+        return array
+    # One pass and no mask of the image's size where all is well: a sum is finite only if every
+    # value is. One that overflows merely asks for the closer look.
+    with np.errstate(all="ignore"):
+        suspicious = not np.isfinite(array.sum(dtype=np.float64))
+    if suspicious:
+        bad = ~np.isfinite(array)
+        if bad.any():
+            if not skipna:
+                raise ValueError(
+                    f"`{name}` has {_described(bad, 'NaN or infinite')}; "
+                    "`skipna=True` counts them as 0."
+                )
+            array = np.where(bad, array.dtype.type(0), array)
+    if negative == "raise" and array.size and array.min() < 0:
+        raise ValueError(f"`{name}` has {_described(array < 0, 'negative')}.")
+    return array
+
+
+def _described(bad: NDArray[np.bool_], what: str) -> str:
+    count = int(np.count_nonzero(bad))
+    places = [
+        str(tuple(int(i) for i in np.unravel_index(flat, bad.shape)))
+        for flat in np.flatnonzero(bad)[:_PLACES]
+    ]
+    more = ", ..." if count > _PLACES else ""
+    noun = "value" if count == 1 else "values"
+    return f"{count} {what} {noun}, at {', '.join(places)}{more}"

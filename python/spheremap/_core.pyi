@@ -1,4 +1,4 @@
-from typing import Any, final
+from typing import Any, Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -35,9 +35,15 @@ __all__ = [
     "rotation",
     "set_num_threads",
     "set_simd_level",
+    "sh_convention_table",
+    "sh_convert",
     "sh_evaluate",
+    "sh_lobe",
     "sh_project",
     "sh_rotate",
+    "sh_scale_degrees",
+    "sh_storage",
+    "sh_window",
     "simd_level",
     "simd_levels",
     "texel_weights",
@@ -141,6 +147,9 @@ class Projection:
         alpha: int | None = None,
         skipna: bool = False,
     ) -> NDArray[Any]: ...
+    def turned(self, pose: Any, /) -> Projection: ...
+    @property
+    def pose(self) -> NDArray[np.float64] | None: ...
     def explain(self) -> None: ...
     def explanation(self) -> str: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -209,6 +218,7 @@ def _rebuild(
     grid: str,
     layout: str | None,
     parameters: dict[str, float],
+    pose: Any | None,
     /,
 ) -> Projection: ...
 def projection(
@@ -269,6 +279,14 @@ def sh_evaluate(
 def sh_rotate(
     array: NDArray[np.float64], matrix: NDArray[np.float64], /
 ) -> NDArray[np.float64]: ...
+def sh_scale_degrees(
+    array: NDArray[np.float64], factors: NDArray[np.float64], /
+) -> NDArray[np.float64]: ...
+def sh_lobe(name: str, parameter: float, order: int, /) -> NDArray[np.float64]: ...
+def sh_window(name: str, width: float | None, order: int, /) -> NDArray[np.float64]: ...
+def sh_convention_table() -> list[tuple[str, str, str]]: ...
+def sh_storage(name: str, /) -> Literal["rows", "squares", "complex"]: ...
+def sh_convert(array: NDArray[np.float64], src: str, dst: str, /) -> NDArray[np.float64]: ...
 def prefilter(
     object: ArrayLike,
     projection: Projection,

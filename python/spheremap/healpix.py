@@ -34,6 +34,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _core
+from ._arrays import as_real
 
 if TYPE_CHECKING:
     from typing import SupportsIndex
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     Pixels = NDArray[np.int64]
-    Floats = NDArray[np.floating[Any]]
 
 __all__ = [
     "ang2pix",
@@ -59,6 +59,11 @@ __all__ = [
     "to_image",
     "vec2pix",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 MAX_NSIDE = 1 << 29
 
@@ -527,6 +532,4 @@ def _nside(nside: SupportsIndex) -> int:
 
 
 def _real(angle: ArrayLike, name: str) -> NDArray[np.float64]:
-    from ._arrays import as_real
-
     return np.asarray(as_real(angle, name), dtype=np.float64)

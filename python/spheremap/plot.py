@@ -9,17 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._api import _resolve
-from .io import tonemap
+from .io.images import tonemap
+from .map.named import resolve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-    from ._api import ProjectionLike
     from ._core import Projection
+    from .map.named import ProjectionLike
 
 __all__ = ["density_map", "show", "tissot"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 _AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 _OUTSIDE = (0.85, 0.85, 0.85)
@@ -64,7 +69,7 @@ def show(
         If matplotlib is missing.
     """
     ax = _axes(ax)
-    p = _resolve(projection)
+    p = resolve(projection)
     pixels = np.asarray(image)
     spatial = 2 if p.faces == 1 else 3
     if pixels.ndim not in (spatial, spatial + 1):
@@ -128,7 +133,7 @@ def tissot(
     ax = _axes(ax)
     from matplotlib.collections import PolyCollection
 
-    p = _resolve(projection)
+    p = resolve(projection)
     height, width = p.shape(size)[-2:]
     uv = p.encode(_lattice(step))
     uv = uv[np.isfinite(uv).all(axis=-1)]
@@ -182,7 +187,7 @@ def density_map(
     ax = _axes(ax)
     from matplotlib.colors import LogNorm
 
-    p = _resolve(projection)
+    p = resolve(projection)
     uv = _texel_uv(p, p.shape(size))
     density = np.asarray(p.density(uv), dtype=np.float64)
     if p.faces > 1:

@@ -24,13 +24,28 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// ±1 for each view axis.
+    /// The sign of each view axis, ±1.
+    ///
+    /// ```
+    /// use spheremap::geometry::Axes;
+    /// let axes: Axes = "+x -y -z".parse()?;
+    /// assert_eq!(axes.signs(), [1.0, -1.0, -1.0]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn signs(self) -> [f64; 3] {
         self.negative
             .map(|negative| if negative { -1.0 } else { 1.0 })
     }
 
-    /// For each world axis, the view axis that lies along it.
+    /// The view axis that lies along each world axis.
+    ///
+    /// ```
+    /// use spheremap::geometry::Axes;
+    /// let axes: Axes = "+y -z +x".parse()?;
+    /// assert_eq!(axes.inverse().inverse(), axes);
+    /// assert_eq!(axes.inverse().to_string(), "+z +x -y");
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn inverse(self) -> Axes {
         let mut inverse = self;
         for (view, &world) in self.world.iter().enumerate() {
@@ -41,6 +56,14 @@ impl Axes {
     }
 
     /// The matrix that takes world directions to the view frame.
+    ///
+    /// ```
+    /// use spheremap::geometry::Axes;
+    /// use spheremap::glam::DVec3;
+    /// let axes: Axes = "+x -y -z".parse()?;
+    /// assert_eq!(axes.matrix() * DVec3::Y, DVec3::NEG_Y); // up is against the rows
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn matrix(self) -> DMat3 {
         let rows = [0, 1, 2].map(|k| {
             let mut row = [0.0; 3];
@@ -51,6 +74,13 @@ impl Axes {
     }
 
     /// Whether a view frame (right, down, forward) with these axes is left-handed.
+    ///
+    /// ```
+    /// use spheremap::geometry::Axes;
+    /// assert!(!"+x -y -z".parse::<Axes>()?.mirrored()); // a photo
+    /// assert!("+x -y +z".parse::<Axes>()?.mirrored()); // a cube map of OpenGL
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn mirrored(self) -> bool {
         self.matrix().determinant() < 0.0
     }
@@ -144,13 +174,29 @@ impl Rotation {
     }
 }
 
-/// A matrix as rows.
+/// The rows of a matrix.
+///
+/// ```
+/// use spheremap::geometry::{rotation, rows};
+/// let quarter = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]];
+/// assert_eq!(rows(rotation(quarter)?), quarter);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn rows(m: DMat3) -> [[f64; 3]; 3] {
     m.transpose().to_cols_array_2d()
 }
 
 /// A proper rotation from its rows, or why it is none. float32 matrices pass: the tolerance is a few
 /// of their rounding units.
+///
+/// # Errors
+/// The rows are not orthonormal, or mirror.
+///
+/// ```
+/// use spheremap::geometry::rotation;
+/// assert!(rotation([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]).is_ok());
+/// assert!(rotation([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]).is_err());
+/// ```
 pub fn rotation(rows: [[f64; 3]; 3]) -> Result<DMat3, Error> {
     let m = DMat3::from_cols_array_2d(&rows).transpose();
     let defect = m * m.transpose() - DMat3::IDENTITY;
@@ -171,6 +217,13 @@ pub fn rotation(rows: [[f64; 3]; 3]) -> Result<DMat3, Error> {
 
 /// The rotation of these angles in degrees: roll about +z, then pitch about +x, then yaw about +y, each
 /// right-handed.
+///
+/// ```
+/// use spheremap::geometry::from_angles;
+/// use spheremap::glam::DVec3;
+/// let turned = from_angles(90.0, 0.0, 0.0) * DVec3::NEG_Z; // what lay ahead lies to the left
+/// assert!(turned.distance(DVec3::NEG_X) < 1e-15);
+/// ```
 pub fn from_angles(yaw: f64, pitch: f64, roll: f64) -> DMat3 {
     DMat3::from_rotation_y(yaw.to_radians())
         * DMat3::from_rotation_x(pitch.to_radians())

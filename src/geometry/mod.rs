@@ -1,4 +1,8 @@
 //! Vectors, frames and areas on the sphere, in f64. Nothing here knows an image or a map.
 
-pub mod axes;
-pub mod solid_angle;
+pub(crate) mod axes;
+pub(crate) mod solid_angle;
+pub(crate) mod vector;
+
+pub use axes::{Axes, from_angles, rotation, rows};
+pub use solid_angle::Rect;

@@ -35,7 +35,7 @@ mod run;
 pub use index::{FaceCell, Grid, OnRing};
 pub use place::{BORDER, cell_of_direction, center};
 
-use crate::error::Error;
+use crate::error::{Error, expect_length, expect_multiple};
 use crate::number::real::Real;
 pub use run::Wide;
 use run::{Step, run};
@@ -74,7 +74,16 @@ pub enum Angles {
 }
 
 impl Pixels {
-    /// An error for an nside that does not exist, in that order.
+    /// The division of the sphere into 12 nside² pixels.
+    ///
+    /// # Errors
+    /// There is no such nside in that order.
+    ///
+    /// ```
+    /// use spheremap::healpix::{Order, Pixels};
+    /// assert!(Pixels::new(3, Order::Ring).is_ok());
+    /// assert!(Pixels::new(3, Order::Nested).is_err()); // no power of two
+    /// ```
     pub fn new(nside: i64, order: Order) -> Result<Pixels, Error> {
         if !(1..=MAX_NSIDE).contains(&nside) {
             return Err(Error::Contradiction(format!(
@@ -93,45 +102,126 @@ impl Pixels {
     }
 
     /// Pixels of directions, three numbers each.
-    pub fn of_directions<R: Wide<Number = f64>>(&self, directions: &[R], pixels: &mut [i64]) {
+    ///
+    /// # Errors
+    /// The slices' lengths do not go together.
+    ///
+    /// ```
+    /// use spheremap::healpix::{Order, Pixels};
+    /// let ring = Pixels::new(2, Order::Ring)?;
+    /// let mut pixels = [0; 2];
+    /// ring.of_directions(&[0.0, 0.0, 1.0, 0.0, 0.0, -1.0], &mut pixels)?;
+    /// assert_eq!(pixels, [0, 44]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn of_directions<R: Wide<Number = f64>>(
+        &self,
+        directions: &[R],
+        pixels: &mut [i64],
+    ) -> Result<(), Error> {
+        expect_multiple("directions", directions.len(), 3)?;
+        expect_length("pixels", pixels.len(), directions.len() / 3)?;
         match self.order {
             Order::Ring => run(OfDirections::<false>(self.grid), directions, pixels),
             Order::Nested => run(OfDirections::<true>(self.grid), directions, pixels),
         }
+        Ok(())
     }
 
     /// The unit vectors to the centers of pixels, three numbers each.
-    pub fn directions(&self, pixels: &[i64], directions: &mut [f64]) {
+    ///
+    /// # Errors
+    /// The slices' lengths do not go together.
+    ///
+    /// ```
+    /// use spheremap::healpix::{Order, Pixels};
+    /// let base = Pixels::new(1, Order::Nested)?;
+    /// let mut center = [0.0; 3];
+    /// base.directions(&[4], &mut center)?; // the face around longitude 0 on the equator
+    /// assert_eq!(center, [1.0, 0.0, 0.0]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn directions(&self, pixels: &[i64], directions: &mut [f64]) -> Result<(), Error> {
+        expect_length("directions", directions.len(), 3 * pixels.len())?;
         match self.order {
             Order::Ring => run(Directions::<false>(self.grid), pixels, directions),
             Order::Nested => run(Directions::<true>(self.grid), pixels, directions),
         }
+        Ok(())
     }
 
     /// Pixels of directions given by two angles each.
-    pub fn of_angles(&self, angles: Angles, input: &[f64], pixels: &mut [i64]) {
+    ///
+    /// # Errors
+    /// The slices' lengths do not go together.
+    ///
+    /// ```
+    /// use spheremap::healpix::{Angles, Order, Pixels};
+    /// let base = Pixels::new(1, Order::Nested)?;
+    /// let mut pixels = [0];
+    /// base.of_angles(Angles::LonLat, &[0.0, 0.0], &mut pixels)?;
+    /// assert_eq!(pixels, [4]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn of_angles(
+        &self,
+        angles: Angles,
+        input: &[f64],
+        pixels: &mut [i64],
+    ) -> Result<(), Error> {
+        expect_multiple("input", input.len(), 2)?;
+        expect_length("pixels", pixels.len(), input.len() / 2)?;
         let lonlat = angles == Angles::LonLat;
         match self.order {
             Order::Ring => run(OfAngles::<false>(self.grid, lonlat), input, pixels),
             Order::Nested => run(OfAngles::<true>(self.grid, lonlat), input, pixels),
         }
+        Ok(())
     }
 
     /// The two angles of the centers of pixels.
-    pub fn angles(&self, angles: Angles, pixels: &[i64], output: &mut [f64]) {
+    ///
+    /// # Errors
+    /// The slices' lengths do not go together.
+    ///
+    /// ```
+    /// use spheremap::healpix::{Angles, Order, Pixels};
+    /// let base = Pixels::new(1, Order::Nested)?;
+    /// let mut angles = [0.0; 2];
+    /// base.angles(Angles::LonLat, &[4], &mut angles)?;
+    /// assert_eq!(angles, [0.0, 0.0]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn angles(&self, angles: Angles, pixels: &[i64], output: &mut [f64]) -> Result<(), Error> {
+        expect_length("output", output.len(), 2 * pixels.len())?;
         let lonlat = angles == Angles::LonLat;
         match self.order {
             Order::Ring => run(ToAngles::<false>(self.grid, lonlat), pixels, output),
             Order::Nested => run(ToAngles::<true>(self.grid, lonlat), pixels, output),
         }
+        Ok(())
     }
 
     /// The numbers that these pixels have in the other order.
-    pub fn reordered(&self, pixels: &[i64], output: &mut [i64]) {
+    ///
+    /// # Errors
+    /// The slices' lengths do not go together.
+    ///
+    /// ```
+    /// use spheremap::healpix::{Order, Pixels};
+    /// let ring = Pixels::new(2, Order::Ring)?;
+    /// let mut nested = [0; 3];
+    /// ring.reordered(&[0, 1, -5], &mut nested)?;
+    /// assert_eq!(nested, [3, 7, -1]); // what is no pixel stays none
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn reordered(&self, pixels: &[i64], output: &mut [i64]) -> Result<(), Error> {
+        expect_length("output", output.len(), pixels.len())?;
         match self.order {
             Order::Ring => run(ToNested(self.grid), pixels, output),
             Order::Nested => run(ToRing(self.grid), pixels, output),
         }
+        Ok(())
     }
 }
 

@@ -23,14 +23,14 @@ impl<'a, T: Texel> ImageView<'a, T> {
     /// For a shape that the map has not, no channels, and another number of texels.
     ///
     /// ```
-    /// use spheremap::image::view::ImageView;
-    /// use spheremap::map::{Map, Options};
+    /// use spheremap::image::ImageView;
+    /// use spheremap::Map;
     ///
-    /// let map = Map::new("latlong", Options::default())?;
+    /// let map = Map::new("latlong")?;
     /// let texels = [0.5_f32; 4 * 8 * 3];
     /// assert_eq!(ImageView::new(&map, &[4, 8], 3, &texels)?.channels(), 3);
     /// assert!(ImageView::new(&map, &[4, 8], 3, &texels[1..]).is_err());
-    /// # Ok::<(), spheremap::error::Error>(())
+    /// # Ok::<(), spheremap::Error>(())
     /// ```
     pub fn new(
         map: &'a Map,
@@ -96,11 +96,11 @@ impl<'a, T: Texel> ImageView<'a, T> {
 #[cfg(test)]
 mod tests {
     use super::ImageView;
-    use crate::map::{Map, Options};
+    use crate::map::Map;
 
     #[test]
     fn what_does_not_fit_is_an_error() {
-        let map = Map::new("cube", Options::default()).unwrap();
+        let map = Map::new("cube").unwrap();
         let texels = [0_u8; 6 * 4 * 4 * 2];
         assert!(ImageView::new(&map, &[6, 4, 4], 2, &texels).is_ok());
         for (shape, channels, count) in [

@@ -29,22 +29,27 @@ use fearless_simd::{Level, Simd, SimdBase, f32x4, f64x4};
 use std::ops::BitOr;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// A float type that arrays hold.
+/// A float type that arrays hold: `f32` or `f64`.
 pub trait Scalar: Real + Polynomials + Default + Send + Sync {
     /// Four of them side by side.
+    #[doc(hidden)]
     type Four<S: Simd>: SimdBase<S, Element = Self, Array = [Self; 4]>;
 
     /// An unsigned integer of its size.
+    #[doc(hidden)]
     type Word: Copy + Default + PartialEq + BitOr<Output = Self::Word>;
 
     /// A word whose highest bits are clear if and only if the number is normal: within 2⁻¹⁹ to 2¹³ for
     /// f32, 2⁻⁴⁰ to 2²⁴ for f64, of either sign. Words may be joined by OR.
+    #[doc(hidden)]
     fn outside_normal_range(self) -> Self::Word;
 
     /// Whether words joined by OR all came from normal numbers.
+    #[doc(hidden)]
     fn all_normal(joined: Self::Word) -> bool;
 
     /// A whole number within ±2²¹ as an integer: `as` checks its range and never vectorizes.
+    #[doc(hidden)]
     fn whole(self) -> i32;
 }
 
@@ -104,12 +109,12 @@ pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
 pub struct SignedPermutation<const N: usize> {
     /// Component k is taken from here.
     pub order: [usize; N],
-    /// And negated.
+    /// Whether component k is negated on its way.
     pub negative: [bool; N],
 }
 
 impl<const N: usize> SignedPermutation<N> {
-    /// Every component stays.
+    /// The permutation that leaves every component where it is.
     pub fn identity() -> Self {
         SignedPermutation {
             order: std::array::from_fn(|k| k),
@@ -132,7 +137,7 @@ pub struct Frame<R, const I: usize, const O: usize> {
 }
 
 impl<R: Real, const I: usize, const O: usize> Frame<R, I, O> {
-    /// Everything stays where it is.
+    /// A frame that leaves everything where it is.
     pub fn plain() -> Self {
         Frame {
             input: SignedPermutation::identity(),
@@ -144,7 +149,7 @@ impl<R: Real, const I: usize, const O: usize> Frame<R, I, O> {
 }
 
 impl<const I: usize, const O: usize> Frame<f64, I, O> {
-    /// The same for numbers of another type.
+    /// The frame for numbers of another type.
     pub fn cast<R: Real>(&self) -> Frame<R, I, O> {
         let cast = |m: [[f64; 3]; 3]| m.map(|row| row.map(R::new));
         Frame {
@@ -179,11 +184,20 @@ fn available() -> usize {
 }
 
 /// The levels that this CPU runs, weakest first.
+///
+/// ```
+/// assert_eq!(spheremap::simd::levels()[0], "baseline");
+/// ```
 pub fn levels() -> &'static [&'static str] {
     &LEVELS[..available()]
 }
 
-/// The level that kernels run at.
+/// The level that kernels run at: the best one of this CPU, or the one that was forced.
+///
+/// ```
+/// use spheremap::simd;
+/// assert_eq!(simd::levels().last(), Some(&simd::level()));
+/// ```
 pub fn level() -> &'static str {
     match FORCED.load(Ordering::Relaxed) {
         0 => LEVELS[available() - 1],
@@ -192,6 +206,14 @@ pub fn level() -> &'static str {
 }
 
 /// Makes kernels run at this level, or at the best one again. False if this CPU does not have it.
+///
+/// ```
+/// use spheremap::simd;
+/// assert!(simd::force_level(Some("baseline")));
+/// assert_eq!(simd::level(), "baseline");
+/// assert!(simd::force_level(None));
+/// assert!(!simd::force_level(Some("mmx")));
+/// ```
 pub fn force_level(name: Option<&str>) -> bool {
     let forced = match name {
         None => 0,
@@ -229,11 +251,11 @@ pub fn vectorize<O>(work: impl FnOnce() -> O) -> O {
 /// change the order of a loop's additions, so lanes that are added last are part of the formula. The
 /// number of lanes is the same at every level, and so are the bits.
 pub trait SimdWork {
-    /// Does it; to be `#[inline(always)]`.
+    /// Does the work; to be `#[inline(always)]`.
     fn run<S: Simd>(self, simd: S);
 }
 
-/// Runs packed work at the level in force.
+/// Runs SIMD work at the level in force.
 #[inline(never)]
 pub fn run_simd<P: SimdWork>(work: P) {
     #[cfg(target_arch = "x86_64")]
@@ -260,16 +282,16 @@ pub fn run_simd<P: SimdWork>(work: P) {
     run_baseline(work);
 }
 
-/// Runs it for the baseline only: what is seldom done is not worth its code three times.
+/// Runs SIMD work for the baseline only: what is seldom done is not worth its code three times.
 pub fn run_baseline<P: SimdWork>(work: P) {
     fearless_simd::dispatch!(Level::baseline(), simd => work.run(simd));
 }
 
 /// A loop to be compiled for every level.
 pub trait Job {
-    /// What comes out of it.
+    /// What comes out of the job.
     type Output;
-    /// All of it; `#[inline(always)]`.
+    /// Does all of the work; `#[inline(always)]`.
     fn work(self) -> Self::Output;
 }
 
@@ -370,7 +392,7 @@ fn chunks<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     }
 }
 
-/// The same in f64, for numbers of another type, tile by tile. Where f64 says that there is no result, the formula in
+/// Takes `point` over numbers of another type in f64, tile by tile. Where f64 says that there is no result, the formula in
 /// the numbers' own type decides: a coordinate that was rounded to f32 may lie beyond a rim by more than f64 lets out.
 pub fn run_in_double<R: Scalar, F, const I: usize, const O: usize>(
     point: F,

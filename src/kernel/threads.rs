@@ -10,9 +10,13 @@
 //!
 //! Work is split into blocks whose borders depend on nothing but the size of the work, and no block's result
 //! depends on another's, so the number of threads never shows in a result.
+//!
+//! Without the feature `rayon` there is no pool, and all work is done on the caller's thread.
 
+#[cfg(feature = "rayon")]
 use rayon::ThreadPool;
 use std::sync::atomic::{AtomicUsize, Ordering};
+#[cfg(feature = "rayon")]
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Points from which a call is spread over threads.
@@ -24,15 +28,21 @@ const BLOCK: usize = 1 << 13;
 /// 0 until somebody asks or sets.
 static THREADS: AtomicUsize = AtomicUsize::new(0);
 
+#[cfg(feature = "rayon")]
 struct Pool {
     process: u32,
     threads: usize,
     pool: Arc<ThreadPool>,
 }
 
+#[cfg(feature = "rayon")]
 static POOL: Mutex<Option<Pool>> = Mutex::new(None);
 
 /// How many threads large calls use: what was set, else `SPHEREMAP_NUM_THREADS`, else one a core.
+///
+/// ```
+/// assert!(spheremap::threads::count() >= 1);
+/// ```
 pub fn count() -> usize {
     match THREADS.load(Ordering::Relaxed) {
         0 => {
@@ -50,11 +60,18 @@ pub fn count() -> usize {
 }
 
 /// Sets how many threads large calls use; at least one.
+///
+/// ```
+/// use spheremap::threads;
+/// threads::set_count(2);
+/// assert_eq!(threads::count(), 2);
+/// ```
 pub fn set_count(threads: usize) {
     THREADS.store(threads.max(1), Ordering::Relaxed);
 }
 
 /// The pool of this process, one thread short of what is asked for, or none where that is one or threads cannot be had.
+#[cfg(feature = "rayon")]
 fn pool() -> Option<Arc<ThreadPool>> {
     let threads = count();
     if threads < 2 {
@@ -108,6 +125,7 @@ pub fn blocks<A: Sync, B: Send>(
 }
 
 /// Calls `work` on each item, on the caller's thread and, where there are enough points, on those of the pool.
+#[cfg(feature = "rayon")]
 fn share<I: Iterator<Item: Send> + Send>(points: usize, items: I, work: impl Fn(I::Item) + Sync) {
     let pool = (points >= PARALLEL_FROM).then(pool).flatten();
     let Some(pool) = pool else {
@@ -126,6 +144,12 @@ fn share<I: Iterator<Item: Send> + Send>(points: usize, items: I, work: impl Fn(
         }
         all();
     });
+}
+
+/// Calls `work` on each item: there are no other threads.
+#[cfg(not(feature = "rayon"))]
+fn share<I: Iterator<Item: Send> + Send>(_: usize, items: I, work: impl Fn(I::Item) + Sync) {
+    items.for_each(work);
 }
 
 /// Calls `work(number, row)` on each row of `width` items, spread over threads where there are

@@ -17,6 +17,7 @@
 //! What did not help: evenly spaced visible normals (the horizon is a kink: 3e-4 with 8192 of them).
 
 use super::prefilter::Distribution;
+use crate::error::{Error, expect_length};
 use crate::kernel::threads;
 use crate::light::lobe;
 use crate::number::real::Real;
@@ -27,7 +28,19 @@ const ALONG: usize = 192;
 const AROUND: usize = 20;
 
 /// Fills a square table: E and B of each entry, which lies at the center of its cell.
-pub fn fill(distribution: Distribution, size: usize, out: &mut [f64]) {
+///
+/// # Errors
+/// `out` does not hold 2 size² numbers.
+///
+/// ```
+/// use spheremap::light::{dfg, prefilter::Distribution};
+/// let mut table = [0.0; 2 * 4 * 4];
+/// dfg::fill(Distribution::Ggx, 4, &mut table)?;
+/// assert!(table.iter().all(|x| (0.0..=1.0).contains(x)));
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn fill(distribution: Distribution, size: usize, out: &mut [f64]) -> Result<(), Error> {
+    expect_length("out", out.len(), 2 * size * size)?;
     let along = gauss_legendre(ALONG);
     let around = gauss_legendre(AROUND);
     let at = |k: usize| (k as f64 + 0.5) / size as f64;
@@ -53,6 +66,7 @@ pub fn fill(distribution: Distribution, size: usize, out: &mut [f64]) {
             (out[0], out[1]) = (e, b);
         }
     });
+    Ok(())
 }
 
 /// (cos θ, D dω/dφ) of half vectors.

@@ -4,11 +4,13 @@
 //! eight lanes within a block of 256 texels, lanes as a tree, blocks as a tree. The order depends on
 //! the image's shape alone.
 
+use crate::error::{Error, expect_length};
 use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::SimdWork;
 use crate::kernel::threads;
-use crate::light::texels::{LANES, Texels};
+use crate::light::texels::{LANES, Texels, texels};
+use crate::map::Map;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
 /// ∫ f dω and the three components of ∫ f ω dω.
@@ -17,6 +19,31 @@ pub type Moments = [f64; 4];
 /// The sum of lanes, as a tree.
 pub fn add_lanes(s: &[f64; LANES]) -> f64 {
     ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
+}
+
+/// The integral of an image over the sphere, ∫ L dω: one number a channel.
+///
+/// # Errors
+/// The shape is none of the map's, or the image does not hold `channels` numbers a texel.
+///
+/// ```
+/// use spheremap::{Map, light::integrate};
+/// let map = Map::new("octahedral")?;
+/// let white = vec![1.0_f32; 8 * 8];
+/// let total = integrate(&map, &[8, 8], &white, 1)?;
+/// assert!((total[0] - 4.0 * std::f64::consts::PI).abs() < 1e-12);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn integrate<T: Texel>(
+    map: &Map,
+    shape: &[usize],
+    image: &[T],
+    channels: usize,
+) -> Result<Vec<f64>, Error> {
+    let texels = texels(map, shape)?;
+    expect_length("image", image.len(), texels.stored * channels)?;
+    let moments = moments(&texels, image, channels);
+    Ok(moments[..channels].iter().map(|m| m[0]).collect())
 }
 
 /// The moments of every channel of an image and, last, of the constant 1.

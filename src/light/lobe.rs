@@ -28,17 +28,26 @@
 //! What did not help: lanes over directions (blocks must then be dark for all of them at once), f32 (half
 //! of the time, for seven digits).
 
-use crate::error::Error;
+use crate::error::{Error, expect_length, expect_multiple};
+use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::SimdWork;
 use crate::kernel::threads;
 use crate::light::integrate::{add_lanes, block_moments};
-use crate::light::texels::{Block, LANES, Texels};
+use crate::light::texels::{Block, LANES, Texels, texels};
+use crate::map::Map;
+use crate::projections::projection::Coverage;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, f64x8, u64x8};
 use std::f64::consts::PI;
 
 /// A function of the cosine between the wanted direction and the light.
+///
+/// ```
+/// use spheremap::light::Lobe;
+/// assert_eq!(Lobe::Cosine.integral(), std::f64::consts::PI);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Lobe {
     /// max(0, t): the integral is irradiance.
     Cosine,
@@ -67,6 +76,15 @@ const VANISHES: f64 = -745.2;
 
 impl Lobe {
     /// The lobe of this name.
+    ///
+    /// # Errors
+    /// No lobe has it.
+    ///
+    /// ```
+    /// use spheremap::light::Lobe;
+    /// assert_eq!(Lobe::find("phong", 20.0)?, Lobe::Phong(20.0));
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn find(name: &str, parameter: f64) -> Result<Lobe, Error> {
         const NAMES: [&str; 6] = ["cosine", "cone", "phong", "vmf", "ggx", "charlie"];
         Ok(match name {
@@ -89,7 +107,13 @@ impl Lobe {
         }
     }
 
-    /// Its integral over the sphere.
+    /// The integral of the lobe over the sphere.
+    ///
+    /// ```
+    /// use spheremap::light::Lobe;
+    /// let half = Lobe::Cone(0.0).integral();
+    /// assert_eq!(half, 2.0 * std::f64::consts::PI);
+    /// ```
     pub fn integral(self) -> f64 {
         match self {
             Lobe::Cosine => PI,
@@ -333,11 +357,48 @@ impl<L: Shape, const N: usize> SimdWork for Sum<'_, L, N> {
 /// Directions that one thread takes through all blocks: enough to read each block seldom.
 const TARGETS: usize = 256;
 
+/// The light of an image under a lobe about each direction: one number a channel. Directions are of unit length; one that is
+/// none, and a lobe so narrow that it meets no texel, give NaN.
+///
+/// # Errors
+/// The shape is none of the map's, or the slices' lengths do not go together.
+///
+/// ```
+/// use spheremap::Map;
+/// use spheremap::light::{Lobe, under};
+/// let map = Map::new("latlong")?;
+/// let white = vec![1.0_f32; 16 * 32];
+/// let mut irradiance = [0.0];
+/// under(&map, &[16, 32], &white, 1, Lobe::Cosine, &[0.0, 1.0, 0.0], &mut irradiance)?;
+/// assert!((irradiance[0] - std::f64::consts::PI).abs() < 1e-12);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn under<T: Texel>(
+    map: &Map,
+    shape: &[usize],
+    image: &[T],
+    channels: usize,
+    lobe: Lobe,
+    normals: &[f64],
+    out: &mut [f64],
+) -> Result<(), Error> {
+    let texels = texels(map, shape)?;
+    expect_length("image", image.len(), texels.stored * channels)?;
+    expect_multiple("normals", normals.len(), 3)?;
+    expect_length("out", out.len(), normals.len() / 3 * channels)?;
+    if out.is_empty() {
+        return Ok(());
+    }
+    let whole = map.coverage() == Coverage::Sphere;
+    sums_under(&texels, image, channels, lobe, whole, normals, out);
+    Ok(())
+}
+
 /// The light of `image` under the lobe about each direction (three numbers of unit length each); NaN for a
 /// direction that is none. `whole` says that the texels cover the sphere.
 ///
 /// A lobe so narrow that it meets no texel gives NaN as well.
-pub fn under<T: crate::image::texel::Texel>(
+fn sums_under<T: Texel>(
     texels: &Texels,
     image: &[T],
     channels: usize,

@@ -2,10 +2,14 @@
 
 pub mod dfg;
 pub mod distribution;
-pub mod integrate;
-pub mod lobe;
+pub(crate) mod integrate;
+pub(crate) mod lobe;
 pub mod prefilter;
-pub mod pyramid;
-pub mod reflect;
+pub(crate) mod pyramid;
+pub(crate) mod reflect;
 pub mod sh;
-pub mod texels;
+pub(crate) mod texels;
+
+pub use integrate::integrate;
+pub use lobe::{Lobe, under};
+pub use reflect::reflect;

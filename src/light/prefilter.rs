@@ -13,7 +13,7 @@
 //! A sample has one level for the whole image, so texels are taken in runs, sample by sample: lookups of
 //! neighbors meet in the cache, and all but the four loads is packed arithmetic.
 
-use crate::error::Error;
+use crate::error::{Error, expect_length};
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::texels::directions;
@@ -38,6 +38,15 @@ pub enum Distribution {
 
 impl Distribution {
     /// The distribution of this name.
+    ///
+    /// # Errors
+    /// No distribution has it.
+    ///
+    /// ```
+    /// use spheremap::light::prefilter::Distribution;
+    /// assert_eq!(Distribution::find("ggx")?, Distribution::Ggx);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn find(name: &str) -> Result<Distribution, Error> {
         match name {
             "ggx" => Ok(Distribution::Ggx),
@@ -61,13 +70,29 @@ struct Sample {
 }
 
 impl Source {
-    /// An image of a map.
+    /// An image of a map, made ready to be filtered.
+    ///
+    /// # Errors
+    /// The shape is none of the map's, or the image does not hold `channels` numbers a texel.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// use spheremap::light::prefilter::{Distribution, Source};
+    /// let map = Map::new("octahedral")?;
+    /// let source = Source::new(&map, &[32, 32], &vec![0.5_f32; 32 * 32], 1)?;
+    /// let mut rough = vec![0.0; 8 * 8];
+    /// source.filter(&map, &[8, 8], Distribution::Ggx, 0.25, 64, &mut rough)?;
+    /// assert!(rough.iter().all(|x| (x - 0.5).abs() < 1e-5));
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn new<T: Texel>(
         map: &Map,
         shape: &[usize],
         image: &[T],
         channels: usize,
     ) -> Result<Source, Error> {
+        let texels = Raster::new(map, shape)?.texels();
+        expect_length("image", image.len(), texels * channels)?;
         let pyramids = (0..channels)
             .step_by(4)
             .map(|first| Pyramid::new(map, shape, image, channels, first))
@@ -75,7 +100,20 @@ impl Source {
         Ok(Source { channels, pyramids })
     }
 
-    /// Fills an image of `map`; black outside its valid part.
+    /// Fills an image of `map` with the light under the distribution of roughness `alpha`; black outside its valid part.
+    ///
+    /// # Errors
+    /// The shape is none of the map's, or `out` does not hold a number for each texel and channel.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// use spheremap::light::prefilter::{Distribution, Source};
+    /// let map = Map::new("octahedral")?;
+    /// let source = Source::new(&map, &[16, 16], &vec![1.0_f32; 16 * 16], 1)?;
+    /// let short = &mut [0.0; 10];
+    /// assert!(source.filter(&map, &[8, 8], Distribution::Ggx, 0.25, 64, short).is_err());
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn filter(
         &self,
         map: &Map,
@@ -86,6 +124,7 @@ impl Source {
         out: &mut [f32],
     ) -> Result<(), Error> {
         let raster = Raster::new(map, shape)?;
+        expect_length("out", out.len(), raster.texels() * self.channels)?;
         let mut normals = vec![0.0; 3 * raster.texels()];
         directions(map, shape, None, &mut normals)?;
         let normals = normals.as_chunks::<3>().0;

@@ -10,17 +10,17 @@
 use crate::error::Error;
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
+use crate::image::ImageView;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
-use crate::image::view::ImageView;
 use crate::kernel;
 use crate::kernel::SimdWork;
 use crate::kernel::threads;
 use crate::light::texels::texels;
 use crate::map::Map;
 use crate::number::real::Real;
-use crate::resample::options::Options;
-use crate::resample::sample::Sampler;
+use crate::resample::Options;
+use crate::resample::Sampler;
 use fearless_simd::{Select, Simd, SimdBase, f32x16};
 
 /// The largest face.
@@ -96,7 +96,7 @@ impl Pyramid {
         let flat: Vec<f32> = values.as_flattened().iter().map(|x| *x as f32).collect();
         let count = values.len();
         let view = ImageView::new(map, &shape, 4, &flat)?;
-        let source = Sampler::new(&view, &Options::default().fill(0.0))?;
+        let source = Sampler::new(&view, &Options::new().fill(0.0))?;
         let mut n = 8;
         while 6 * n * n < count && n < LARGEST {
             n *= 2;

@@ -3,6 +3,7 @@
 //! r = 2(v·n)n - v for a unit normal n and the direction v from the surface to the eye. Divided by n·n
 //! it holds for a normal of any length; |r| = |v|.
 
+use crate::error::{Error, expect_length, expect_multiple};
 use crate::kernel;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, TuplesMut};
@@ -24,7 +25,24 @@ impl<R: Scalar> Point<R, 6, 3> for Reflect {
 }
 
 /// Reflects `views` about `normals`, three numbers each; either may be a single one for all.
-pub fn reflect<R: Scalar>(views: &[R], normals: &[R], out: &mut [R]) {
+///
+/// # Errors
+/// A slice of more than one direction has another length than `out`.
+///
+/// ```
+/// use spheremap::light::reflect;
+/// let mut out = [0.0; 3];
+/// reflect(&[1.0, 2.0, 3.0], &[0.0, 0.0, 5.0], &mut out)?;
+/// assert_eq!(out, [-1.0, -2.0, 3.0]);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn reflect<R: Scalar>(views: &[R], normals: &[R], out: &mut [R]) -> Result<(), Error> {
+    expect_multiple("out", out.len(), 3)?;
+    for (name, slice) in [("views", views), ("normals", normals)] {
+        if slice.len() != 3 {
+            expect_length(name, slice.len(), out.len())?;
+        }
+    }
     let points = out.len() / 3;
     threads::rows(out, 3 * 32 * TILE, points, |block, out| {
         let mut pairs = Tile::<R, 6>::new();
@@ -44,6 +62,7 @@ pub fn reflect<R: Scalar>(views: &[R], normals: &[R], out: &mut [R]) {
             kernel::run(Reflect, &Frame::plain(), pairs.first(n), TuplesMut::of(out));
         }
     });
+    Ok(())
 }
 
 #[cfg(test)]
@@ -52,7 +71,7 @@ mod tests {
     fn reflects_about_normals_of_any_length() {
         for length in [1e-30_f32, 1.0, 1e30] {
             let mut r = [0.0_f32; 3];
-            super::reflect(&[1.0, 2.0, 3.0], &[0.0, 0.0, length], &mut r);
+            super::reflect(&[1.0, 2.0, 3.0], &[0.0, 0.0, length], &mut r).unwrap();
             for (got, want) in r.iter().zip([-1.0, -2.0, 3.0]) {
                 // Products and a quotient: four roundings of numbers up to 6.
                 assert!(

@@ -17,7 +17,6 @@ use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
 use crate::image::rim;
 use crate::image::texel::Texel;
-use crate::image::texels::directions;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile};
 use crate::map::Map;
@@ -291,12 +290,4 @@ fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
         }
     }
     weights
-}
-
-/// The directions of all texel centers, for what needs them one by one.
-pub fn centers(map: &Map, shape: &[usize]) -> Result<Vec<f64>, Error> {
-    let raster = Raster::new(map, shape)?;
-    let mut out = vec![0.0; 3 * raster.texels()];
-    directions(map, shape, None, &mut out)?;
-    Ok(out)
 }

@@ -64,7 +64,7 @@ impl Canvas {
 
 fn decode(map: &Map, uv: &[f64]) -> [f64; 3] {
     let mut d = [0.0; 3];
-    map.decode(None, uv, &mut d);
+    map.decode_numbers(None, uv, &mut d);
     d
 }
 
@@ -176,7 +176,7 @@ fn landings(map: &Map, axis: usize, seen: &[Vec<[f64; 3]>]) -> Vec<(usize, usize
     let mut direction = [0.0; 3];
     direction[axis / 2] = if axis.is_multiple_of(2) { 1.0 } else { -1.0 };
     let mut covered = [false];
-    map.covers(None, &direction, &mut covered);
+    map.covers_numbers(None, &direction, &mut covered);
     if !covered[0] {
         return Vec::new();
     }

@@ -3,6 +3,7 @@
 use crate::map::Map;
 use crate::map::conventions;
 use crate::map::drawing::draw;
+use crate::map::grid::Grid;
 use std::fmt::Write;
 
 const AXES: [(&str, [f64; 3]); 6] = [
@@ -14,8 +15,22 @@ const AXES: [(&str, [f64; 3]); 6] = [
     ("-z", [0.0, 0.0, -1.0]),
 ];
 
-/// The text that `explain()` prints.
-pub fn explain(map: &Map) -> String {
+impl Map {
+    /// The map in words: what it is, where the world's axes land, which way is up, whether it is mirrored, and a drawing.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// let text = Map::new("latlong:mitsuba")?.explain();
+    /// assert!(text.starts_with("projection  latlong: "));
+    /// assert!(text.contains("as mitsuba has it"));
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn explain(&self) -> String {
+        explain(self)
+    }
+}
+
+fn explain(map: &Map) -> String {
     let info = map.info();
     let mut text = String::new();
     let mut line = |label: &str, value: String| {
@@ -61,13 +76,9 @@ pub fn explain(map: &Map) -> String {
         );
     }
     let grid = match map.grid() {
-        crate::map::grid::Grid::Centers => "texel i is centered at (i + 1/2)/n",
-        crate::map::grid::Grid::Corners => {
-            "texel i is centered at i/(n - 1): the outer ones lie on the edges"
-        }
-        crate::map::grid::Grid::CornersV => {
-            "centers along u; along v row j is at j/(n - 1), on the edges"
-        }
+        Grid::Centers => "texel i is centered at (i + 1/2)/n",
+        Grid::Corners => "texel i is centered at i/(n - 1): the outer ones lie on the edges",
+        Grid::CornersV => "centers along u; along v row j is at j/(n - 1), on the edges",
     };
     line("grid", format!("{}: {grid}", map.grid().name()));
     let coverage = map.coverage();
@@ -85,6 +96,13 @@ pub fn explain(map: &Map) -> String {
         "density",
         format!("{low:.4} to {high:.4} sr per unit of uv area{claims}"),
     );
+    if let Some(pose) = map.pose() {
+        let row = |k: usize| {
+            let numbers = pose.row(k).to_array().map(|x| format!("{x:+.4}"));
+            numbers.join(" ")
+        };
+        line("turned by", format!("({}; {}; {})", row(0), row(1), row(2)));
+    }
     line("singular", info.singular.to_owned());
     for (name, direction) in AXES {
         line(
@@ -139,7 +157,7 @@ fn up(map: &Map) -> String {
 
 fn place(map: &Map, direction: [f64; 3]) -> String {
     let mut uv = vec![0.0; map.uv_width()];
-    map.encode(None, &direction, &mut uv);
+    map.encode_numbers(None, &direction, &mut uv);
     if uv[0].is_nan() {
         return "outside the coverage".to_owned();
     }

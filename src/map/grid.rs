@@ -2,6 +2,7 @@
 
 /// Where texel centers lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Grid {
     /// (i + ½)/n: a texel is a small area.
     Centers,
@@ -12,10 +13,14 @@ pub enum Grid {
 }
 
 impl Grid {
-    /// All of them.
+    /// All grids.
     pub const ALL: [Grid; 3] = [Grid::Centers, Grid::Corners, Grid::CornersV];
 
-    /// The name it is asked for by.
+    /// The name that a grid is asked for by.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::Grid::CornersV.name(), "corners-v");
+    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Grid::Centers => "centers",
@@ -25,7 +30,7 @@ impl Grid {
     }
 
     /// The grids along u and v.
-    pub fn axes(self, width: usize, height: usize) -> (GridAxis, GridAxis) {
+    pub(crate) fn axes(self, width: usize, height: usize) -> (GridAxis, GridAxis) {
         let axis = |corners, n| GridAxis { n, corners };
         match self {
             Grid::Centers => (axis(false, width), axis(false, height)),

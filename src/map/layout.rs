@@ -274,6 +274,24 @@ pub fn locate<R: Scalar>(face_layout: &FaceLayout, uv: &[R], work: &mut dyn FnMu
     );
 }
 
+/// One canonical (u, v, face) to the stored image's coordinates.
+pub fn store_one(face_layout: &FaceLayout, canonical: [f64; 3]) -> [f64; 3] {
+    with_room!(
+        face_layout,
+        |arranged| Store(arranged).apply(canonical),
+        Store(arranged).apply(canonical)
+    )
+}
+
+/// The stored image's coordinates of one place to canonical (u, v, face), NaN where there is no face.
+pub fn locate_one(face_layout: &FaceLayout, uv: [f64; 3]) -> [f64; 3] {
+    with_room!(
+        face_layout,
+        |arranged| Locate(arranged).apply(uv),
+        Locate(arranged).apply(uv)
+    )
+}
+
 /// Makes derivatives by canonical (u, v), as rows of two, derivatives by the stored image's coordinates.
 pub fn scale_derivatives<R: Scalar>(face_layout: &FaceLayout, uv: &[R], jacobians: &mut [R]) {
     fn scale<R: Scalar>(

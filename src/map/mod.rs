@@ -4,20 +4,27 @@
 //! registry, put the frame around it and spread the work over threads.
 
 pub mod conventions;
-pub mod drawing;
-pub mod explain;
-pub mod grid;
-pub mod layout;
-pub mod verbs;
+mod drawing;
+pub(crate) mod element;
+mod explain;
+pub(crate) mod grid;
+pub(crate) mod layout;
+mod options;
+mod slices;
+mod typed;
+pub(crate) mod verbs;
+
+pub use element::Element;
+pub use grid::Grid;
+pub use options::MapOptions;
 
 use crate::error::Error;
-use crate::geometry::axes::{Axes, Rotation};
+use crate::geometry::axes::{self, Axes, Rotation};
 use crate::geometry::solid_angle::Rect;
 use crate::kernel::Scalar;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, Tuples};
 use crate::map::conventions::Convention;
-use crate::map::grid::Grid;
 use crate::map::verbs::{
     Beyond, DecodeOwn, DensityOwn, EncodeOwn, EncodeTile, JacobianOwn, ValidCanonical,
 };
@@ -26,21 +33,6 @@ use crate::projections::projection::Visitor;
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use crate::projections::{Kind, REGISTRY};
 use glam::DMat3;
-
-/// What may be said when a map is asked for.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Options<'a> {
-    /// A program's name.
-    pub convention: Option<&'a str>,
-    /// Which world axes point right, down and forward.
-    pub axes: Option<&'a str>,
-    /// Where texel centers lie.
-    pub grid: Option<&'a str>,
-    /// How several faces are laid out.
-    pub layout: Option<&'a str>,
-    /// Parameters by name.
-    pub parameters: &'a [(String, f64)],
-}
 
 /// A projection with its axes, grid, faces and parameters.
 #[derive(Clone, Debug)]
@@ -53,6 +45,8 @@ pub struct Map {
     layout: Option<&'static str>,
     face_layout: FaceLayout,
     parameters: Vec<f64>,
+    /// How its world is turned in the world of the caller: the pose of a camera.
+    pose: Option<DMat3>,
 }
 
 impl Eq for Map {}
@@ -65,6 +59,9 @@ impl std::hash::Hash for Map {
         self.grid.hash(state);
         self.layout.hash(state);
         self.parameters.iter().for_each(|x| x.to_bits().hash(state));
+        if let Some(pose) = self.pose {
+            pose.to_cols_array().map(f64::to_bits).hash(state);
+        }
     }
 }
 
@@ -77,12 +74,43 @@ impl PartialEq for Map {
             && self.layout == other.layout
             && self.face_layout == other.face_layout
             && self.parameters == other.parameters
+            && self.pose == other.pose
     }
 }
 
 impl Map {
     /// The map of this name, which may be qualified by a convention as in "latlong:mitsuba".
-    pub fn new(name: &str, options: Options<'_>) -> Result<Map, Error> {
+    ///
+    /// # Errors
+    /// No projection has this name, or it has no such convention.
+    ///
+    /// ```
+    /// use spheremap::{Map, MapOptions};
+    /// let map = Map::new("latlong:mitsuba")?;
+    /// assert_eq!(map.axes().to_string(), "-x -y +z");
+    /// assert_eq!("latlong:mitsuba".parse::<Map>()?, map);
+    /// let error = Map::new("octahedrel").unwrap_err();
+    /// assert_eq!(error.to_string(), "unknown projection 'octahedrel'; did you mean 'octahedral'?");
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn new(name: &str) -> Result<Map, Error> {
+        Map::with(name, MapOptions::default())
+    }
+
+    /// The map of this name with these options.
+    ///
+    /// # Errors
+    /// A name that nothing has; a parameter out of its range, or parameters that do not go together; options that
+    /// contradict each other.
+    ///
+    /// ```
+    /// use spheremap::{Map, MapOptions};
+    /// let map = Map::with("cube:opengl", MapOptions::new().layout("cross"))?;
+    /// assert_eq!(map.layout(), Some("cross"));
+    /// assert!(Map::with("latlong", MapOptions::new().layout("cross")).is_err()); // it has one face
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn with(name: &str, options: MapOptions<'_>) -> Result<Map, Error> {
         let (name, qualifier) = match name.split_once(':') {
             Some((name, convention)) => (name, Some(convention)),
             None => (name, None),
@@ -134,6 +162,7 @@ impl Map {
             layout,
             face_layout,
             parameters,
+            pose: None,
         })
     }
 
@@ -213,11 +242,11 @@ impl Map {
     /// The part of an image that holds sphere, in closed form: 1, π/4 for a disk, 1/2 for a cross.
     ///
     /// ```
-    /// use spheremap::map::{Map, Options};
+    /// use spheremap::Map;
     ///
-    /// let cross = Options { layout: Some("cross"), ..Options::default() };
-    /// assert_eq!(Map::new("cube", cross)?.used_part(), 0.5);
-    /// # Ok::<(), spheremap::error::Error>(())
+    /// let cross = MapOptions::new().layout("cross");
+    /// assert_eq!(Map::with("cube", cross)?.used_part(), 0.5);
+    /// # Ok::<(), spheremap::Error>(())
     /// ```
     pub fn used_part(&self) -> f64 {
         struct Get;
@@ -305,15 +334,54 @@ impl Map {
 
     /// Whether both give each canonical coordinate the same direction: they may differ in size, grid and
     /// layout of their images.
-    pub fn same_formula(&self, other: &Map) -> bool {
+    pub(crate) fn same_formula(&self, other: &Map) -> bool {
         self.info.name == other.info.name
             && self.axes == other.axes
             && self.parameters == other.parameters
+            && self.pose == other.pose
+    }
+
+    /// This map with its world turned: what it showed at d it shows at `pose`·d. Of a camera, `pose` takes its own frame to
+    /// the world.
+    ///
+    /// # Errors
+    /// `pose` is no rotation.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// use spheremap::geometry::from_angles;
+    /// use spheremap::glam::{DMat3, DVec3};
+    /// let camera = Map::new("perspective")?;
+    /// let pose = from_angles(90.0, 0.0, 0.0); // a quarter turn to the left
+    /// let (_, before) = camera.encode_one(DVec3::NEG_Z).unwrap();
+    /// let (_, after) = camera.turned(pose)?.encode_one(pose * DVec3::NEG_Z).unwrap();
+    /// assert!(before.distance(after) < 1e-15);
+    /// assert!(camera.turned(2.0 * DMat3::IDENTITY).is_err());
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn turned(&self, pose: DMat3) -> Result<Map, Error> {
+        let pose = axes::rotation(axes::rows(pose))?;
+        let pose = self.pose.map_or(pose, |before| pose * before);
+        // Zeros of one sign, so that what is equal has one hash.
+        let pose = DMat3::from_cols_array(&pose.to_cols_array().map(|x| x + 0.0));
+        Ok(Map {
+            pose: (pose != DMat3::IDENTITY).then_some(pose),
+            ..self.clone()
+        })
+    }
+
+    /// How the world of the map is turned.
+    pub fn pose(&self) -> Option<DMat3> {
+        self.pose
     }
 
     /// World to view, for the map turned by `rotation`.
-    pub fn view_rotation(&self, rotation: Option<DMat3>) -> Rotation {
-        Rotation::new(self.axes, rotation)
+    pub(crate) fn view_rotation(&self, rotation: Option<DMat3>) -> Rotation {
+        let turned = match (rotation, self.pose) {
+            (Some(rotation), Some(pose)) => Some(rotation * pose),
+            (rotation, pose) => rotation.or(pose),
+        };
+        Rotation::new(self.axes, turned)
     }
 
     /// The projection with its parameters.
@@ -322,7 +390,7 @@ impl Map {
     }
 
     /// Calls the visitor with the projection in its own order of faces, three numbers a coordinate.
-    pub fn visit_canonical<V: Visitor>(&self, visitor: V) -> V::Output {
+    pub(crate) fn visit_canonical<V: Visitor>(&self, visitor: V) -> V::Output {
         self.kind.visit(visitor)
     }
 
@@ -340,7 +408,12 @@ impl Map {
     }
 
     /// Directions, three numbers each, to image coordinates.
-    pub fn encode<R: Scalar>(&self, rotation: Option<DMat3>, directions: &[R], uv: &mut [R]) {
+    pub(crate) fn encode_numbers<R: Scalar>(
+        &self,
+        rotation: Option<DMat3>,
+        directions: &[R],
+        uv: &mut [R],
+    ) {
         let turn = self.view_rotation(rotation);
         let width = self.uv_width();
         let own = |input: &[R], output: &mut [R]| {
@@ -359,7 +432,12 @@ impl Map {
     }
 
     /// Image coordinates to unit directions, three numbers each.
-    pub fn decode<R: Scalar>(&self, rotation: Option<DMat3>, uv: &[R], directions: &mut [R]) {
+    pub(crate) fn decode_numbers<R: Scalar>(
+        &self,
+        rotation: Option<DMat3>,
+        uv: &[R],
+        directions: &mut [R],
+    ) {
         let turn = self.view_rotation(rotation).inverse();
         let own = |input: &[R], output: &mut [R]| {
             self.visit_canonical(DecodeOwn {
@@ -377,7 +455,8 @@ impl Map {
     }
 
     /// The directions that the image shows at canonical (u, v, face), also beyond a face's edges.
-    pub fn beyond<R: Scalar>(&self, canonical: &[R], directions: &mut [R]) {
+    #[cfg_attr(not(feature = "python"), allow(dead_code))]
+    pub(crate) fn beyond<R: Scalar>(&self, canonical: &[R], directions: &mut [R]) {
         let turn = self.view_rotation(None).inverse();
         threads::blocks(canonical, 3, directions, 3, |input, output| {
             self.visit_canonical(Beyond {
@@ -389,7 +468,12 @@ impl Map {
     }
 
     /// ∂d/∂(u, v) at image coordinates, six numbers each.
-    pub fn jacobian<R: Scalar>(&self, rotation: Option<DMat3>, uv: &[R], jacobians: &mut [R]) {
+    pub(crate) fn jacobian_numbers<R: Scalar>(
+        &self,
+        rotation: Option<DMat3>,
+        uv: &[R],
+        jacobians: &mut [R],
+    ) {
         let turn = self.view_rotation(rotation).inverse();
         let own = |input: &[R], output: &mut [R]| {
             self.visit_canonical(JacobianOwn {
@@ -408,7 +492,7 @@ impl Map {
     }
 
     /// dω/(du dv) at image coordinates.
-    pub fn density<R: Scalar>(&self, uv: &[R], density: &mut [R]) {
+    pub(crate) fn density_numbers<R: Scalar>(&self, uv: &[R], density: &mut [R]) {
         let own = |input: &[R], output: &mut [R]| {
             self.visit_canonical(DensityOwn { input, output });
         };
@@ -434,7 +518,7 @@ impl Map {
     }
 
     /// Whether image coordinates lie in the valid image.
-    pub fn valid<R: Scalar>(&self, uv: &[R], valid: &mut [bool]) {
+    pub(crate) fn valid_numbers<R: Scalar>(&self, uv: &[R], valid: &mut [bool]) {
         threads::blocks(uv, self.uv_width(), valid, 1, |uv, valid| {
             self.located::<R, bool, 1>(uv, valid, |input, output| {
                 self.visit_canonical(ValidCanonical { input, output });
@@ -443,7 +527,7 @@ impl Map {
     }
 
     /// Whether directions lie in the coverage.
-    pub fn covers<R: Scalar>(
+    pub(crate) fn covers_numbers<R: Scalar>(
         &self,
         rotation: Option<DMat3>,
         directions: &[R],
@@ -489,13 +573,10 @@ fn unknown_projection(name: &str, names: &[&str]) -> Error {
 fn parameters(
     info: &'static Info,
     convention: Option<&Convention>,
-    given: &[(String, f64)],
+    given: &[(&str, f64)],
 ) -> Result<Vec<f64>, Error> {
     let names: Vec<&str> = info.parameters.iter().map(|p| p.name).collect();
-    if let Some((name, _)) = given
-        .iter()
-        .find(|(name, _)| !names.contains(&name.as_str()))
-    {
+    if let Some((name, _)) = given.iter().find(|(name, _)| !names.contains(name)) {
         if names.is_empty() {
             return Err(Error::Contradiction(format!(
                 "projection '{}' takes no parameters, got `{name}`",
@@ -504,10 +585,10 @@ fn parameters(
         }
         return Err(Error::unknown("parameter", name, &names));
     }
-    let value = |parameter: &crate::projections::projection::Parameter| {
+    let value = |parameter: &crate::projections::Parameter| {
         let by_caller = given
             .iter()
-            .find(|(name, _)| name == parameter.name)
+            .find(|(name, _)| *name == parameter.name)
             .map(|(_, x)| *x);
         let by_convention = convention
             .and_then(|c| {

@@ -3,7 +3,7 @@
 //! A formula is compiled once for each float type and level of instructions, and that is nearly all of the library's
 //! code and of the time to build it. So there is one kernel a verb, and it computes as many numbers as the projection's own
 //! coordinates have: of (u, v, face) in rows it takes the first two, of interleaved ones what a loop that knows no
-//! projection leaves ([`narrow`]), and arrangements of faces are a formula of their own (`arranged`). Projections that
+//! projection leaves ([`narrow`]), and arrangements of faces are a formula of their own ([`crate::map::layout`]). Projections that
 //! are not [`COMMON`](Projection::COMMON) have kernels for f64 only, up to AVX2.
 //!
 //! Everything here runs on the caller's thread.
@@ -426,6 +426,26 @@ fn share_of_line<R: Real>(a: R, b: R, x: R) -> R {
     if (t >= R::ZERO) & (t <= R::ONE) { t } else { x }
 }
 
+/// One direction of the view frame to canonical (u, v, face), NaN where it has none.
+pub struct EncodeOne(pub [f64; 3]);
+
+impl Visitor for EncodeOne {
+    type Output = [f64; 3];
+    fn visit<P: Projection>(self, p: P) -> [f64; 3] {
+        Encode(p).apply(self.0)
+    }
+}
+
+/// One canonical (u, v, face) to a direction of the view frame, NaN outside the valid image.
+pub struct DecodeOne(pub [f64; 3]);
+
+impl Visitor for DecodeOne {
+    type Output = [f64; 3];
+    fn visit<P: Projection>(self, p: P) -> [f64; 3] {
+        Decode(p).apply(self.0)
+    }
+}
+
 #[derive(Clone, Copy)]
 struct Draw<P>(P);
 
@@ -477,7 +497,7 @@ impl Visitor for DrawTile<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::{Map, Options};
+    use crate::map::Map;
     use crate::projections::REGISTRY;
 
     #[test]
@@ -496,7 +516,7 @@ mod tests {
             }
         }
         for info in REGISTRY {
-            let map = Map::new(info.name, Options::default()).unwrap();
+            let map = Map::new(info.name).unwrap();
             let (claimed, found) = map.visit_canonical(EvenRows);
             assert_eq!(claimed, found, "{}", info.name);
         }

@@ -28,15 +28,15 @@
     reason = "coefficients as the fit printed them"
 )]
 
-use crate::number::real::Real;
-
 /// Polynomial cores, one implementation a float type.
 pub trait Polynomials: Sized {
-    /// See [`crate::number::real::Real::half_turns`]. TAME leaves out the guards that a point needs whose
+    /// See [`crate::number::real::Real::half_turns`]. NORMAL leaves out the guards that a point needs whose
     /// coordinates are zero or far from 1; elsewhere it gives the same bits.
-    fn half_turns<const TAME: bool>(y: Self, x: Self) -> Self;
+    fn half_turns<const NORMAL: bool>(y: Self, x: Self) -> Self;
     /// See [`crate::number::real::Real::sin_cos_half_turns`].
     fn sin_cos_half_turns(r: Self) -> (Self, Self);
+    /// See [`crate::number::real::Real::negated_if`].
+    fn flipped_if(self, condition: bool) -> Self;
 }
 
 /// Horner's rule as one straight expression: a loop over coefficients stops the vectorizer.
@@ -51,7 +51,13 @@ macro_rules! polynomials {
      pi: $pi_hi:expr, $pi_lo:expr; sin: $($sin:expr),+; cos: $($cos:expr),+) => {
         impl Polynomials for $t {
             #[inline(always)]
-            fn half_turns<const TAME: bool>(y: Self, x: Self) -> Self {
+            fn flipped_if(self, condition: bool) -> Self {
+                const SIGN: $bits = 1 << (<$bits>::BITS - 1);
+                <$t>::from_bits(self.to_bits() ^ if condition { SIGN } else { 0 })
+            }
+
+            #[inline(always)]
+            fn half_turns<const NORMAL: bool>(y: Self, x: Self) -> Self {
                 const TAN_PI_8: $t = 0.414_213_562_373_095_05;
                 let ax = x.abs();
                 let steep = y > ax;
@@ -62,9 +68,9 @@ macro_rules! polynomials {
                 let fold = lo > TAN_PI_8 * hi;
                 let numerator = lo - if fold { hi } else { 0.0 };
                 let denominator = hi + if fold { lo } else { 0.0 };
-                let denominator = if TAME { denominator } else { max(denominator, <$t>::MIN_POSITIVE) };
+                let denominator = if NORMAL { denominator } else { max(denominator, <$t>::MIN_POSITIVE) };
                 let t = numerator / denominator;
-                let squared = if TAME { t } else { max(t.abs(), $flush) };
+                let squared = if NORMAL { t } else { max(t.abs(), $flush) };
                 let s = squared * squared;
                 let angle = t * $atan_hi + t * ($atan_lo + s * (horner!(s; $($atan),+)));
                 // The middle of the octant, chosen from exact constants, is added once.
@@ -72,7 +78,7 @@ macro_rules! polynomials {
                 let along = if behind { 1.0 } else { 0.0 };
                 let along = if steep { 0.5 } else { along };
                 let middle = if fold { beside } else { along };
-                middle + angle.negated_if(steep ^ behind)
+                middle + angle.flipped_if(steep ^ behind)
             }
 
             #[inline(always)]
@@ -172,7 +178,7 @@ pub fn asinh(t: f64) -> f64 {
         * (s * (horner!(s; 1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0, 1.0 / 13.0,
             1.0 / 15.0, 1.0 / 17.0, 1.0 / 19.0, 1.0 / 21.0)));
     let value = exponent * std::f64::consts::LN_2 + 2.0 * artanh;
-    Real::negated_if(value, t < 0.0)
+    value.flipped_if(t < 0.0)
 }
 
 /// The cube root of a positive number up to 1e300, to 2 units in the last place; one below 1e-300 counts as that.

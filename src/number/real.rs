@@ -221,8 +221,7 @@ macro_rules! real {
 
             #[inline(always)]
             fn negated_if(self, condition: bool) -> Self {
-                const SIGN: $bits = 1 << (<$bits>::BITS - 1);
-                <$t>::from_bits(self.to_bits() ^ if condition { SIGN } else { 0 })
+                self.flipped_if(condition)
             }
 
             #[inline(always)]

@@ -5,7 +5,7 @@
 
 use super::Scheme;
 use super::fold::{NEAREST, PRECISE, Rounded, Rounding, choose};
-use crate::number::math::max;
+use super::unit::unit;
 use crate::pack::kernel;
 use crate::pack::kernel::{Cell, Decode, Encode};
 
@@ -39,9 +39,9 @@ pub struct Charted<C>(pub C);
 
 impl<R: Cell, C: Chart, const ROUNDING: u8> Encode<R> for Rounded<Charted<C>, ROUNDING> {
     #[inline(always)]
-    fn encode<const TAME: bool>(self, [x, y, z]: [R; 3]) -> (R::Code, bool) {
+    fn encode<const NORMAL: bool>(self, [x, y, z]: [R; 3]) -> (R::Code, bool) {
         let chart = self.0.0;
-        let ([x, y, z], ok) = unit::<R, TAME>([x, y, z]);
+        let ([x, y, z], ok) = unit::<R, NORMAL>([x, y, z]);
         let (([s, t], face), covered) = chart.place([x, y, z]);
         if ROUNDING == NEAREST {
             let node = (chart.settle([s.nearest(), t.nearest()]), face);
@@ -116,18 +116,4 @@ impl<R: Cell, C: Chart> Decode<R> for Charted<C> {
         let d: [R; 3] = self.0.direction(self.0.node(code));
         [d[0] + zero, d[1] + zero, d[2] + zero]
     }
-}
-
-/// A vector of any length as one of length 1, and whether it has a direction.
-#[inline(always)]
-pub fn unit<R: Cell, const TAME: bool>([x, y, z]: [R; 3]) -> ([R; 3], bool) {
-    let (mut x, mut y, mut z) = (x, y, z);
-    if !TAME {
-        let scale = max(x.abs(), max(y.abs(), z.abs())).binade_scale();
-        (x, y, z) = (x * scale, y * scale, z * scale);
-    }
-    let length = (x * x + y * y + z * z).sqrt();
-    let ok = TAME | ((length > R::ZERO) & length.finite());
-    let inverse = R::ONE / length;
-    ([x * inverse, y * inverse, z * inverse], ok)
 }

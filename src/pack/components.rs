@@ -6,9 +6,9 @@
 //! Many codes lie along one direction, so `canonical` mends only what a field can spell twice.
 //! `precise` takes the best of the eight grid points around the unit vector.
 
-use super::chart::unit;
 use super::fold::{NEAREST, PRECISE, Rounded, Rounding, choose, held};
 use super::grid::Grid;
+use super::unit::unit;
 use super::{Family, Scheme, Splits, Unit};
 use crate::number::math::{max, min};
 use crate::pack::kernel;
@@ -69,9 +69,9 @@ pub const RGB10A2: Family = Family {
 
 impl<R: Cell, const ROUNDING: u8> Encode<R> for Rounded<Components, ROUNDING> {
     #[inline(always)]
-    fn encode<const TAME: bool>(self, d: [R; 3]) -> (R::Code, bool) {
+    fn encode<const NORMAL: bool>(self, d: [R; 3]) -> (R::Code, bool) {
         let grid = self.0.0;
-        let (unit, ok) = unit::<R, TAME>(d);
+        let (unit, ok) = unit::<R, NORMAL>(d);
         let (n, offset) = (R::new(grid.n), R::new(grid.offset));
         let p = [unit[0].abs() * n, unit[1].abs() * n, unit[2].abs() * n];
         let best = if ROUNDING == NEAREST {

@@ -34,6 +34,7 @@ pub const FIBONACCI: Family = Family {
             n: (bits as f64).exp2(),
         })
     },
+    slow: true,
     ..Family::DEFAULT
 };
 

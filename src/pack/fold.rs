@@ -276,15 +276,15 @@ impl<R: Cell> Candidate<R> {
 
 impl<F: Warp> Fold<F> {
     #[inline(always)]
-    fn place<R: Cell, const TAME: bool>(self, [x, y, z]: [R; 3]) -> OctantPlace<R> {
+    fn place<R: Cell, const NORMAL: bool>(self, [x, y, z]: [R; 3]) -> OctantPlace<R> {
         let zero = R::ZERO;
         let mut a = [x.abs(), y.abs(), z.abs()];
-        if !TAME {
+        if !NORMAL {
             let scale = max(a[0], max(a[1], a[2])).binade_scale();
             a = [a[0] * scale, a[1] * scale, a[2] * scale];
         }
         let sum = a[0] + a[1] + a[2];
-        let ok = TAME | ((sum > zero) & sum.finite());
+        let ok = NORMAL | ((sum > zero) & sum.finite());
         OctantPlace {
             b: self.warp.barycentrics(a, sum, R::new(self.grid.n)),
             lower: z < zero,
@@ -444,8 +444,8 @@ impl<F: Warp> Fold<F> {
 
 impl<R: Cell, F: Warp, const ROUNDING: u8> Encode<R> for Rounded<Fold<F>, ROUNDING> {
     #[inline(always)]
-    fn encode<const TAME: bool>(self, d: [R; 3]) -> (R::Code, bool) {
-        let place = self.0.place::<R, TAME>(d);
+    fn encode<const NORMAL: bool>(self, d: [R; 3]) -> (R::Code, bool) {
+        let place = self.0.place::<R, NORMAL>(d);
         let code = match ROUNDING {
             NEAREST => self.0.nearest(&place),
             HEX => self.0.hex(&place),

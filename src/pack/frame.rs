@@ -10,7 +10,8 @@
 //! The formula is scalar: the frame of a code is decoded before it is encoded to.
 
 use super::{Packing, Real, Rounding, Scheme, has_direction};
-use crate::error::Error;
+use crate::error::{Error, expect_length};
+use crate::geometry::vector::dot;
 use crate::kernel::threads;
 use crate::number::real::Real as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -39,12 +40,16 @@ fn basis([x, y, z]: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     )
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 impl FramePacking {
-    /// The one of this name.
+    /// The packing of frames of this name: "frame32" or "frame64".
+    ///
+    /// # Errors
+    /// No packing of frames has it.
+    ///
+    /// ```
+    /// use spheremap::pack::frame::FramePacking;
+    /// assert!(FramePacking::new("frame32").is_ok());
+    /// ```
     pub fn new(name: &str) -> Result<Self, Error> {
         let Some((_, bits, normal_bits)) = FRAMES.iter().find(|f| f.0 == name) else {
             let names: Vec<&str> = FRAMES.iter().map(|f| f.0).collect();
@@ -101,7 +106,27 @@ impl FramePacking {
     }
 
     /// Codes of normals (three numbers each) and tangents (four); the index of the first that has none.
-    pub fn pack(&self, normals: &[f64], tangents: &[f64], codes: &mut [u64]) -> Option<usize> {
+    ///
+    /// # Errors
+    /// There are not three numbers of normals and four of tangents for each code.
+    ///
+    /// ```
+    /// use spheremap::pack::frame::FramePacking;
+    /// let (frame, mut codes) = (FramePacking::new("frame32")?, [0]);
+    /// assert_eq!(frame.pack(&[0.0, 0.0, 1.0], &[1.0, 0.0, 0.0, -1.0], &mut codes)?, None);
+    /// let mut back = [0.0; 7]; // normal, tangent, sign
+    /// frame.unpack(&codes, &mut back)?;
+    /// assert_eq!(back[6], -1.0);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn pack(
+        &self,
+        normals: &[f64],
+        tangents: &[f64],
+        codes: &mut [u64],
+    ) -> Result<Option<usize>, Error> {
+        expect_length("normals", normals.len(), 3 * codes.len())?;
+        expect_length("tangents", tangents.len(), 4 * codes.len())?;
         let first = AtomicUsize::new(usize::MAX);
         let points = codes.len();
         threads::rows(codes, BLOCK, points, |block, codes| {
@@ -115,11 +140,21 @@ impl FramePacking {
             }
         });
         let first = first.into_inner();
-        (first != usize::MAX).then_some(first)
+        Ok((first != usize::MAX).then_some(first))
     }
 
     /// Normals and tangents of codes, seven numbers each.
-    pub fn unpack(&self, codes: &[u64], out: &mut [f64]) {
+    ///
+    /// # Errors
+    /// There is not room for seven numbers for each code.
+    ///
+    /// ```
+    /// use spheremap::pack::frame::FramePacking;
+    /// assert!(FramePacking::new("frame64")?.unpack(&[0], &mut [0.0; 6]).is_err());
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn unpack(&self, codes: &[u64], out: &mut [f64]) -> Result<(), Error> {
+        expect_length("out", out.len(), 7 * codes.len())?;
         threads::blocks(codes, 1, out, 7, |codes, out| {
             for (code, out) in codes.iter().zip(out.as_chunks_mut::<7>().0) {
                 let (n, t) = self.decode(*code);
@@ -127,6 +162,7 @@ impl FramePacking {
                 out[3..].copy_from_slice(&t);
             }
         });
+        Ok(())
     }
 }
 

@@ -113,9 +113,9 @@ pub fn sin_cos_half_turns<R: Real>(r: R) -> (R, R) {
 
 /// The code of a direction.
 pub trait Encode<R: Cell>: Copy + Send + Sync {
-    /// The code, and whether the direction has one. TAME promises that every component is a number far
+    /// The code, and whether the direction has one. NORMAL promises that every component is a number far
     /// from 0 and infinity.
-    fn encode<const TAME: bool>(self, d: [R; 3]) -> (R::Code, bool);
+    fn encode<const NORMAL: bool>(self, d: [R; 3]) -> (R::Code, bool);
 }
 
 /// The direction of a code.

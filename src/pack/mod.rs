@@ -20,19 +20,20 @@ mod engines;
 mod fibonacci;
 mod fold;
 pub mod frame;
-pub mod grid;
+pub(crate) mod grid;
 mod hemioct;
-pub mod kernel;
+pub(crate) mod kernel;
 mod literal;
 mod meshoptimizer;
 mod oct;
 mod rings;
 mod spherical;
 mod unbounded;
+mod unit;
 
 pub use fold::Rounding;
 
-use crate::error::Error;
+use crate::error::{Error, expect_length};
 use crate::kernel::threads;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -121,6 +122,10 @@ pub struct Family {
     pub excess: f64,
     /// The program that it repeats to the bit.
     pub exact: Option<&'static str>,
+    /// Whether other programs decode its codes, or could by a formula in print.
+    pub standard: bool,
+    /// Whether a code costs a search, ten times a formula.
+    pub slow: bool,
     /// How many codes there are: those from 0 on below this number.
     pub codes: fn(u32) -> u64,
     /// A member of so many bits, with a variant (or "").
@@ -142,6 +147,8 @@ impl Family {
         bounds: &[],
         excess: 0.0,
         exact: None,
+        standard: true,
+        slow: false,
         // 0 for every pattern of bits.
         codes: |_| 0,
         make: |_, _| unreachable!("each family has its own"),
@@ -341,7 +348,7 @@ fn has_direction(d: [f64; 3]) -> bool {
 fn each(directions: &[f64], codes: &mut [u64], code: impl Fn([f64; 3]) -> u64) -> bool {
     let mut good = true;
     for (&d, slot) in directions.as_chunks::<3>().0.iter().zip(codes) {
-        let (unit, ok) = chart::unit::<f64, false>(d);
+        let (unit, ok) = unit::unit::<f64, false>(d);
         *slot = if ok { code(unit) } else { 0 };
         good &= ok;
     }
@@ -393,6 +400,16 @@ pub fn names() -> impl Iterator<Item = (String, &'static Family, u32, &'static s
 
 impl Packing {
     /// The scheme of this name.
+    ///
+    /// # Errors
+    /// No scheme has it.
+    ///
+    /// ```
+    /// use spheremap::pack::Packing;
+    /// assert_eq!(Packing::new("oct16")?.stored_bits(), 16);
+    /// assert!(Packing::new("oct17").is_err());
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn new(name: &str) -> Result<Packing, Error> {
         // The default variant may be said.
         let plain = name.rsplit_once('-').and_then(|(stem, tail)| {
@@ -465,14 +482,29 @@ impl Packing {
         Some(unit * (self.family.bounds.get(index)? + self.family.excess * unit))
     }
 
-    /// Codes of directions; the index of the first that has none.
+    /// Codes of directions; the index of the first that has none, where that is not to be passed over.
+    ///
+    /// # Errors
+    /// There are not three numbers of directions for each code.
+    ///
+    /// ```
+    /// use spheremap::pack::{Invalid, Packing, Rounding};
+    /// let oct = Packing::new("oct32")?;
+    /// let mut codes = [0_u32; 2];
+    /// let directions = [0.0_f32, 0.0, 1.0, 0.6, 0.0, 0.8];
+    /// assert_eq!(oct.pack(Rounding::Nearest, Invalid::Raise, &directions, &mut codes)?, None);
+    /// let none = [f32::NAN; 6];
+    /// assert_eq!(oct.pack(Rounding::Nearest, Invalid::Raise, &none, &mut codes)?, Some(0));
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn pack<R: Real, S: Store>(
         &self,
         rounding: Rounding,
         invalid: Invalid,
         directions: &[R],
         codes: &mut [S],
-    ) -> Option<usize> {
+    ) -> Result<Option<usize>, Error> {
+        expect_length("directions", directions.len(), 3 * codes.len())?;
         let first = AtomicUsize::new(usize::MAX);
         let start = directions.as_ptr() as usize;
         threads::blocks(directions, 3, codes, 1, |d, codes| {
@@ -499,7 +531,7 @@ impl Packing {
             }
         });
         let first = first.into_inner();
-        (first != usize::MAX).then_some(first)
+        Ok((first != usize::MAX).then_some(first))
     }
 
     fn pack_tile<R: Real, S: Store>(&self, rounding: Rounding, d: &[R], codes: &mut [S]) -> bool {
@@ -533,8 +565,26 @@ impl Packing {
         d.as_chunks::<3>().0.iter().position(|d| self.is_invalid(d))
     }
 
-    /// Directions of codes.
-    pub fn unpack<R: Real, S: Store>(&self, codes: &[S], directions: &mut [R]) {
+    /// Unit directions of codes.
+    ///
+    /// # Errors
+    /// There is not room for three numbers of directions for each code.
+    ///
+    /// ```
+    /// use spheremap::pack::{Invalid, Packing, Rounding};
+    /// let oct = Packing::new("oct32")?;
+    /// let (mut codes, mut back) = ([0_u32], [0.0_f32; 3]);
+    /// oct.pack(Rounding::Nearest, Invalid::Raise, &[0.6_f32, 0.0, 0.8], &mut codes)?;
+    /// oct.unpack(&codes, &mut back)?;
+    /// assert!((back[0] - 0.6).abs() < 5e-5);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn unpack<R: Real, S: Store>(
+        &self,
+        codes: &[S],
+        directions: &mut [R],
+    ) -> Result<(), Error> {
+        expect_length("directions", directions.len(), 3 * codes.len())?;
         let scheme = self.scheme.as_ref();
         threads::blocks(codes, 1, directions, 3, |codes, d| {
             for (codes, d) in codes.chunks(TILE).zip(d.chunks_mut(3 * TILE)) {
@@ -557,10 +607,22 @@ impl Packing {
                 }
             }
         });
+        Ok(())
     }
 
-    /// The codes that are written for the same directions.
-    pub fn canonical<S: Store>(&self, codes: &[S], out: &mut [S]) {
+    /// The codes that are written for the same directions: where several stand for one, always the same of them.
+    ///
+    /// # Errors
+    /// `out` has another length.
+    ///
+    /// ```
+    /// use spheremap::pack::Packing;
+    /// let (oct, mut out) = (Packing::new("oct32")?, [0]);
+    /// oct.canonical(&[7_u32], &mut out)?;
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn canonical<S: Store>(&self, codes: &[S], out: &mut [S]) -> Result<(), Error> {
+        expect_length("out", out.len(), codes.len())?;
         threads::blocks(codes, 1, out, 1, |codes, out| {
             let mut words = [0_u64; TILE];
             for (codes, out) in codes.chunks(TILE).zip(out.chunks_mut(TILE)) {
@@ -574,6 +636,7 @@ impl Packing {
                 }
             }
         });
+        Ok(())
     }
 
     /// The first code that is not below `codes`.

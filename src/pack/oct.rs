@@ -54,6 +54,7 @@ pub const WOCT: Family = Family {
     bounds: &[1.90, 1.194, 1.53],
     excess: 0.33,
     make: |bits, grid| Arc::new(Fold::new(Warped, Grid::new(grid, bits / 2))),
+    standard: false,
     ..Family::DEFAULT
 };
 

@@ -53,6 +53,7 @@ pub const RINGS: Family = Family {
             .map_or(0, |row| row.2)
     },
     make: |bits, _| Arc::new(Rings::new(bits)),
+    slow: true,
     ..Family::DEFAULT
 };
 

@@ -17,9 +17,9 @@ pub const MAX_FACES: usize = 12;
 pub struct Orientation {
     /// u and v change places.
     pub swap: bool,
-    /// Then u runs backwards.
+    /// Then u runs backward.
     pub flip_u: bool,
-    /// Then v runs backwards.
+    /// Then v runs backward.
     pub flip_v: bool,
 }
 

@@ -13,6 +13,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
+use crate::geometry::vector::cross;
 use crate::number::real::Real;
 use crate::projections::faces::{Cells, LayoutSpec, STRIP_AND_COLUMN};
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
@@ -54,14 +55,6 @@ const UPPER_RIGHT: [f64; 3] = [COS * SIN_36, SIN, COS * COS_36];
 const UPPER_LEFT: [f64; 3] = [-COS * SIN_36, SIN, COS * COS_36];
 const LOWER: [f64; 3] = [0.0, -SIN, COS];
 const LOWER_RIGHT: [f64; 3] = [COS * SIN_72, -SIN, COS * COS_72];
-
-const fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
 
 /// Three vectors whose products with a direction are, but for a common factor, its coordinates by the corners a, b, c,
 /// which run counterclockwise as seen from inside.

@@ -3,22 +3,45 @@
 //! The macro makes the enum of all kinds, the list of their claims and the static dispatch. A new
 //! projection is one file and one line here; everything else (encode, decode, jacobian, solid
 //! angles, sampling, conversion, the command line, tests, benchmarks, tables) iterates the registry.
+//!
+//! A projection is a type here ([`Octahedral`]) and a name elsewhere ("octahedral"). [`Map`](crate::Map) takes either, and is
+//! what programs work with: it adds axes, grid, layout and all verbs over slices. The type alone has the bare formula of
+//! one point, in the view frame, for code that wants it inlined:
+//!
+//! ```
+//! use spheremap::projections::{Octahedral, Projection, Uv};
+//! let Uv { u, v, .. } = Octahedral.encode([0.0_f32, 0.0, 1.0]);
+//! assert_eq!((u, v), (0.5, 0.5));
+//! assert_eq!(Octahedral.decode(Uv { u, v, face: 0.0 }), [0.0, 0.0, 1.0]);
+//! ```
 
 mod common;
-pub mod cost;
-pub mod faces;
-pub mod projection;
+// For the table of the documentation, which the Python package makes.
+#[cfg(feature = "python")]
+pub(crate) mod cost;
+pub(crate) mod faces;
+pub(crate) mod projection;
 
-use crate::projections::projection::{Info, Projection, Visitor};
+pub use faces::{
+    Cells, FaceLayout, FacePlacement, FaceTable, LayoutCell, LayoutSpec, MAX_FACES, Orientation,
+};
+pub use projection::{Coverage, Edge, Info, Outline, Parameter, Projection, Seam, Uv};
+
+use crate::projections::projection::Visitor;
 
 macro_rules! projections {
     ($($module:ident::$name:ident),+ $(,)?) => {
         $(mod $module;)+
         $(pub use $module::$name;)+
 
+        /// The types alone.
+        pub(crate) mod types {
+            $(pub use super::$module::$name;)+
+        }
+
         /// Any registered projection.
         #[derive(Clone, Copy, Debug)]
-        pub enum Kind {
+        pub(crate) enum Kind {
             $(
                 #[doc = concat!("[`", stringify!($name), "`]")]
                 $name($name)
@@ -26,6 +49,12 @@ macro_rules! projections {
         }
 
         /// The claims of every registered projection, in the order of the registry.
+        ///
+        /// ```
+        /// use spheremap::projections::REGISTRY;
+        /// let equal_area: Vec<_> = REGISTRY.iter().filter(|info| info.equal_area).map(|info| info.name).collect();
+        /// assert!(equal_area.contains(&"healpix"));
+        /// ```
         pub const REGISTRY: &[Info] = &[$($name::INFO),+];
 
         impl Kind {

@@ -1,7 +1,7 @@
 //! The orthographic fisheye: a globe seen from far away.
 //!
 //! Source: the orthographic projection r = sin θ/sin(fov/2); fisheye lenses with r = f sin θ, and the sky over
-//! a horizontal surface, where area in the disk is irradiance (Nusselt's analogue). At 180° it is
+//! a horizontal surface, where area in the disk is irradiance (Nusselt's analog). At 180° it is
 //! MatCap's formula with another frame, and shares its careful rounding.
 //!
 //! Domain: all directions within fov/2 of the axis, else NaN. Singular: the rim at 180°, where the density
@@ -42,6 +42,8 @@ impl Projection for Orthographic {
         outline: Outline::Disk,
         parameters: &[lens::fov(180.0, 180.0)],
         smooth: true,
+        // At the rim of a whole hemisphere a rounding of u is this much.
+        round_trip: (4.8e-4, 2.5e-8),
         ..Info::PLAIN
     };
 

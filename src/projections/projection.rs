@@ -10,6 +10,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
+use crate::geometry::vector::dot;
 use crate::number::dual::Dual;
 use crate::number::math::max;
 use crate::number::real::Real;
@@ -100,6 +101,7 @@ impl<R: Real> Uv<R> {
 
 /// The part of the sphere that an image holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Coverage {
     /// Every direction.
     Sphere,
@@ -155,6 +157,7 @@ impl Coverage {
 
 /// The part of a face's unit square that holds sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Outline {
     /// All of it.
     Square,
@@ -166,6 +169,7 @@ pub enum Outline {
 
 /// What lies beyond the edge of the valid image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Seam {
     /// Nothing: the coverage ends there.
     Ends,
@@ -211,6 +215,7 @@ impl Edge {
 
 /// A number that a projection takes, such as a field of view.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Parameter {
     /// Its keyword.
     pub name: &'static str,
@@ -228,6 +233,7 @@ pub struct Parameter {
 
 /// What a projection claims about itself, apart from its parameters.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Info {
     /// The name it is asked for by.
     pub name: &'static str,
@@ -259,6 +265,9 @@ pub struct Info {
     /// Both formulas of a face are analytic inside it, but at singular points, and its encoding, continued across its
     /// border, leaves the square or the disk: so a polynomial may stand for them.
     pub smooth: bool,
+    /// The radians that a direction and what comes back of it through the image may be apart, in f32 and in f64, at the
+    /// default parameters.
+    pub round_trip: (f64, f64),
     /// The numbers it takes.
     pub parameters: &'static [Parameter],
 }
@@ -280,6 +289,7 @@ impl Info {
         equal_area: false,
         conformal: false,
         smooth: false,
+        round_trip: (9.5e-7, 2e-15),
         parameters: &[],
     };
 }
@@ -420,10 +430,6 @@ pub fn density<P: Projection, R: Real>(projection: P, uv: Uv<R>) -> R {
     let y = a[2] * b[0] - a[0] * b[2];
     let z = a[0] * b[1] - a[1] * b[0];
     (x * x + y * y + z * z).sqrt()
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// A point of an edge and the unit vector along it.

@@ -180,11 +180,11 @@ impl<'a, T> Parts<'a, T> {
 
 /// Lets other Python threads run meanwhile, where there is enough work: giving the interpreter up and
 /// taking it back costs more than a few dozen points.
-pub fn run(py: Python<'_>, numbers: usize, work: impl FnOnce() + Send) {
+pub fn run<T: Send>(py: Python<'_>, numbers: usize, work: impl FnOnce() -> T + Send) -> T {
     if numbers < 512 {
-        work();
+        work()
     } else {
-        py.detach(work);
+        py.detach(work)
     }
 }
 
@@ -251,6 +251,11 @@ pub fn writable<'py, T: Element>(
             _ => "`out` overlaps an input or an array that another call is using.",
         })
     })
+}
+
+/// Takes the result of a call on slices of one shape, which cannot fail.
+pub fn fits(result: Result<(), crate::error::Error>) {
+    debug_assert_eq!(result, Ok(()));
 }
 
 /// An error if two slices share memory: arrays over one foreign buffer escape numpy's bookkeeping.

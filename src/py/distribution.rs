@@ -4,6 +4,7 @@ use super::projection::{PyProjection, size};
 use crate::image::rim;
 use crate::light::distribution::{Distribution, Radiance};
 use crate::py::arrays;
+use crate::py::arrays::fits;
 use crate::py::arrays::{
     Float, contiguous, disjoint, finish, leading, output, points, reals, run, with_reals, writable,
 };
@@ -78,7 +79,7 @@ impl PyDistribution {
     ) -> PyResult<Bound<'py, PyAny>> {
         let reals = reals(directions, "directions", out)?;
         with_reals!(&reals, d => {
-            let work = |d: &[_], pdf: &mut [_]| self.distribution.pdf(d, pdf);
+            let work = |d: &[_], pdf: &mut [_]| fits(self.distribution.pdf(d, pdf));
             points(py, d, "directions", 3, out, d.dtype(), &[], work)
         })
     }
@@ -135,7 +136,7 @@ impl PyDistribution {
             disjoint(d, p)?;
             disjoint(d, w)?;
             disjoint(p, w)?;
-            run(py, input.len(), || self.distribution.sample(input, d, p, w));
+            run(py, input.len(), || self.distribution.sample(input, d, p, w))?;
         }
         let mut results = vec![
             finish(directions, out[0].is_some())?,

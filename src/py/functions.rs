@@ -5,7 +5,7 @@ use crate::geometry::axes;
 use crate::kernel;
 use crate::kernel::threads;
 use crate::map::conventions;
-use crate::map::{Map, Options};
+use crate::map::{Map, MapOptions};
 use crate::projections::cost;
 use crate::projections::projection::Visitor;
 use crate::projections::projection::{Coverage, Projection};
@@ -17,7 +17,7 @@ use crate::py::arrays::{
 use crate::py::images;
 use crate::py::images::Asked;
 use crate::resample;
-use crate::resample::filters::Filter;
+use crate::resample::Filter;
 use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -42,14 +42,15 @@ pub fn projection(
             values.push((name, value));
         }
     }
-    let options = Options {
+    let values: Vec<(&str, f64)> = values.iter().map(|(name, x)| (&**name, *x)).collect();
+    let options = MapOptions {
         convention,
         axes,
         grid,
         layout,
         parameters: &values,
     };
-    Ok(PyProjection(Map::new(name, options)?))
+    Ok(PyProjection(Map::with(name, options)?))
 }
 
 /// The value of a parameter.
@@ -67,7 +68,7 @@ fn number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
 
 /// What a pickle calls.
 #[pyfunction]
-#[pyo3(name = "_rebuild", signature = (name, convention, axes, grid, layout, parameters, /))]
+#[pyo3(name = "_rebuild", signature = (name, convention, axes, grid, layout, parameters, pose, /))]
 pub fn rebuild(
     name: &str,
     convention: Option<&str>,
@@ -75,15 +76,21 @@ pub fn rebuild(
     grid: &str,
     layout: Option<&str>,
     parameters: &Bound<'_, PyDict>,
+    pose: Option<[[f64; 3]; 3]>,
 ) -> PyResult<PyProjection> {
-    projection(
+    let plain = projection(
         name,
         convention,
         Some(axes),
         Some(grid),
         layout,
         Some(parameters),
-    )
+    )?;
+    let Some(pose) = pose else {
+        return Ok(plain);
+    };
+    let pose = glam::DMat3::from_cols_array_2d(&pose).transpose();
+    Ok(PyProjection(plain.0.turned(pose)?))
 }
 
 /// Smaller versions of an image, in the same projection.
@@ -119,7 +126,7 @@ pub fn convert<'py>(
         Some(fill) => images::fill(Some(fill))?,
         None => 0.0.into(),
     };
-    let options = resample::options::Options::default()
+    let options = resample::Options::new()
         .filter(Filter::find(filter)?)
         .rotation(arrays::rotation(rotation)?)
         .antialias(antialias)
@@ -143,7 +150,7 @@ pub fn matching_size(
     dst: &PyProjection,
 ) -> PyResult<usize> {
     let shape = size(&src.0, shape)?;
-    Ok(resample::size::matching_size(&src.0, &dst.0, &shape)?)
+    Ok(resample::matching_size(&src.0, &dst.0, &shape)?)
 }
 
 /// The claims of every filter.
@@ -227,7 +234,7 @@ fn reflect_arrays<'py, T: Float>(
         let (view, normal) = (view.as_slice()?, normal.as_slice()?);
         disjoint(view, out)?;
         disjoint(normal, out)?;
-        py.detach(|| crate::light::reflect::reflect(view, normal, out));
+        py.detach(|| crate::light::reflect(view, normal, out))?;
     }
     finish(array, out.is_some())
 }
@@ -250,9 +257,7 @@ fn reflect_blocks<'py, T: Float>(
             let (view, normal) = (converted::<T>(&view)?, converted::<T>(&normal)?);
             let (view, normal) = (view.as_slice()?, normal.as_slice()?);
             let out = output.next(view.len())?;
-            run(py, out.len(), || {
-                crate::light::reflect::reflect(view, normal, out)
-            });
+            run(py, out.len(), || crate::light::reflect(view, normal, out))?;
         }
     }
     finish(array, out.is_some())
@@ -330,6 +335,7 @@ pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         dict.set_item("equal_area", info.equal_area)?;
         dict.set_item("conformal", info.conformal)?;
         dict.set_item("density_range", density_range)?;
+        dict.set_item("round_trip", info.round_trip)?;
         dict.set_item("parameters", parameters)?;
         dict.set_item(
             "conventions",

@@ -1,5 +1,6 @@
 //! HEALPix pixel numbers: integers in and out.
 
+use super::arrays::fits;
 use super::arrays::{
     Points, contiguous, disjoint, finish, helper, output, points, reals, run, with_reals, writable,
 };
@@ -34,7 +35,7 @@ pub fn healpix_vec2pix<'py>(
     let pixels = pixels(nside, nest)?;
     let reals = reals(directions, "directions", out)?;
     with_reals!(&reals, d => {
-        let work = |d: &[_], out: &mut [i64]| pixels.of_directions(d, out);
+        let work = |d: &[_], out: &mut [i64]| fits(pixels.of_directions(d, out));
         points(py, d, "directions", 3, out, "int64", &[], work)
     })
 }
@@ -51,7 +52,7 @@ pub fn healpix_pix2vec<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let division = self::pixels(nside, nest)?;
     each(py, pixels, out, "float64", &[3], |pixels, out| {
-        division.directions(pixels, out);
+        fits(division.directions(pixels, out));
     })
 }
 
@@ -68,7 +69,7 @@ pub fn healpix_ang2pix<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let pixels = pixels(nside, nest)?;
     let kind = self::angles(lonlat);
-    let work = |angles: &[f64], out: &mut [i64]| pixels.of_angles(kind, angles, out);
+    let work = |angles: &[f64], out: &mut [i64]| fits(pixels.of_angles(kind, angles, out));
     let angles = Points::Plain(angles);
     points(py, &angles, "angles", 2, out, "int64", &[], work)
 }
@@ -86,7 +87,7 @@ pub fn healpix_pix2ang<'py>(
     let division = self::pixels(nside, nest)?;
     let kind = angles(lonlat);
     each(py, pixels, None, "float64", &[2], |pixels, out| {
-        division.angles(kind, pixels, out);
+        fits(division.angles(kind, pixels, out));
     })
 }
 
@@ -104,7 +105,7 @@ pub fn healpix_reorder<'py>(
     self::pixels(nside, true)?;
     let division = self::pixels(nside, nest)?;
     each(py, pixels, out, "int64", &[], |pixels, out| {
-        division.reordered(pixels, out);
+        fits(division.reordered(pixels, out));
     })
 }
 

@@ -3,14 +3,13 @@
 use super::arrays::{
     Reals, contiguous, disjoint, finish, helper, leading, output, reals, with_reals, writable,
 };
+use crate::image::ImageView;
 use crate::image::raster::tuple;
 use crate::image::texel::Texel;
-use crate::image::view::ImageView;
 use crate::map::Map;
 use crate::resample;
-use crate::resample::mips;
-use crate::resample::options::{Fill, Options};
-use crate::resample::sample::Sampler;
+use crate::resample::Sampler;
+use crate::resample::{Fill, Options};
 use half::f16;
 use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -200,7 +199,7 @@ fn levels<'py, T: PyTexel>(
 ) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let (shape, channels, texel) = split(map, image.shape())?;
     let view = ImageView::new(map, shape, channels, image.as_slice()?)?;
-    let chain = py.detach(|| mips::chain(&view))?;
+    let chain = py.detach(|| resample::chain(&view))?;
     let mut levels = Vec::with_capacity(chain.len());
     for (mut shape, texels) in chain {
         shape.extend_from_slice(texel);
@@ -247,7 +246,7 @@ fn convert_texels<'py, T: PyTexel>(
         let mut target = writable(&array)?;
         let into = target.as_slice_mut()?;
         disjoint(view.texels(), into)?;
-        py.detach(|| resample::convert::convert(&view, dst, shape, &options, into))?;
+        py.detach(|| resample::convert(&view, dst, shape, &options, into))?;
     }
     finish(array, out.is_some())
 }

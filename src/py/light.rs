@@ -6,14 +6,13 @@ use super::images::{image, split, with_image};
 use super::projection::{PyProjection, size};
 use crate::light::lobe::Lobe;
 use crate::light::prefilter::{Distribution, Source};
-use crate::light::{dfg as table, integrate, lobe as lobes, sh, texels};
-use crate::projections::projection::Coverage;
+use crate::light::{dfg as table, integrate, lobe as lobes, texels};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 /// Fills a new float64 array.
-fn filled<'py>(
+pub fn filled<'py>(
     py: Python<'py>,
     shape: &[usize],
     work: impl FnOnce(&mut [f64]) -> Result<(), crate::error::Error> + Send,
@@ -28,7 +27,7 @@ fn filled<'py>(
 }
 
 /// Rows of three numbers.
-fn directions<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>, name: &str) -> PyResult<&'a [f64]> {
+pub fn directions<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>, name: &str) -> PyResult<&'a [f64]> {
     match array.shape() {
         [_, 3] => Ok(array.as_slice()?),
         _ => Err(PyValueError::new_err(format!(
@@ -91,83 +90,8 @@ pub fn lobe<'py>(
         let (shape, channels, _) = split(map, image.shape())?;
         let pixels = image.as_slice()?;
         filled(py, &[normals.len() / 3, channels], |out| {
-            let texels = texels::texels(map, shape)?;
-            let whole = map.coverage() == Coverage::Sphere;
-            lobes::under(&texels, pixels, channels, lobe, whole, normals, out);
-            Ok(())
+            lobes::under(map, shape, pixels, channels, lobe, normals, out)
         })
-    })
-}
-
-/// Coefficients of an image in the orthonormal real basis: ((order + 1)², C).
-#[pyfunction]
-#[pyo3(signature = (object, projection, order, /))]
-pub fn sh_project<'py>(
-    py: Python<'py>,
-    object: &Bound<'py, PyAny>,
-    projection: &PyProjection,
-    order: usize,
-) -> PyResult<Bound<'py, PyAny>> {
-    let map = &projection.0;
-    with_image!(image(object, None)?, image => {
-        let (shape, channels, _) = split(map, image.shape())?;
-        let pixels = image.as_slice()?;
-        let found = py.detach(|| sh::project(map, shape, pixels, channels, order))?;
-        filled(py, &[sh::count(order), channels], |out| {
-            out.copy_from_slice(&found);
-            Ok(())
-        })
-    })
-}
-
-/// An order from the number of coefficients.
-fn coefficients<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>) -> PyResult<(&'a [f64], usize, usize)> {
-    if let &[rows, channels] = array.shape()
-        && rows > 0
-        && channels > 0
-        && rows.isqrt().pow(2) == rows
-    {
-        return Ok((array.as_slice()?, channels, rows.isqrt() - 1));
-    }
-    Err(PyValueError::new_err(
-        "Expected `coefficients` to have shape ((order + 1)², C).",
-    ))
-}
-
-/// The function that ((order + 1)², C) coefficients describe, at (N, 3) directions: (N, C).
-#[pyfunction]
-#[pyo3(signature = (array, points, /))]
-pub fn sh_evaluate<'py>(
-    py: Python<'py>,
-    array: PyReadonlyArrayDyn<'py, f64>,
-    points: PyReadonlyArrayDyn<'py, f64>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let (rows, channels, _) = coefficients(&array)?;
-    let points = directions(&points, "directions")?;
-    filled(py, &[points.len() / 3, channels], |out| {
-        sh::evaluate(rows, channels, points, out);
-        Ok(())
-    })
-}
-
-/// Coefficients of the function turned by a (3, 3) orthogonal matrix.
-#[pyfunction]
-#[pyo3(signature = (array, matrix, /))]
-pub fn sh_rotate<'py>(
-    py: Python<'py>,
-    array: PyReadonlyArrayDyn<'py, f64>,
-    matrix: PyReadonlyArrayDyn<'py, f64>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let (rows, channels, order) = coefficients(&array)?;
-    let matrix: &[[f64; 3]; 3] = match directions(&matrix, "matrix")?.as_chunks::<3>().0 {
-        rows if rows.len() == 3 => rows
-            .try_into()
-            .map_err(|_| PyValueError::new_err("Expected a (3, 3) matrix."))?,
-        _ => return Err(PyValueError::new_err("Expected a (3, 3) matrix.")),
-    };
-    filled(py, &[rows.len() / channels, channels], |out| {
-        out.copy_from_slice(&sh::rotate(rows, channels, order, matrix));
-        Ok(())
     })
 }
 
@@ -217,7 +141,6 @@ pub fn prefilter<'py>(
 pub fn dfg<'py>(py: Python<'py>, name: &str, size: usize) -> PyResult<Bound<'py, PyAny>> {
     let distribution = Distribution::find(name)?;
     filled(py, &[size, size, 2], |out| {
-        table::fill(distribution, size, out);
-        Ok(())
+        table::fill(distribution, size, out)
     })
 }

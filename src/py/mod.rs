@@ -12,6 +12,7 @@ mod images;
 mod light;
 mod pack;
 mod projection;
+mod sh;
 
 use pyo3::prelude::*;
 
@@ -31,13 +32,16 @@ mod _core {
         healpix_ang2pix, healpix_pix2ang, healpix_pix2vec, healpix_reorder, healpix_vec2pix,
     };
     #[pymodule_export]
-    use super::light::{
-        dfg, lobe, moments, prefilter, quadrature_weights, sh_evaluate, sh_project, sh_rotate,
-    };
+    use super::light::{dfg, lobe, moments, prefilter, quadrature_weights};
     #[pymodule_export]
     use super::pack::{PyPacker, pack_frames, packing_table, unpack_frames};
     #[pymodule_export]
     use super::projection::PyProjection;
+    #[pymodule_export]
+    use super::sh::{
+        sh_convention_table, sh_convert, sh_evaluate, sh_lobe, sh_project, sh_rotate,
+        sh_scale_degrees, sh_storage, sh_window,
+    };
 
     use pyo3::prelude::*;
 

@@ -112,7 +112,7 @@ fn pack_points<'py, T: Number, W: Word>(
         // Blocks come one after another, on this thread.
         input.each(py, target.as_slice_mut()?, |d: &[T], codes: &mut [W]| {
             let before = done.fetch_add(codes.len(), Ordering::Relaxed);
-            if let Some(k) = packing.pack(rounding, invalid, d, codes) {
+            if let Ok(Some(k)) = packing.pack(rounding, invalid, d, codes) {
                 bad.fetch_min(before + k, Ordering::Relaxed);
             }
         })?;
@@ -180,7 +180,7 @@ fn unpack_codes<'py, T: Number, W: Word>(
         let d = target.as_slice_mut()?;
         let codes = input.as_slice()?;
         disjoint(codes, d)?;
-        arrays::run(py, d.len(), || packing.unpack(codes, d));
+        arrays::run(py, d.len(), || packing.unpack(codes, d))?;
     }
     finish(array, out.is_some())
 }
@@ -221,6 +221,8 @@ impl PyPacker {
         dict.set_item("signed", p.signed())?;
         dict.set_item("hemisphere", p.family.hemisphere)?;
         dict.set_item("exact", p.family.exact)?;
+        dict.set_item("standard", p.family.standard)?;
+        dict.set_item("slow", p.family.slow)?;
         dict.set_item("bounds", bounds)?;
         Ok(dict)
     }
@@ -282,7 +284,7 @@ impl PyPacker {
             {
                 let mut target = writable(&array)?;
                 let (codes, out) = (input.as_slice()?, target.as_slice_mut()?);
-                arrays::run(py, out.len(), || self.0.canonical(codes, out));
+                arrays::run(py, out.len(), || self.0.canonical(codes, out))?;
             }
             // Always an array: the caller may look at its fields.
             Ok(array.into_any())
@@ -321,7 +323,7 @@ pub fn pack_frames<'py>(
         let mut target = writable(&array)?;
         let (normals, tangents) = (normals.as_slice()?, tangents.as_slice()?);
         let codes = target.as_slice_mut()?;
-        py.detach(|| packing.pack(normals, tangents, codes))
+        py.detach(|| packing.pack(normals, tangents, codes))?
     };
     Ok((array.into_any(), first))
 }
@@ -341,7 +343,7 @@ pub fn unpack_frames<'py>(
     {
         let mut target = writable(&array)?;
         let (codes, out) = (codes.as_slice()?, target.as_slice_mut()?);
-        py.detach(|| packing.unpack(codes, out));
+        py.detach(|| packing.unpack(codes, out))?;
     }
     Ok(array.into_any())
 }

@@ -1,15 +1,16 @@
 //! The class `Projection`: a map, with its verbs as methods.
 
+use crate::geometry::axes;
 use crate::image::raster::{LONGEST_SIDE, Raster, shape_of_size};
 use crate::image::texels;
-use crate::map::explain::explain;
-use crate::map::{Map, Options};
+use crate::map::{Map, MapOptions};
 use crate::py::arrays;
 use crate::py::arrays::{Float, finish, output, points, reals, with_reals, writable};
 use crate::py::images;
 use crate::py::images::Asked;
 use crate::resample;
-use crate::resample::filters::Filter;
+use crate::resample::Filter;
+use numpy::PyArray2;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -96,7 +97,7 @@ impl PyProjection {
         let map = &self.0;
         let reals = reals(directions, "directions", out)?;
         with_reals!(&reals, d => {
-            let work = |d: &[_], uv: &mut [_]| map.encode(rotation, d, uv);
+            let work = |d: &[_], uv: &mut [_]| map.encode_numbers(rotation, d, uv);
             points(py, d, "directions", 3, out, d.dtype(), &[map.uv_width()], work)
         })
     }
@@ -114,7 +115,7 @@ impl PyProjection {
         let map = &self.0;
         let reals = reals(uv, "uv", out)?;
         with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.decode(rotation, uv, result);
+            let work = |uv: &[_], result: &mut [_]| map.decode_numbers(rotation, uv, result);
             points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3], work)
         })
     }
@@ -143,7 +144,7 @@ impl PyProjection {
         let map = &self.0;
         let reals = reals(uv, "uv", out)?;
         with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.jacobian(rotation, uv, result);
+            let work = |uv: &[_], result: &mut [_]| map.jacobian_numbers(rotation, uv, result);
             points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3, 2], work)
         })
     }
@@ -159,7 +160,7 @@ impl PyProjection {
         let map = &self.0;
         let reals = reals(uv, "uv", out)?;
         with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.density(uv, result);
+            let work = |uv: &[_], result: &mut [_]| map.density_numbers(uv, result);
             points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[], work)
         })
     }
@@ -169,7 +170,7 @@ impl PyProjection {
     fn valid<'py>(&self, py: Python<'py>, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let map = &self.0;
         with_reals!(&reals(uv, "uv", None)?, uv => {
-            points(py, uv, "uv", map.uv_width(), None, "bool", &[], |uv, valid| map.valid(uv, valid))
+            points(py, uv, "uv", map.uv_width(), None, "bool", &[], |uv, valid| map.valid_numbers(uv, valid))
         })
     }
 
@@ -184,7 +185,7 @@ impl PyProjection {
         let rotation = arrays::rotation(rotation)?;
         let map = &self.0;
         with_reals!(&reals(directions, "directions", None)?, d => {
-            points(py, d, "directions", 3, None, "bool", &[], |d, covered| map.covers(rotation, d, covered))
+            points(py, d, "directions", 3, None, "bool", &[], |d, covered| map.covers_numbers(rotation, d, covered))
         })
     }
 
@@ -248,7 +249,7 @@ impl PyProjection {
         alpha: Option<i64>,
         skipna: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let options = resample::options::Options::default()
+        let options = resample::Options::new()
             .filter(Filter::find(filter)?)
             .rotation(arrays::rotation(rotation)?)
             .fill(images::fill(fill)?)
@@ -261,15 +262,32 @@ impl PyProjection {
         images::sample(py, &self.0, image, directions, asked)
     }
 
+    /// This projection with its world turned: what it showed at d it shows at `pose`·d.
+    #[pyo3(signature = (pose, /))]
+    fn turned(&self, pose: &Bound<'_, PyAny>) -> PyResult<PyProjection> {
+        let pose = arrays::rotation(Some(pose))?;
+        Ok(PyProjection(match pose {
+            Some(pose) => self.0.turned(pose)?,
+            None => self.0.clone(),
+        }))
+    }
+
+    /// How the world of the map is turned: a matrix of shape (3, 3), or None.
+    #[getter]
+    fn pose<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
+        let rows = axes::rows(self.0.pose()?);
+        Some(PyArray2::from_owned_array(py, ndarray::arr2(&rows)))
+    }
+
     /// What `explain` prints.
     fn explanation(&self) -> String {
-        explain(&self.0)
+        self.0.explain()
     }
 
     /// Prints where the axes land, which way is up, chirality, grid, coverage and density.
     fn explain(&self, py: Python<'_>) -> PyResult<()> {
         let print = py.import("builtins")?.getattr("print")?;
-        print.call1((explain(&self.0).trim_end(),))?;
+        print.call1((self.0.explain().trim_end(),))?;
         Ok(())
     }
 
@@ -394,11 +412,11 @@ impl PyProjection {
 
     fn __repr__(&self) -> PyResult<String> {
         let map = &self.0;
-        let plain = Map::new(
+        let plain = Map::with(
             map.info().name,
-            Options {
+            MapOptions {
                 convention: map.convention(),
-                ..Options::default()
+                ..MapOptions::new()
             },
         )?;
         let mut text = format!("Projection(\"{}\"", map.info().name);
@@ -430,6 +448,9 @@ impl PyProjection {
             }
         }
         text.push(')');
+        if let Some(pose) = map.pose() {
+            text.push_str(&format!(".turned({:?})", axes::rows(pose)));
+        }
         Ok(text)
     }
 
@@ -442,6 +463,7 @@ impl PyProjection {
             self.grid(),
             self.layout(),
             self.parameters(py)?,
+            self.0.pose().map(axes::rows),
         );
         (rebuild, arguments).into_pyobject(py)
     }

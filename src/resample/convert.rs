@@ -20,23 +20,20 @@ use crate::resample::{area, lookup, mipmapped};
 /// of `T`, and an `alpha` that is no channel.
 ///
 /// ```
-/// use spheremap::image::view::ImageView;
-/// use spheremap::map;
-/// use spheremap::map::Map;
-/// use spheremap::resample::convert::convert;
-/// use spheremap::resample::filters::Filter;
-/// use spheremap::resample::options::Options;
+/// use spheremap::image::ImageView;
+/// use spheremap::Map;
+/// use spheremap::resample::{Filter, Options, convert};
 ///
-/// let latlong = Map::new("latlong", map::Options::default())?;
-/// let cube = Map::new("cube", map::Options::default())?;
+/// let latlong = Map::new("latlong")?;
+/// let cube = Map::new("cube")?;
 /// let texels = vec![0.5_f32; 16 * 32 * 3];
 /// let panorama = ImageView::new(&latlong, &[16, 32], 3, &texels)?;
 /// let mut faces = vec![0.0; 6 * 8 * 8 * 3];
-/// let options = Options::default().filter(Filter::Area);
+/// let options = Options::new().filter(Filter::Area);
 /// convert(&panorama, &cube, &[6, 8, 8], &options, &mut faces)?;
 /// assert!(faces.iter().all(|x| *x == 0.5));
 /// assert!(convert(&panorama, &cube, &[6, 8, 8], &options, &mut faces[..10]).is_err());
-/// # Ok::<(), spheremap::error::Error>(())
+/// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn convert<T: Texel>(
     image: &ImageView<'_, T>,
@@ -98,19 +95,17 @@ pub fn convert<T: Texel>(
 /// As for [`convert`].
 ///
 /// ```
-/// use spheremap::image::view::ImageView;
-/// use spheremap::map;
-/// use spheremap::map::Map;
-/// use spheremap::resample::convert::converted;
-/// use spheremap::resample::options::Options;
+/// use spheremap::image::ImageView;
+/// use spheremap::Map;
+/// use spheremap::resample::{Options, converted};
 ///
-/// let latlong = Map::new("latlong", map::Options::default())?;
-/// let octahedral = Map::new("octahedral", map::Options::default())?;
+/// let latlong = Map::new("latlong")?;
+/// let octahedral = Map::new("octahedral")?;
 /// let texels = vec![7_u8; 16 * 32];
 /// let panorama = ImageView::new(&latlong, &[16, 32], 1, &texels)?;
-/// let square = converted(&panorama, &octahedral, &[8, 8], &Options::default())?;
+/// let square = converted(&panorama, &octahedral, &[8, 8], &Options::new())?;
 /// assert_eq!(square, vec![7; 64]);
-/// # Ok::<(), spheremap::error::Error>(())
+/// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn converted<T: Texel>(
     image: &ImageView<'_, T>,
@@ -130,19 +125,17 @@ pub fn converted<T: Texel>(
 /// As for [`Sampler::new`] and [`Sampler::sample`].
 ///
 /// ```
-/// use spheremap::image::view::ImageView;
-/// use spheremap::map;
-/// use spheremap::map::Map;
-/// use spheremap::resample::convert::sample;
-/// use spheremap::resample::options::Options;
+/// use spheremap::image::ImageView;
+/// use spheremap::Map;
+/// use spheremap::resample::{Options, sample};
 ///
-/// let latlong = Map::new("latlong", map::Options::default())?;
+/// let latlong = Map::new("latlong")?;
 /// let texels = [1.0_f32, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0];
 /// let panorama = ImageView::new(&latlong, &[2, 4], 1, &texels)?;
 /// let mut out = [0.5; 2];
-/// sample(&panorama, &[0.0, 1.0, 0.0, 0.0, -1.0, 0.0], &Options::default(), &mut out)?;
+/// sample(&panorama, &[0.0, 1.0, 0.0, 0.0, -1.0, 0.0], &Options::new(), &mut out)?;
 /// assert_eq!(out, [1.0, 0.0]);
-/// # Ok::<(), spheremap::error::Error>(())
+/// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn sample<T: Texel, R: Scalar>(
     image: &ImageView<'_, T>,
@@ -176,14 +169,14 @@ mod tests {
     use super::{convert, sample};
     use crate::error::Error;
     use crate::image::view::ImageView;
-    use crate::map::{self, Map};
+    use crate::map::Map;
     use crate::resample::filters::Filter;
     use crate::resample::options::{Fill, Options};
 
     /// Converts a small panorama of three channels into this shape of a cube, into so many numbers.
     fn attempt(shape: &[usize], numbers: usize, options: &Options) -> Result<(), Error> {
-        let latlong = Map::new("latlong", map::Options::default())?;
-        let cube = Map::new("cube", map::Options::default())?;
+        let latlong = Map::new("latlong")?;
+        let cube = Map::new("cube")?;
         let texels = [100_u8; 8 * 16 * 3];
         let image = ImageView::new(&latlong, &[8, 16], 3, &texels)?;
         let mut out = vec![0; numbers];
@@ -195,7 +188,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_an_error_with_every_filter() {
         for filter in Filter::ALL {
-            let options = Options::default().filter(*filter);
+            let options = Options::new().filter(*filter);
             assert!(attempt(&[6, 4, 4], 288, &options).is_ok());
             assert!(attempt(&[6, 4, 4], 10, &options).is_err());
             assert!(attempt(&[6, 4, 4], 289, &options).is_err());
@@ -216,10 +209,10 @@ mod tests {
 
     #[test]
     fn lookups_of_other_lengths_are_errors() {
-        let latlong = Map::new("latlong", map::Options::default()).unwrap();
+        let latlong = Map::new("latlong").unwrap();
         let image = ImageView::new(&latlong, &[1, 2], 1, &[0.5_f32; 2]).unwrap();
         let look = |numbers: usize, filter: Filter, out: &mut [f32]| {
-            let options = Options::default().filter(filter);
+            let options = Options::new().filter(filter);
             sample(&image, &vec![1.0; numbers], &options, out)
         };
         assert!(look(6, Filter::Bilinear, &mut [0.0; 2]).is_ok());

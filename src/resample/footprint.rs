@@ -8,6 +8,7 @@
 //!
 //! Where the source is singular (a pole of a latlong) a place has no extent in it; lengths are infinite there.
 
+use crate::geometry::vector::dot;
 use crate::image::raster::Raster;
 use crate::kernel::tile::Tile;
 use crate::resample::coordinate_map::CoordinateMap;
@@ -68,10 +69,6 @@ impl Footprint {
             }
         })
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// ∂d/∂u and ∂d/∂v.

@@ -26,16 +26,16 @@ pub type Level<F> = (Vec<usize>, Vec<F>);
 /// None for an image that is one.
 ///
 /// ```
-/// use spheremap::image::view::ImageView;
-/// use spheremap::map::{Map, Options};
-/// use spheremap::resample::mips::chain;
+/// use spheremap::image::ImageView;
+/// use spheremap::Map;
+/// use spheremap::resample::chain;
 ///
-/// let map = Map::new("cube", Options::default())?;
+/// let map = Map::new("cube")?;
 /// let texels = vec![0.25_f32; 6 * 8 * 8];
 /// let levels = chain(&ImageView::new(&map, &[6, 8, 8], 1, &texels)?)?;
 /// assert_eq!(levels.len(), 3);
 /// assert_eq!(levels[2], (vec![6, 1, 1], vec![0.25; 6]));
-/// # Ok::<(), spheremap::error::Error>(())
+/// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn chain<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<Level<T::Float>>, Error> {
     let (map, channels) = (image.map(), image.channels());

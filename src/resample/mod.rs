@@ -1,17 +1,27 @@
 //! One image into another: lookups, antialiasing, mip chains, means by solid angle.
+//!
+//! [`convert`] is the way from one image to another, [`sample`] that from directions to values; [`Options`] say how,
+//! and [`filters`] is the table of what an option `filter` may be.
 
-pub mod antialias;
-pub mod area;
-pub mod convert;
-pub mod coordinate_map;
+mod antialias;
+mod area;
+mod convert;
+mod coordinate_map;
 pub mod filters;
-pub mod footprint;
-pub mod lookup;
-pub mod mipmapped;
-pub mod mips;
-pub mod options;
-pub mod polynomial;
+mod footprint;
+mod lookup;
+mod mipmapped;
+mod mips;
+mod options;
+mod polynomial;
 mod request;
-pub mod sample;
-pub mod size;
+mod sample;
+mod size;
 mod weighted;
+
+pub use convert::{convert, converted, sample};
+pub use filters::Filter;
+pub use mips::{Level, chain};
+pub use options::{Fill, Options};
+pub use sample::Sampler;
+pub use size::matching_size;

@@ -63,10 +63,9 @@ impl Fill {
 /// How an image is looked up or converted.
 ///
 /// ```
-/// use spheremap::resample::filters::Filter;
-/// use spheremap::resample::options::Options;
+/// use spheremap::resample::{Filter, Options};
 ///
-/// let options = Options::default().filter(Filter::Area).fill(0.0);
+/// let options = Options::new().filter(Filter::Area).fill(0.0);
 /// assert!(options.antialias && !options.skipna);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -102,6 +101,16 @@ impl Default for Options {
 }
 
 impl Options {
+    /// The default ones.
+    ///
+    /// ```
+    /// use spheremap::resample::{Filter, Options};
+    /// assert_eq!(Options::new().filter, Filter::Bilinear);
+    /// ```
+    pub fn new() -> Options {
+        Options::default()
+    }
+
     /// With another [`Options::filter`].
     pub fn filter(mut self, filter: Filter) -> Options {
         self.filter = filter;

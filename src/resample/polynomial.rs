@@ -429,14 +429,14 @@ mod tests {
     use super::*;
     use crate::image::raster::shape_of_size;
     use crate::image::texels::Centers;
-    use crate::map::{Map, Options};
+    use crate::map::Map;
     use crate::projections::REGISTRY;
     use crate::projections::projection::Coverage;
     use glam::DMat3;
     use proptest::prelude::*;
 
     fn map(name: &str) -> Map {
-        Map::new(name, Options::default()).unwrap()
+        Map::new(name).unwrap()
     }
 
     fn smooth() -> impl Iterator<Item = &'static str> {

@@ -14,14 +14,14 @@ const PROBE: usize = 256;
 /// For a shape that `src` has not.
 ///
 /// ```
-/// use spheremap::map::{Map, Options};
-/// use spheremap::resample::size::matching_size;
+/// use spheremap::Map;
+/// use spheremap::resample::matching_size;
 ///
-/// let latlong = Map::new("latlong", Options::default())?;
-/// let cube = Map::new("cube", Options::default())?;
+/// let latlong = Map::new("latlong")?;
+/// let cube = Map::new("cube")?;
 /// // 512 × 1024 texels on six faces: √(2¹⁹/6) along each.
 /// assert_eq!(matching_size(&latlong, &cube, &[512, 1024])?, 296);
-/// # Ok::<(), spheremap::error::Error>(())
+/// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn matching_size(src: &Map, dst: &Map, shape: &[usize]) -> Result<usize, Error> {
     let held = Raster::new(src, shape)?.texels() as f64 * src.used_part();

@@ -218,7 +218,7 @@ impl<T: Texel> Weighted<T> {
                 fill[c]
             } else if missing {
                 T::store(T::Float::NAN)
-            } else if is_color && !(share > zero) {
+            } else if is_color && share <= zero {
                 T::store(zero)
             } else {
                 T::store(seen[c])

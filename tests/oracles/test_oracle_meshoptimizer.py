@@ -6,9 +6,9 @@ import ctypes
 
 import numpy as np
 import pytest
-import reference_packing as reference
 import spheremap as sm
 from conftest import assert_same_bits, random_directions
+from reference import packing as reference
 
 from oracles import need
 
@@ -49,7 +49,7 @@ def encode(d: np.ndarray, bits: int) -> np.ndarray:
 @BITS
 def test_codes_are_the_same(bits):
     d = hard(200_000)
-    codes = sm.pack(d, f"meshoptimizer{bits}x4")
+    codes = sm.packing.pack(d, f"meshoptimizer{bits}x4")
     assert_same_bits(codes, encode(d, bits))
     assert np.array_equal(codes, reference.meshoptimizer_encode(d, bits))
 
@@ -68,7 +68,7 @@ def test_decoding(bits):
     codes[:, 2] = largest
     want = meshoptimizer.decode_filter_oct(codes.copy(), len(codes), bits // 2)
     want = np.asarray(want).reshape(codes.shape)[:, :3].astype(int)
-    got = sm.unpack(codes, f"meshoptimizer{bits}x4").astype(float) * largest
+    got = sm.packing.unpack(codes, f"meshoptimizer{bits}x4").astype(float) * largest
     assert np.abs(got - np.round(got)).max() < 1e-2
     off = np.abs(np.round(got) - want)
     # Its SIMD code multiplies by an approximate reciprocal square root (12 bits), and rounds halves
@@ -79,7 +79,7 @@ def test_decoding(bits):
 
 def test_a_filtered_normal_reads_as_our_own_octahedral_code():
     d = hard(20_000)
-    filtered = sm.pack(d, "meshoptimizer8x4")
-    nearest = sm.unpack(filtered[:, :2], "oct8x2", dtype=np.float64)
-    bound = sm.packing("oct8x2").bounds["nearest"]
+    filtered = sm.packing.pack(d, "meshoptimizer8x4")
+    nearest = sm.packing.unpack(filtered[:, :2], "oct8x2", dtype=np.float64)
+    bound = sm.packing.packing("oct8x2").bounds["nearest"]
     assert reference.angle(nearest, reference.unit(d)).max() <= bound + 5e-7

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import spheremap as sm
 from spheremap import io
-from spheremap._ball_geometry import View, view
-from spheremap._metals import METALS
+from spheremap.ball.camera import View, view
+from spheremap.ball.metals import METALS
 
 from oracles import mitsuba_ball_oracle as oracle
 from oracles import openimageio_oracle
@@ -35,8 +35,8 @@ def camera(fov: float, distance: float, center=(PIXELS / 2, PIXELS / 2)) -> View
     return view((PIXELS, PIXELS), None, center=center, fov=fov, distance=distance)
 
 
-def ball(v: View) -> sm.Ball:
-    return sm.Ball(v.outline.center, (v.outline.along, v.outline.across), 0, 1)
+def ball(v: View) -> sm.ball.Ball:
+    return sm.ball.Ball(v.outline.center, (v.outline.along, v.outline.across), 0, 1)
 
 
 @lru_cache
@@ -71,7 +71,7 @@ def test_unwrapped(skies, case):
     name, v, turn = CASES[case]
     pose = sm.rotation(*turn)
     shot = oracle.photo(skies[name], v, pose)
-    found = sm.unwrap_ball(
+    found = sm.ball.unwrap(
         shot, center=v.outline.center, radius=v.outline.mean, fov=v.fov, size=ROWS, rotation=pose
     )
     assert found.distance == pytest.approx(v.distance, rel=1e-9)
@@ -80,7 +80,7 @@ def test_unwrapped(skies, case):
     fine = found.spacing <= texel
     wanted = truth(skies[name])
     exact = psnr(found.image, wanted, fine)
-    ideal = sm.unwrap_ball(
+    ideal = sm.ball.unwrap(
         shot, center=v.outline.center, radius=v.outline.mean, size=ROWS, rotation=pose
     )
     wrong = psnr(ideal.image, wanted, fine)
@@ -109,7 +109,7 @@ def test_blind_cone(fov, distance):
     # Inside the rim the angle grows with the root of the distance from it.
     inside = rim - (first + np.arange(396) + 0.5)
     _, angle = np.polyfit(np.sqrt(inside), seen, 1)
-    stated = sm.unwrap_ball(
+    stated = sm.ball.unwrap(
         np.ones((PIXELS, PIXELS)), center=v.outline.center, radius=v.outline.mean, fov=fov, size=8
     ).blind_cone
     print(f"stated {stated:.3f}°, rendered {angle:.3f}°")
@@ -120,14 +120,14 @@ def test_blind_cone(fov, distance):
 def test_two_shots(skies, turn):
     v, pose = camera(15, 9), sm.rotation(*turn)
     a, b = (oracle.photo(skies["venice"], v, p) for p in (np.eye(3), pose))
-    found = sm.merge_balls([a, b * [0.5, 0.6, 0.7]], balls=[ball(v)] * 2, fov=v.fov, size=ROWS)
+    found = sm.ball.merge([a, b * [0.5, 0.6, 0.7]], balls=[ball(v)] * 2, fov=v.fov, size=ROWS)
     turned = found.rotations[1] @ pose.T
     error = np.degrees(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
     wanted = truth(skies["venice"])
     whole = np.ones(wanted.shape[:2], np.bool_)
     one = dict(center=v.outline.center, radius=v.outline.mean, fov=v.fov, size=ROWS, fill=0)
     alone = [
-        psnr(sm.unwrap_ball(shot, rotation=p, **one).image, wanted, whole)
+        psnr(sm.ball.unwrap(shot, rotation=p, **one).image, wanted, whole)
         for shot, p in ((a, np.eye(3)), (b, pose))
     ]
     both = psnr(found.image, wanted, whole)
@@ -149,7 +149,7 @@ def test_two_shots_whose_rims_are_found(data_folder, name):
         oracle.photo(sky, view((512, 512), None, center=c, fov=20, distance=8.0), p, samples=16)
         for c, p in zip(places, (np.eye(3), pose), strict=True)
     ]
-    found = sm.merge_balls(shots, fov=20, size=ROWS)
+    found = sm.ball.merge(shots, fov=20, size=ROWS)
     turned = found.rotations[1] @ pose.T
     error = np.degrees(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
     print(f"{name}: {error:.4f}° off, residual {found.residual:.3f} stops")
@@ -159,7 +159,7 @@ def test_two_shots_whose_rims_are_found(data_folder, name):
 def test_the_ball_is_found(skies):
     v = camera(30, 5.2, (105, 120))
     shot = oracle.photo(skies["venice"], v, sm.rotation(40, 0, 0))
-    found = sm.find_ball(shot)
+    found = sm.ball.find(shot)
     off = np.hypot(*np.subtract(found.center, v.outline.center))
     print(f"center {off:.2f} and radius {found.radius - v.outline.mean:+.2f} pixels off")
     # Before an environment that is infinitely far away the rim is no step in brightness.
@@ -189,12 +189,12 @@ def test_rims_of_all_kinds(data_folder, name, place, background):
     pose = sm.rotation(37 * len(name), 10, 5)
     shot = oracle.photo(sky, v, pose, samples=16)
     if background == "wall":
-        alpha = sm.render_ball(
+        alpha = sm.ball.render(
             np.ones((8, 16)), size=pixels, center=v.outline.center, fov=fov, distance=distance,
             background="alpha",
         )[..., 1:]  # fmt: skip
         shot = shot * alpha + np.median(shot, axis=(0, 1)) * (1 - alpha)
-    found = sm.find_ball(shot)
+    found = sm.ball.find(shot)
     relative = v.outline.relative(found.points(720))
     worst = np.abs(np.hypot(*relative.T) - 1).max()
     print(
@@ -205,10 +205,10 @@ def test_rims_of_all_kinds(data_folder, name, place, background):
 
 
 def test_our_own_photo(skies):
-    """render_ball is mitsuba's picture, but for mitsuba's noise."""
+    """ball.render is mitsuba's picture, but for mitsuba's noise."""
     v, pose = camera(50, 3.4, (90, 130)), sm.rotation(-70, 15, 5)
     theirs = oracle.photo(skies["venice"], v, pose)
-    ours = sm.render_ball(
+    ours = sm.ball.render(
         skies["venice"], SKY, size=PIXELS, center=v.outline.center, fov=50, distance=3.4,
         rotation=pose,
     )  # fmt: skip
@@ -228,7 +228,7 @@ def test_metals(metal):
         "k": {"type": "rgb", "value": list(k)},
     }
     theirs = oracle.photo(white, v, np.eye(3), bsdf=indices, samples=256)
-    ours = sm.render_ball(white, size=16, fov=40, distance=3.2, metal=metal)
+    ours = sm.ball.render(white, size=16, fov=40, distance=3.2, metal=metal)
     # Pixels across the rim differ by mitsuba's noise; inside, reflectance is smooth.
     inside = np.hypot(*(np.mgrid[:16, :16] + 0.5 - 8)) < v.outline.mean - 1
     assert np.abs(theirs - ours)[inside].max() < 2e-3

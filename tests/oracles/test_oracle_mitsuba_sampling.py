@@ -67,7 +67,7 @@ def off_the_poles(d: np.ndarray) -> np.ndarray:
 def test_densities_agree(n):
     image = smooth_light(n)
     d = off_the_poles(random_directions(2000, 300))
-    ours = sm.Distribution(image, CONVENTION).pdf(d)
+    ours = sm.light.Distribution(image, CONVENTION).pdf(d)
     # Half a texel of a light that changes by up to 4 a radian and is 0.1 at least; theirs is
     # bilinear in luminance · sine, known to (π/n)²/8.
     slope = np.abs(np.gradient(image.mean(-1), np.pi / n, axis=0)).max() / image.min()
@@ -78,7 +78,7 @@ def test_their_samples_fall_where_our_density_says():
     image = smooth_light(256)
     xi = np.random.default_rng(301).random((12_000, 2))
     theirs, pdf, _ = their_samples(image, xi)
-    dist = sm.Distribution(image, CONVENTION)
+    dist = sm.light.Distribution(image, CONVENTION)
     # Bins of equal area; their share from our density on a grid 64 times finer.
     bins, fine = 12, 12 * 16
     middle = sm.directions("sphere", fine)
@@ -99,7 +99,7 @@ def test_estimates_agree():
     image = smooth_light(128)
     xi = np.random.default_rng(303).random((4000, 2))
     _, _, theirs = their_samples(image, xi)
-    _, _, ours = sm.Distribution(image, CONVENTION).sample(xi, weights=True)
+    _, _, ours = sm.light.Distribution(image, CONVENTION).sample(xi, weights=True)
     want = np.tensordot(sm.solid_angle(CONVENTION, 128), image, 2)
     for weight in (theirs, ours):
         assert np.all(np.abs(weight.mean(0) - want) < 5 * weight.std(0) / np.sqrt(len(xi)) + 1e-3)

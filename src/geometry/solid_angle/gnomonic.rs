@@ -6,8 +6,7 @@
 //! cancellation at all. The terms below it are all positive for any texel that is not half a face.
 
 use super::{Quarter, Rect};
-
-type Vec3 = [f64; 3];
+use crate::geometry::vector::{Vec3, cross, dot, norm, sub};
 
 /// Solid angle of a small convex planar polygon whose plane does not hold the origin.
 ///
@@ -143,24 +142,4 @@ fn fan(points: &[Vec3], det: impl Fn(usize) -> f64) -> f64 {
         (b, lb, ab) = (c, lc, ac);
     }
     2.0 * f64::atan2(im.abs(), re)
-}
-
-fn dot(a: Vec3, b: Vec3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn sub(a: Vec3, b: Vec3) -> Vec3 {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-fn norm(a: Vec3) -> f64 {
-    dot(a, a).sqrt()
 }

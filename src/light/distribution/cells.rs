@@ -1,7 +1,7 @@
 //! The grid that samples are drawn on, with the solid angles of its cells, and in which of them the map's
 //! density is as good as straight.
 
-use super::Row;
+use super::row::Row;
 use crate::error::Error;
 use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;

@@ -3,6 +3,7 @@
 use super::refine::Refine;
 use super::search::{BELOW_ONE, WINDOW, bucket, position, search};
 use super::{Distribution, Radiance};
+use crate::error::{Error, expect_length};
 use crate::kernel::threads;
 use crate::kernel::tile::prefetch_item;
 use crate::kernel::tile::{TILE, Tile};
@@ -41,13 +42,35 @@ impl Drafts {
 impl Distribution {
     /// Draws a world direction for each pair of numbers in [0, 1], with its density and, if there is room
     /// for them, its texel's channels over the density. All are NaN for a pair that is not in there.
+    ///
+    /// # Errors
+    /// The slices' lengths do not go together.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// use spheremap::light::distribution::{Distribution, Radiance};
+    /// let map = Map::new("latlong")?;
+    /// let mut sky = vec![0.0; 4 * 8];
+    /// sky[12] = 1.0; // one bright texel
+    /// let light = Distribution::new(&map, &[4, 8], None, &sky, &Radiance::Double(sky.clone()), 1)?;
+    /// let (mut direction, mut pdf, mut weight) = ([0.0_f64; 3], [0.0], [0.0]);
+    /// light.sample(&[0.3, 0.7], &mut direction, &mut pdf, &mut weight)?;
+    /// let (_, uv) = map.encode_one(direction.into()).expect("a direction");
+    /// assert_eq!(((uv.x * 8.0) as usize, (uv.y * 4.0) as usize), (4, 1));
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn sample<R: Scalar>(
         &self,
         xi: &[R],
         directions: &mut [R],
         pdf: &mut [R],
         weights: &mut [R],
-    ) {
+    ) -> Result<(), Error> {
+        expect_length("xi", xi.len(), 2 * pdf.len())?;
+        expect_length("directions", directions.len(), 3 * pdf.len())?;
+        if !weights.is_empty() {
+            expect_length("weights", weights.len(), self.channels * pdf.len())?;
+        }
         struct Job<'a, R> {
             xi: &'a [R],
             directions: &'a mut [R],
@@ -77,6 +100,7 @@ impl Distribution {
                 self.sample_tiles(job.xi, job.directions, job.pdf, job.weights);
             }
         });
+        Ok(())
     }
 
     fn sample_tiles<R: Scalar>(

@@ -1,6 +1,7 @@
 //! The density in directions.
 
 use super::Distribution;
+use crate::error::{Error, expect_length, expect_multiple};
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, Tuples};
 use crate::kernel::{Scalar, vectorize};
@@ -11,12 +12,30 @@ use crate::number::real::Real;
 impl Distribution {
     /// The density per steradian in world directions, three numbers each: 0 outside the coverage, NaN for
     /// what is no direction.
-    pub fn pdf<R: Scalar>(&self, directions: &[R], out: &mut [R]) {
+    ///
+    /// # Errors
+    /// The slices' lengths do not go together.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// use spheremap::light::distribution::{Distribution, Radiance};
+    /// let map = Map::new("latlong")?;
+    /// let white = Radiance::Single(vec![1.0; 4 * 8]);
+    /// let light = Distribution::new(&map, &[4, 8], None, &[1.0; 4 * 8], &white, 1)?;
+    /// let mut pdf = [0.0_f64];
+    /// light.pdf(&[0.0, 1.0, 0.0], &mut pdf)?;
+    /// assert!((pdf[0] * 4.0 * std::f64::consts::PI - 1.0).abs() < 1e-6);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn pdf<R: Scalar>(&self, directions: &[R], out: &mut [R]) -> Result<(), Error> {
+        expect_multiple("directions", directions.len(), 3)?;
+        expect_length("out", out.len(), directions.len() / 3)?;
         threads::blocks(directions, 3, out, 1, |directions, out| {
             for (directions, out) in directions.chunks(3 * TILE).zip(out.chunks_mut(TILE)) {
                 self.pdf_tile(directions, out);
             }
         });
+        Ok(())
     }
 
     fn pdf_tile<R: Scalar>(&self, directions: &[R], out: &mut [R]) {

@@ -38,6 +38,7 @@ mod draw;
 mod lookup;
 mod records;
 mod refine;
+mod row;
 mod search;
 
 use crate::error::Error;
@@ -50,6 +51,7 @@ use cells::Cells;
 pub use cells::STRAIGHT;
 use glam::DMat3;
 use records::{recorded, sources};
+use row::Row;
 use search::{accumulate, fill_guide, normalize};
 
 /// Cells along a side of a face, at least, and the share of them that may be nonlinear; else the next. Bisection is slow,
@@ -66,16 +68,6 @@ pub enum Radiance {
     Single(Vec<f32>),
     /// Double precision.
     Double(Vec<f64>),
-}
-
-/// A row of cells.
-#[derive(Clone, Copy, Debug)]
-struct Row {
-    v0: f64,
-    v1: f64,
-    face: f64,
-    /// Its first texel.
-    texel: usize,
 }
 
 /// A density on the sphere, proportional to the luminance of an image.
@@ -110,6 +102,19 @@ pub struct Distribution {
 impl Distribution {
     /// The density of an image of a map: for each stored texel a luminance that is finite and not negative, and
     /// the channels that `sample` divides by the density.
+    ///
+    /// # Errors
+    /// The shape is none of the map's, lengths do not go together, or the image is black or too bright to sum.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// use spheremap::light::distribution::{Distribution, Radiance};
+    /// let map = Map::new("latlong")?;
+    /// let white = Radiance::Single(vec![1.0; 4 * 8]);
+    /// let light = Distribution::new(&map, &[4, 8], None, &[1.0; 4 * 8], &white, 1)?;
+    /// assert!((light.integral() - 4.0 * std::f64::consts::PI).abs() < 1e-8);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn new(
         map: &Map,
         shape: &[usize],
@@ -211,12 +216,12 @@ impl Distribution {
         })
     }
 
-    /// ∫ L dω of the luminance.
+    /// The integral of the luminance, ∫ L dω.
     pub fn integral(&self) -> f64 {
         self.integral
     }
 
-    /// Numbers a texel.
+    /// The numbers that a texel has.
     pub fn channels(&self) -> usize {
         self.channels
     }
@@ -240,12 +245,11 @@ fn fine_cells(map: &Map, raster: &Raster) -> Result<Cells, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::Options;
 
     #[test]
     fn cells_of_a_fine_grid_are_straight_but_for_few() {
         for info in crate::projections::REGISTRY {
-            let map = Map::new(info.name, Options::default()).unwrap();
+            let map = Map::new(info.name).unwrap();
             let shape = crate::image::raster::shape_of_size(&map, GRIDS[0].0);
             let texels: usize = shape.iter().product();
             let light = vec![1.0; texels];

@@ -1,6 +1,6 @@
 //! Distribution functions, and their inverses by guide tables.
 
-use super::Row;
+use super::row::Row;
 use crate::kernel::threads;
 use crate::number::math::{max, min};
 use fearless_simd::{Simd, SimdBase, SimdMask, f64x8};

@@ -11,6 +11,7 @@
 //! Sums over points take two degrees at a time: the loads of the values then serve 2 × 2 × channels sums, and
 //! arithmetic is what limits.
 
+use super::count::count;
 use crate::kernel;
 use crate::kernel::SimdWork;
 use crate::light::integrate::add_lanes;
@@ -55,11 +56,6 @@ impl Points {
     /// How many there are.
     pub fn len(&self) -> usize {
         self.used
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.used == 0
     }
 
     /// One of them.
@@ -430,7 +426,7 @@ pub fn analyze_points(points: &Points, values: &[f64], channels: usize, order: u
         .collect();
     // Blocks that stay in the first-level cache, taken by threads; each has its own sums.
     const BLOCK: usize = 256;
-    let per = super::count(order) * channels;
+    let per = count(order) * channels;
     let groups = (n / BLOCK).clamp(1, 32);
     let group = n.div_ceil(groups).next_multiple_of(BLOCK);
     let groups = n.div_ceil(group);
@@ -472,7 +468,7 @@ pub struct Sums {
 impl Sums {
     /// All zero.
     pub fn new(order: usize, channels: usize) -> Sums {
-        let count = super::count(order);
+        let count = count(order);
         let mut groups = Vec::new();
         let mut first = 0;
         while first < channels {

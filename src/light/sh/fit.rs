@@ -13,7 +13,8 @@
 //! What did not help: weights that make sums exact (solving for them takes G up to order 4F), and
 //! analysis of the residual over all texels (two passes over the image a step).
 
-use super::{count, rings};
+use super::count::count;
+use super::rings;
 use crate::image::texel::Texel;
 use crate::kernel::threads;
 use crate::light::sh::basis;

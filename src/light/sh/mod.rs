@@ -1,8 +1,8 @@
 //! Real spherical harmonics: Y_l,m for l up to [`HIGHEST`], of images of any map.
 //!
 //! Orthonormal, without the Condon–Shortley phase, z the polar axis, coefficient l² + l + m: Y_1,-1, Y_1,0 and
-//! Y_1,1 are √(3/4π) times y, z and x (Ramamoorthi & Hanrahan 2001). Every other program's order and signs are a
-//! matter of the Python layer.
+//! Y_1,1 are √(3/4π) times y, z and x (Ramamoorthi & Hanrahan 2001). Every other program's order, signs and
+//! scales are a row of [`conventions`].
 //!
 //! Two ways from an image to coefficients:
 //!
@@ -16,26 +16,42 @@
 //!
 //! Where the coverage is a part of the sphere, the rest is black and the sums are plain.
 
-pub mod basis;
-pub mod fit;
-pub mod rings;
+pub(crate) mod basis;
+pub mod conventions;
+mod count;
+pub(crate) mod evaluate;
+pub(crate) mod fit;
+pub mod lobes;
+pub(crate) mod rings;
+pub mod windows;
 
-use crate::error::Error;
+pub use count::count;
+pub use evaluate::{evaluate, rotate, scale_degrees};
+
+use crate::error::{Error, expect_length};
 use crate::image::texel::Texel;
 use crate::light::texels::texels;
 use crate::map::Map;
 use crate::projections::projection::Coverage;
-use basis::Basis;
 
 /// The highest order that images are analyzed to.
 pub const HIGHEST: usize = 64;
 
-/// The number of coefficients up to an order.
-pub fn count(order: usize) -> usize {
-    (order + 1) * (order + 1)
-}
-
 /// The coefficients of an image: (order + 1)² rows of one number a channel.
+///
+/// # Errors
+/// The shape is none of the map's, the image does not hold `channels` numbers a texel, or it is too small for the order.
+///
+/// ```
+/// use spheremap::{Map, light::sh};
+/// let map = Map::new("latlong")?;
+/// let white = vec![1.0_f32; 16 * 32];
+/// let coefficients = sh::project(&map, &[16, 32], &white, 1, 2)?;
+/// assert_eq!(coefficients.len(), sh::count(2));
+/// let mean = (4.0 * std::f64::consts::PI).sqrt(); // of the constant 1, times Y_0,0
+/// assert!((coefficients[0] - mean).abs() < 1e-12);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn project<T: Texel>(
     map: &Map,
     shape: &[usize],
@@ -48,6 +64,11 @@ pub fn project<T: Texel>(
             "Expected `order` to be at most {HIGHEST}, got {order}."
         )));
     }
+    expect_length(
+        "image",
+        image.len(),
+        shape.iter().product::<usize>() * channels,
+    )?;
     let whole = map.coverage() == Coverage::Sphere;
     if whole && let Some(rings) = rings::Rings::of(map, shape)? {
         let highest = rings.highest();
@@ -55,7 +76,7 @@ pub fn project<T: Texel>(
             return Err(too_high(shape, order, highest));
         }
         let own = rings.analyze(image, channels, order);
-        return Ok(rotate(&own, channels, order, &rings.frame));
+        return rotate(&own, channels, order, &rings.frame);
     }
     let texels = texels(map, shape)?;
     if !whole {
@@ -75,54 +96,4 @@ fn too_high(shape: &[usize], order: usize, highest: usize) -> Error {
         "An image of shape {} holds spherical harmonics up to order {highest}, got `order` {order}.",
         crate::image::raster::tuple(shape)
     ))
-}
-
-/// The value at each direction (three numbers of any length): one number a channel. NaN for a direction
-/// that is none.
-pub fn evaluate(coefficients: &[f64], channels: usize, directions: &[f64], out: &mut [f64]) {
-    let order = ((coefficients.len() / channels) as f64).sqrt() as usize - 1;
-    let basis = Basis::new(order);
-    crate::kernel::threads::rows(
-        out,
-        256 * channels,
-        directions.len() / 3 * (order + 1),
-        |part, out| {
-            let n = out.len() / channels;
-            let directions = &directions[3 * 256 * part..][..3 * n];
-            let mut points = basis::Points::default();
-            for d in directions.as_chunks::<3>().0 {
-                let size = d.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-                // Scaled first: squares of small and large components would vanish and overflow.
-                let d = d.map(|c| c / size);
-                let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-                points.push(d.map(|c| c / length), 0.0);
-            }
-            points.fill_up();
-            basis.synthesize(&points, coefficients, channels, out);
-        },
-    );
-}
-
-/// The coefficients of the image turned by an orthogonal matrix (rows): f'(M d) = f(d).
-///
-/// A band-limited function is known from its values on a grid of rings of the same order. So it is looked up
-/// at the turned grid and analyzed again, which is exact but for rounding, at any order, and needs
-/// no recursion over rotation matrices.
-pub fn rotate(
-    coefficients: &[f64],
-    channels: usize,
-    order: usize,
-    matrix: &[[f64; 3]; 3],
-) -> Vec<f64> {
-    let grid = rings::grid(2 * order + 1);
-    let mut directions = Vec::with_capacity(3 * grid.len());
-    for k in 0..grid.len() {
-        let d = grid.direction(k);
-        // Back by the transpose.
-        let [a, b, c] = matrix;
-        directions.extend([0, 1, 2].map(|i| a[i] * d[0] + b[i] * d[1] + c[i] * d[2]));
-    }
-    let mut values = vec![0.0; channels * grid.len()];
-    evaluate(coefficients, channels, &directions, &mut values);
-    basis::analyze_points(&grid, &values, channels, order)
 }

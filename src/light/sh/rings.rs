@@ -6,7 +6,7 @@
 //! polynomials of cos θ of a degree below H; the exact solid angles of the rings are not, and leak.
 
 use super::basis::{Basis, Points, Sums};
-use super::count;
+use super::count::count;
 use crate::error::Error;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;

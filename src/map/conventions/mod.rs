@@ -149,16 +149,16 @@ pub fn find(kind: &str, name: &str) -> Result<&'static Convention, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::{Map, Options};
+    use crate::map::{Map, MapOptions};
 
     #[test]
     fn every_row_makes_a_map() {
         for row in all() {
-            let options = Options {
+            let options = MapOptions {
                 convention: Some(row.name),
-                ..Options::default()
+                ..MapOptions::default()
             };
-            let map = Map::new(row.kind, options).unwrap();
+            let map = Map::with(row.kind, options).unwrap();
             assert_eq!(map.axes().to_string(), row.axes);
             let same = |other: &&Convention| (other.kind, other.name) == (row.kind, row.name);
             assert_eq!(all().filter(same).count(), 1, "{}:{}", row.kind, row.name);
@@ -170,11 +170,11 @@ mod tests {
     fn a_face_table_is_a_permutation() {
         for row in all() {
             let Some(table) = row.faces else { continue };
-            let options = Options {
+            let options = MapOptions {
                 convention: Some(row.name),
-                ..Options::default()
+                ..MapOptions::default()
             };
-            let faces = Map::new(row.kind, options).unwrap().face_layout().faces;
+            let faces = Map::with(row.kind, options).unwrap().face_layout().faces;
             let mut stored = table.stored[..faces].to_vec();
             stored.sort_unstable();
             assert!(

@@ -55,6 +55,13 @@ pub struct Names {
 #[derive(Clone, Copy, Debug)]
 pub struct Warped<W>(std::marker::PhantomData<W>);
 
+// Derived, it would ask for one of the warp.
+impl<W> Default for Warped<W> {
+    fn default() -> Self {
+        Warped(std::marker::PhantomData)
+    }
+}
+
 /// The farthest that warps are continued, in p: there is no direction beyond twice a face.
 const FARTHEST: f64 = 1.75;
 

@@ -10,12 +10,13 @@
 //! [`Projection::contains`], but for disks: whatever the outline is, no formula of it is needed.
 
 use crate::error::Error;
+use crate::geometry::vector::{dot, normalized, sub};
 use crate::image::raster::Raster;
 use crate::image::rim::nearest_valid_texel;
 use crate::map::Map;
 use crate::projections::projection::Visitor;
 use crate::projections::projection::{Coverage, Outline, Projection, Uv};
-use crate::resample::area::sphere::{Curve, Direction, dot, normalized, sub, triangle};
+use crate::resample::area::sphere::{Curve, Direction, triangle};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 

@@ -1,31 +1,11 @@
 //! Areas on the sphere, from edge differences: small triangles keep all their digits.
 
+use crate::geometry::vector::{cross, dot, sub};
 use crate::number::real::Real;
 use std::f64::consts::PI;
 
 /// A direction of unit length.
 pub(super) type Direction = [f64; 3];
-
-pub(super) fn sub(a: Direction, b: Direction) -> Direction {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(super) fn dot(a: Direction, b: Direction) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: Direction, b: Direction) -> Direction {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-pub(super) fn normalized(a: Direction) -> Direction {
-    let scale = 1.0 / dot(a, a).sqrt();
-    a.map(|x| x * scale)
-}
 
 /// The signed area of a spherical triangle, positive where a, b, c turn about the outward normal
 /// (Van Oosterom & Strackee 1983).
@@ -86,6 +66,7 @@ fn bulge(curve: &impl Curve, [a, m, b]: [(f64, Direction); 3], tolerance: f64, d
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::vector::normalized;
 
     #[test]
     fn octant_and_needle() {

@@ -6,6 +6,7 @@
 //! own in two to sixty-four parts, eight cells side by side as well. Those that cross a seam are followed one by one (`seams`), and
 //! where that fails, or the sum of a cell's shares is not its solid angle, the general path (`overlay`) has the word.
 
+use crate::geometry::vector::{dot, sub};
 use crate::projections::projection::Outline;
 use crate::resample::area::fast::edges::{Edges, FINE, Found, Outlines, Places, on_its_own};
 use crate::resample::area::fast::eight::{Cells, Eight, Passed};
@@ -13,7 +14,6 @@ use crate::resample::area::fast::lanes::{LANES, Lanes};
 use crate::resample::area::fast::plane::Plane;
 use crate::resample::area::general::overlay::{BLIND, Overlay};
 use crate::resample::area::lattice::Lattice;
-use crate::resample::area::sphere::{dot, sub};
 use crate::resample::area::traced::density::{Density, mean};
 use crate::resample::area::traced::seams::Border;
 use crate::resample::area::traced::shares::Shares;

@@ -4,12 +4,11 @@ use super::*;
 use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
 use crate::image::raster::shape_of_size;
-use crate::map::Options;
 use crate::projections::REGISTRY;
 use crate::projections::projection::{Coverage, Outline};
 
 fn map(name: &str) -> Map {
-    Map::new(name, Options::default()).unwrap()
+    Map::new(name).unwrap()
 }
 
 fn turn() -> DMat3 {

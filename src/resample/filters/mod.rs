@@ -119,7 +119,7 @@ impl Filter {
     /// Its claims.
     ///
     /// ```
-    /// use spheremap::resample::filters::Filter;
+    /// use spheremap::resample::Filter;
     ///
     /// assert!(Filter::CatmullRom.info().interpolates);
     /// assert_eq!(Filter::Lanczos3.info().support, Some(3.0));
@@ -134,7 +134,7 @@ impl Filter {
     /// For a name that no filter has; it says which is near.
     ///
     /// ```
-    /// use spheremap::resample::filters::Filter;
+    /// use spheremap::resample::Filter;
     ///
     /// assert_eq!(Filter::find("bicubic"), Filter::find("catmull-rom"));
     /// assert!(Filter::find("lanczos").unwrap_err().to_string().contains("'lanczos3'"));

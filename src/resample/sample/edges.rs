@@ -196,13 +196,13 @@ impl Visitor for Across {
 #[cfg(test)]
 mod tests {
     use crate::image::view::ImageView;
-    use crate::map::{Map, Options};
+    use crate::map::Map;
     use crate::resample::convert::sample;
-    use crate::resample::options;
+    use crate::resample::options::Options;
 
     #[test]
     fn values_are_continuous_over_every_edge_and_corner() {
-        let map = Map::new("cube", Options::default()).unwrap();
+        let map = Map::new("cube").unwrap();
         for n in [1, 2, 3, 16] {
             let texels: Vec<f64> = (0..6 * n * n)
                 .map(|i| (i * 7919 % 1009) as f64 / 1009.0)
@@ -211,7 +211,7 @@ mod tests {
             let image = ImageView::new(&map, &shape, 1, &texels).unwrap();
             let look = |d: [f64; 3]| {
                 let mut out = [0.0];
-                sample(&image, &d, &options::Options::default(), &mut out).unwrap();
+                sample(&image, &d, &Options::new(), &mut out).unwrap();
                 out[0]
             };
             for k in 0..=200 {

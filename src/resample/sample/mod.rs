@@ -3,7 +3,7 @@
 //! Directions become image coordinates, these become texels and fractions (`place`), and windows of texels
 //! are read and weighted (`gather`): block by block, each step a plain loop. Nearly every lookup has its
 //! window inside one face. The others meet an edge, and what lies beyond is the projection's
-//! [`Seam`](crate::projections::projection::Seam): `border` resolves such a lookup, in f64, into stored texels with
+//! [`Seam`]: `border` resolves such a lookup, in f64, into stored texels with
 //! weights that sum to 1, and the result is base + Σ w (texel - base): a constant image stays constant to the
 //! bit, here as on the short way.
 //!

@@ -435,7 +435,7 @@ fn weigh<S: Simd, const MOMENTS: usize>(simd: S, eight: &mut Eight, cells: &Cell
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::{Map, Options};
+    use crate::map::Map;
     use crate::resample::area::fast::lanes::LANES;
     use crate::resample::area::lattice::Lattice;
     use crate::resample::area::traced::arc::{Arc, PlanePoint, differences};
@@ -476,7 +476,7 @@ mod tests {
             size in prop::sample::select(vec![0.01, 0.3, 1.0, 1.7, 9.0]),
             name in prop::sample::select(vec!["cube", "latlong", "equal_area"]),
         ) {
-            let map = Map::new(name, Options::default()).unwrap();
+            let map = Map::new(name).unwrap();
             let shape: &[usize] = match name {
                 "cube" => &[6, 1024, 1024],
                 "latlong" => &[1024, 2048],
@@ -537,7 +537,7 @@ mod tests {
 
     #[test]
     fn a_window_may_be_too_large() {
-        let map = Map::new("latlong", Options::default()).unwrap();
+        let map = Map::new("latlong").unwrap();
         let lattice = Lattice::new(&map, &[1024, 2048], None).unwrap();
         let mut plane = Plane::default();
         plane.hold(&lattice, [false, true], 0, [0, 0], [1, 1]);

@@ -186,7 +186,7 @@ impl Plane {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::{Map, Options};
+    use crate::map::Map;
 
     #[test]
     fn all_cells_are_the_sphere() {
@@ -195,7 +195,7 @@ mod tests {
             ("cube", &[6, 1024, 1024]),
             ("octahedral", &[1024, 1024]),
         ] {
-            let map = Map::new(name, Options::default()).unwrap();
+            let map = Map::new(name).unwrap();
             let lattice = Lattice::new(&map, shape, None).unwrap();
             let varies = crate::resample::area::traced::density::Density::varies(&lattice);
             let mut plane = Plane::default();
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn what_is_not_held() {
-        let map = Map::new("cube", Options::default()).unwrap();
+        let map = Map::new("cube").unwrap();
         let lattice = Lattice::new(&map, &[6, 1024, 1024], None).unwrap();
         let mut plane = Plane::default();
         assert_eq!(plane.get([0, 0]), None);

@@ -11,8 +11,9 @@
 //! border lie in different cells, the border is bisected until they are as near as numbers can be; then
 //! the piece ends on the border of the one cell and the next begins on the border of the other.
 
+use crate::geometry::vector::{dot, sub};
 use crate::resample::area::lattice::{Along, Lattice, LatticeCell, NOTHING, Part, RIM, Spot};
-use crate::resample::area::sphere::{Curve, Direction, dot, sub, swept, triangle};
+use crate::resample::area::sphere::{Curve, Direction, swept, triangle};
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
@@ -685,7 +686,7 @@ mod tests {
     use super::*;
     use crate::geometry::solid_angle::Rect;
     use crate::image::raster::shape_of_size;
-    use crate::map::{Map, Options};
+    use crate::map::Map;
     use crate::projections::REGISTRY;
     use crate::projections::projection::Coverage;
 
@@ -707,7 +708,7 @@ mod tests {
     #[test]
     fn cells_have_the_exact_solid_angle() {
         for info in REGISTRY {
-            let map = Map::new(info.name, Options::default()).unwrap();
+            let map = Map::new(info.name).unwrap();
             let shape = shape_of_size(&map, 21);
             let lattice = Lattice::new(&map, &shape, None).unwrap();
             let mut worst = 0.0_f64;
@@ -750,7 +751,7 @@ mod tests {
     fn both_sums_are_the_cells() {
         // Each projection against partners with a seam, with faces, with a rim.
         let partners = ["latlong", "cube", "angular"];
-        let sphere = |name: &str| Map::new(name, Options::default()).unwrap();
+        let sphere = |name: &str| Map::new(name).unwrap();
         for info in REGISTRY {
             if sphere(info.name).coverage() != Coverage::Sphere {
                 continue;

@@ -1,0 +1,432 @@
+"""Several photos of a mirrored ball into one map of the whole sphere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _core
+from .._arrays import as_image, rotation_matrix
+from ..align.rotation_search import Panorama, median, search
+from ..map.named import resolve
+from ..resample.verbs import sample
+from .camera import view
+from .finding import find
+from .joint import Placed, refined
+from .metals import reflectance_of
+from .photo import Shot, fitting_size
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from .._arrays import Size
+    from .._core import Projection
+    from .._names import Filter
+    from ..map.named import ProjectionLike
+    from .camera import View
+    from .finding import Ball
+
+    Array = NDArray[np.float64]
+
+__all__ = ["MergedBalls", "merge"]
+
+# Rows of the panoramas that rotations are found on.
+_LEVELS = (16, 32, 64, 128, 256)
+# Below this correlation two photos do not show one scene.
+_LEAST_CORRELATION = 0.5
+# How much the photographer counts, where another photo sees what is behind him.
+_PHOTOGRAPHER = 1e-4
+# The weight of a photo goes with this power of its pixels per radian: at 4 what is sampled half as
+# finely counts a sixteenth.
+_POWER = 4
+
+
+@dataclass(frozen=True, eq=False)
+class MergedBalls:
+    """A map of the sphere from several photos, as `merge` returns it.
+
+    Attributes
+    ----------
+    image : ndarray of float32 or float64, the shape of `projection` + channels
+        In the frame of the first photo's camera (or in that of the given rotations).
+    weights : ndarray of float32, shape (K,) + the shape of `projection`
+        How much each photo counts in each direction; they sum to 1, or to 0 where none saw
+        anything.
+    coverage : float
+        The share of the sphere that some photo saw.
+    residual : float
+        The root mean square difference of the photos from their mean, in stops, where they overlap.
+    rotations : ndarray, shape (K, 3, 3)
+        The orientation of each camera: from its frame to that of the result.
+    exposures : ndarray, shape (K, C)
+        What the channels of each photo were multiplied by; 1 for the first.
+    correlations : ndarray, shape (K,)
+        Of each photo with those before it: 1 for the first, NaN where the rotation was given.
+    balls : tuple of Ball
+        The rims, as they were used.
+    projection : Projection
+        Of the image.
+    """
+
+    image: NDArray[Any]
+    weights: NDArray[np.float32]
+    coverage: float
+    residual: float
+    rotations: NDArray[np.float64]
+    exposures: NDArray[np.float64]
+    correlations: NDArray[np.float64]
+    balls: tuple[Ball, ...]
+    projection: Projection
+
+    def angle(self, photo: int) -> float:
+        """Return the angle in degrees between the cameras of a photo and the first one."""
+        turn = self.rotations[0].T @ self.rotations[photo]
+        return math.degrees(math.acos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
+
+
+def merge(
+    photos: Sequence[ArrayLike],
+    /,
+    *,
+    rotations: Sequence[Any] | None = None,
+    balls: Sequence[Ball | None] | None = None,
+    fov: float | Sequence[float | None] | None = None,
+    distance: float | Sequence[float | None] | None = None,
+    masks: Sequence[ArrayLike | None] | None = None,
+    photographer: float = 6.0,
+    reflectance: ArrayLike = 1.0,
+    metal: str | None = None,
+    dst: ProjectionLike = "latlong",
+    size: Size | None = None,
+    filter: Filter = "bilinear",
+) -> MergedBalls:
+    """Join photos of a mirrored ball from several sides into one map of the whole sphere.
+
+    Parameters
+    ----------
+    photos : sequence of array_like, shape (H, W) or (H, W, C)
+        Linear light, of any sizes.
+    rotations : sequence, optional
+        The orientation of each photo's camera in the world, as `rotation` of `unwrap`. By
+        default they are found; the result is then in the frame of the first camera.
+    balls : sequence of Ball or None, optional
+        The rim in each photo. By default, and for None, `find` finds it. One with a confidence
+        below 1 is refined together with the rotations, unless the camera is ideal.
+    fov, distance : float or sequence, optional
+        As for `unwrap`; one for all or one for each photo.
+    masks : sequence of array_like or None, optional
+        For each photo what counts, of its shape (H, W): bool, 0 to 1, or uint8 from 0 to 255.
+    photographer : float
+        Half the angle in degrees, about the direction to each camera, that is left to the other
+        photos. 0 for no such cone.
+    reflectance, metal, dst, size, filter
+        As for `unwrap`.
+
+    Returns
+    -------
+    MergedBalls
+
+    Raises
+    ------
+    ValueError
+        If no ball is found, if photos do not overlap, for lists of different lengths, a mask of
+        another shape, or photos with different channels.
+    TypeError
+        For an unsupported dtype.
+
+    Notes
+    -----
+    Each photo counts with the fourth power of its pixels per radian, in its worst direction. So the
+    rim, where a pixel sees many degrees, gives way to a photo that has that direction nearer its
+    middle.
+
+    Exposures are the weighted median of the ratio of what two photos show, channel by channel.
+
+    Examples
+    --------
+    Two photos from opposite sides, the second half as bright and from who knows where:
+
+    >>> import numpy as np, spheremap as sm
+    >>> d = sm.directions("latlong", 64)
+    >>> scene = 1.2 + np.sin(5 * d) * np.cos(4 * d[..., ::-1])
+    >>> camera = dict(size=128, fov=25, distance=6)
+    >>> turn = sm.rotation(170, 5, 10)
+    >>> a, b = sm.ball.render(scene, **camera), sm.ball.render(scene, rotation=turn, **camera) / 2
+    >>> ball = sm.ball.Ball((64, 64), (48.8, 48.8), 0, 1)
+    >>> found = sm.ball.merge([a, b], balls=[ball, ball], fov=25, size=32)
+    >>> found.coverage, found.exposures[1].round(2).tolist()
+    (1.0, [2.0, 2.0, 2.0])
+    >>> bool(np.abs(found.rotations[1] - turn).max() < 0.01)
+    True
+    """
+    arrays = [as_image(photo, None) for photo in photos]
+    count = len(arrays)
+    if count == 0:
+        raise ValueError("Expected `photos` to hold at least one photo, got none.")
+    for k, pixels in enumerate(arrays):
+        if pixels.ndim not in (2, 3) or 0 in pixels.shape:
+            raise ValueError(
+                f"Expected photo {k + 1} to have shape (H, W) or (H, W, C), got {pixels.shape}."
+            )
+        if pixels.shape[2:] != arrays[0].shape[2:]:
+            raise ValueError(
+                f"Expected all photos to have the same channels, got shapes {arrays[0].shape} and "
+                f"{pixels.shape}."
+            )
+    if not 0 <= photographer < 90:
+        raise ValueError(f"`photographer` must be in [0, 90) degrees, got {photographer}.")
+    channels = arrays[0].shape[2:]
+    reflects, metal = reflectance_of(reflectance, metal, channels[0] if channels else 1)
+    shots, rims, cameras = [], [], []
+    given = zip(
+        arrays,
+        _each(balls, count, "balls"),
+        _each(fov, count, "fov"),
+        _each(distance, count, "distance"),
+        _each(masks, count, "masks"),
+        strict=True,
+    )
+    for k, (pixels, ball, angle, far, mask) in enumerate(given):
+        try:
+            rim = find(pixels, mask=mask) if ball is None else ball
+            camera = partial(_camera, pixels.shape[:2], angle, far)
+            shots.append(Shot(pixels, camera(rim), mask, reflects, metal, filter))
+        except ValueError as error:
+            raise ValueError(f"photo {k + 1}: {error}") from None
+        rims.append(rim)
+        cameras.append(camera)
+    known = None
+    if rotations is not None:
+        known = [rotation_matrix(r) for r in _each(list(rotations), count, "rotations")]
+    seen_behind = math.radians(photographer)
+    turns, gains, correlations = _aligned(shots, known, seen_behind)
+    placed = [
+        Placed(shot, rim, turn, camera, rim.confidence < 1 and not shot.view.ideal, known is None)
+        for shot, rim, turn, camera in zip(shots, rims, turns, cameras, strict=True)
+    ]
+    placed[0].free_turn = False
+    # With rims that are certain the rotation is as good as it gets.
+    if count > 1 and any(p.free_rim for p in placed):
+        placed = refined(placed, seen_behind)
+        shots, rims, turns = ([getattr(p, n) for p in placed] for n in ("shot", "ball", "turn"))
+        _, gains, _ = _aligned(shots, turns, seen_behind)
+
+    target = resolve(dst)
+    if size is None:
+        size = max(fitting_size(target, math.pi * s.view.outline.mean**2) for s in shots)
+    shape = target.shape(size)
+    image = np.zeros((math.prod(shape), shots[0].channels))
+    weights = np.zeros((count, len(image)))
+    values = []
+    for k, shot in enumerate(shots):
+        texels, least, _ = shot.unwrap(target, shape, turns[k])
+        fade = _weight(shot, target, shape, turns[k], seen_behind)
+        # One that is not finite in some channel is no light.
+        finite = np.asarray(np.isfinite(texels).all(axis=-1))
+        # Scaled, so that a power of a few hundred pixels stays a number of usual size.
+        weights[k] = np.where(finite, fade * (least / 100) ** _POWER, 0)
+        values.append(np.where(finite[:, None], texels * gains[k], 0))
+        image += weights[k][:, None] * values[-1]
+    total = weights.sum(axis=0)
+    seen = total > 0
+    image = np.where(seen[:, None], image / np.where(seen, total, 1)[:, None], 0)
+    weights /= np.where(seen, total, 1)
+    solid_angle = target.solid_angle(shape).reshape(-1)
+    residual = _residual(values, image, weights, solid_angle)
+    dtype = np.float64 if arrays[0].dtype == np.float64 else np.float32
+    return MergedBalls(
+        image=np.where(seen[:, None], image, np.nan).astype(dtype).reshape(shape + channels),
+        weights=weights.astype(np.float32).reshape(count, *shape),
+        coverage=float(solid_angle[seen].sum() / solid_angle.sum()),
+        residual=residual,
+        rotations=np.array(turns),
+        exposures=np.array(gains),
+        correlations=np.array(correlations),
+        balls=tuple(rims),
+        projection=target,
+    )
+
+
+def _camera(shape: tuple[int, int], fov: float | None, distance: float | None, ball: Ball) -> View:
+    return view(shape, ball._outline(), fov=fov, distance=distance)
+
+
+def _each(value: Any, count: int, name: str) -> list[Any]:
+    """Return one value for each photo."""
+    if value is None or isinstance(value, (int, float)):
+        return [value] * count
+    values = list(value)
+    if len(values) != count:
+        raise ValueError(
+            f"Expected `{name}` to have one entry for each of {count} photos, got {len(values)}."
+        )
+    return values
+
+
+def _weight(shot: Shot, p: Projection, shape: tuple[int, ...], turn: Array, behind: float) -> Array:
+    """Return the mask in each texel, without what hides behind the photographer."""
+    d = np.asarray(p.directions(shape)).reshape(-1, 3) @ turn
+    held = np.isfinite(d[:, 0])
+    out = np.zeros(len(d))
+    out[held] = shot.weight(d[held])
+    if behind > 0:
+        with np.errstate(invalid="ignore"):
+            angle = np.arccos(np.clip(d @ shot.view.toward, -1, 1))
+        t = np.clip((angle / behind - 1) / 0.5, 0, 1)
+        out *= np.where(held, _PHOTOGRAPHER + (1 - _PHOTOGRAPHER) * t * t * (3 - 2 * t), 0)
+    return out
+
+
+class _Colors:
+    """Panoramas of a photo in its own frame: colors and weights at each level."""
+
+    def __init__(self, shot: Shot, behind: float) -> None:
+        self.colors: list[Array] = []
+        self.weights: list[Array] = []
+        latlong = _core.projection("latlong")
+        finest = shot.view.outline.mean * 1.5
+        rows = max(r for r in _LEVELS if r <= max(finest, _LEVELS[2]))
+        shape = (rows, 2 * rows)
+        texels, least, _ = shot.unwrap(latlong, shape, np.eye(3))
+        fade = _weight(shot, latlong, shape, np.eye(3), behind)
+        known = np.asarray(np.isfinite(texels).all(axis=-1))
+        area = latlong.solid_angle(shape) * known.reshape(shape)
+        # Sums, so that coarser panoramas are sums of four.
+        sums = (
+            np.concatenate(
+                [np.where(known[:, None], texels, 0), least[:, None], fade[:, None]], axis=-1
+            ).reshape(*shape, -1)
+            * area[..., None]
+        )
+        while True:
+            rows = len(area)
+            mean = sums / np.maximum(area, 1e-12)[..., None]
+            # Full weight where a pixel sees no more than a texel.
+            fine = np.clip(mean[..., -2] * np.pi / rows, 0, 1) ** 4
+            share = area / latlong.solid_angle(area.shape)
+            self.colors.insert(0, mean[..., :-2])
+            self.weights.insert(0, mean[..., -1] * fine * share)
+            if rows == _LEVELS[0]:
+                break
+            sums = sums.reshape(rows // 2, 2, rows, 2, -1).sum(axis=(1, 3))
+            area = area.reshape(rows // 2, 2, rows, 2).sum(axis=(1, 3))
+
+    def turned(self, level: int, turn: Array) -> tuple[Array, Array]:
+        """Return the panorama in another frame."""
+        latlong = _core.projection("latlong")
+        weight = self.weights[level]
+        layers = np.concatenate(
+            [self.colors[level] * weight[..., None], weight[..., None]], axis=-1
+        )
+        d = np.asarray(latlong.directions(weight.shape)) @ turn
+        found = np.asarray(sample(layers, d, latlong))
+        return found[..., :-1], found[..., -1]
+
+
+class _Scene:
+    """What the photos that are placed so far show, in the common frame."""
+
+    def __init__(self, levels: int) -> None:
+        self.sums: list[Array | float] = [0.0] * levels
+        self.weights: list[Array | float] = [0.0] * levels
+
+    def add(self, colors: _Colors, turn: Array, gain: Array) -> None:
+        for level in range(len(self.sums)):
+            values, weight = colors.turned(level, turn)
+            self.sums[level] = self.sums[level] + values * gain
+            self.weights[level] = self.weights[level] + weight
+
+    def color(self, level: int) -> tuple[Array, Array]:
+        weight = np.asarray(self.weights[level])
+        return np.asarray(self.sums[level]) / np.maximum(weight, 1e-12)[..., None], weight
+
+
+def _panorama(color: Array, weight: Array) -> Panorama:
+    brightness = np.maximum(color.mean(axis=-1), 0)
+    bright = brightness[(weight > 0.1) & (brightness > 0)]
+    # What is far below the middle is noise, and its logarithm would be loud.
+    floor = 0.02 * float(np.median(bright)) if bright.size else 1.0
+    return Panorama(np.log(brightness + floor), np.clip(weight, 0, 1))
+
+
+def _aligned(
+    shots: list[Shot], known: list[Array] | None, behind: float
+) -> tuple[list[Array], list[Array], list[float]]:
+    """Return the rotation, the exposure and the correlation of each photo."""
+    if len(shots) == 1:
+        turn = np.eye(3) if known is None else known[0]
+        return [turn], [np.ones(shots[0].channels)], [1.0]
+    panoramas = [_Colors(shot, behind) for shot in shots]
+    levels = min(len(p.colors) for p in panoramas)
+    scene = _Scene(levels)
+    turns = [np.eye(3) if known is None else known[0]]
+    gains, correlations = [np.ones(shots[0].channels)], [1.0]
+    scene.add(panoramas[0], turns[0], gains[0])
+    for k, colors in enumerate(panoramas[1:], 1):
+        if known is None:
+            first = [_panorama(*scene.color(level)) for level in range(levels)]
+            second = [
+                _panorama(colors.colors[level], colors.weights[level]) for level in range(levels)
+            ]
+            match = search(first, second)
+            _check_overlap(k, match.overlap)
+            if match.correlation < _LEAST_CORRELATION:
+                raise ValueError(
+                    f"photo {k + 1} does not overlap with those before it, or shows another scene: "
+                    f"the best rotation correlates only {match.correlation:.2f}."
+                )
+            turns.append(match.rotation)
+            correlations.append(match.correlation)
+        else:
+            turns.append(known[k])
+            correlations.append(math.nan)
+        gains.append(_gain(k, scene, colors, turns[-1], levels - 1))
+        scene.add(colors, turns[-1], gains[-1])
+    return turns, gains, correlations
+
+
+def _check_overlap(k: int, overlap: float) -> None:
+    if overlap < 0.01:
+        raise ValueError(
+            f"photo {k + 1} does not overlap with those before it: their masks and rims leave "
+            f"{overlap:.1%} of the sphere in common."
+        )
+
+
+def _gain(k: int, scene: _Scene, colors: _Colors, turn: Array, level: int) -> Array:
+    """Return what makes each channel of a photo as bright as the scene."""
+    a, wa = scene.color(level)
+    b, wb = colors.turned(level, turn)
+    b = b / np.maximum(wb, 1e-12)[..., None]
+    area = _core.projection("latlong").solid_angle(wa.shape)
+    both = np.minimum(wa, 1) * wb
+    _check_overlap(k, float((both * area).sum() / area.sum()))
+    gain = np.empty(a.shape[-1])
+    for c in range(len(gain)):
+        usable = (both > 1e-3) & (a[..., c] > 0) & (b[..., c] > 0)
+        if not usable.any():
+            gain[c] = 1.0
+            continue
+        ratio = np.log(a[..., c][usable] / b[..., c][usable])
+        # The dark says little about a ratio.
+        light = np.sqrt(np.minimum(b[..., c][usable], np.median(b[..., c][usable])))
+        gain[c] = np.exp(median(ratio, (both * area)[usable] * light))
+    return gain
+
+
+def _residual(values: list[Array], image: Array, weights: Array, area: Array) -> float:
+    """Return how far the photos differ from their mean, in stops."""
+    total = squares = 0.0
+    mean = image.mean(axis=-1)
+    for k, value in enumerate(values):
+        bright = value.mean(axis=-1)
+        usable = (bright > 0) & (mean > 0) & (weights[k] > 0) & (weights[k] < 1)
+        share = (weights[k] * (1 - weights[k]) * area)[usable]
+        squares += float(np.sum(share * np.log2(bright[usable] / mean[usable]) ** 2))
+        total += float(share.sum())
+    return math.sqrt(squares / total) if total > 0 else 0.0

@@ -1,0 +1,231 @@
+"""A photo of a mirrored ball into a map of the sphere."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arrays import as_image, rotation_matrix
+from ..map.named import resolve
+from .camera import view
+from .finding import Ball, find
+from .metals import reflectance_of
+from .photo import Shot, as_pair_of_numbers, by_hand, fitting_size
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from .._arrays import Size
+    from .._core import Projection
+    from .._names import Filter
+    from ..map.named import ProjectionLike
+
+    Array = NDArray[np.float64]
+
+__all__ = ["UnwrappedBall", "unwrap"]
+
+
+@dataclass(frozen=True, eq=False)
+class UnwrappedBall:
+    """What a photo of a mirrored ball saw, as `unwrap` returns it.
+
+    Attributes
+    ----------
+    image : ndarray, the shape of `projection` + channels
+        The environment.
+    solid_angle : ndarray of float64, the shape of `projection`
+        The solid angle in steradians that one pixel of the photo saw in each direction: where it is
+        below the texel's own, the photo knows more than the image can hold. Infinite where the
+        photo saw nothing.
+    spacing : ndarray of float64, the shape of `projection`
+        The largest angle in radians between neighboring pixels there: the photo's resolution in its
+        worst direction, which is what blurs toward the rim.
+    projection : Projection
+        Of the image.
+    ball : Ball
+        The rim in the photo.
+    distance : float
+        From the center of the ball to the camera, in radii of the ball; infinite for the ideal
+        camera.
+    fov : float or None
+        The photo's horizontal angle in degrees; None for the ideal camera.
+    blind_cone : float
+        Half the angle, in degrees, of the cone behind the ball that the photo cannot have seen.
+    blind_direction : ndarray, shape (3,)
+        Its axis, in the world.
+    """
+
+    image: NDArray[Any]
+    solid_angle: NDArray[np.float64]
+    spacing: NDArray[np.float64]
+    projection: Projection
+    ball: Ball
+    distance: float
+    fov: float | None
+    blind_cone: float
+    blind_direction: NDArray[np.float64]
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Which directions the photo saw."""
+        return np.isfinite(self.solid_angle)
+
+    @property
+    def coverage(self) -> float:
+        """The share of the sphere that the photo saw."""
+        weights = self.projection.solid_angle(self.solid_angle.shape)
+        return float(weights[self.seen].sum() / weights.sum())
+
+
+def unwrap(
+    photo: ArrayLike,
+    /,
+    *,
+    center: tuple[float, float] | None = None,
+    radius: float | tuple[float, float] | None = None,
+    fov: float | None = None,
+    distance: float | None = None,
+    principal: tuple[float, float] | None = None,
+    dst: ProjectionLike = "latlong",
+    size: Size | None = None,
+    rotation: Any | None = None,
+    mask: ArrayLike | None = None,
+    reflectance: ArrayLike = 1.0,
+    metal: str | None = None,
+    filter: Filter = "bilinear",
+    fill: float | None = None,
+) -> UnwrappedBall:
+    """Turn a photo of a mirrored ball into a map of the environment.
+
+    Parameters
+    ----------
+    photo : array_like, shape (H, W) or (H, W, C)
+        Linear light, of a pinhole camera (no lens distortion).
+    center : (x, y), optional
+        The middle of the ball's outline in pixels, from the upper left corner of the photo: the
+        first pixel's own center is (0.5, 0.5). By default `find` looks for the outline.
+    radius : float or (float, float), optional
+        Of the outline in pixels: of the circle with its area, or its semi-axes toward the
+        principal point and across. Left out, it follows from `fov` and `distance`.
+    fov : float, optional
+        The horizontal angle of the whole photo, in degrees.
+    distance : float, optional
+        From the camera to the center of the ball, **in radii of the ball**.
+    principal : (x, y), optional
+        Where the camera's axis meets the photo, in pixels; by default its middle. A cropped photo
+        needs it.
+    dst : Projection or str
+        The projection of the result.
+    size : int or tuple of int, optional
+        As for `solid_angle`. By default about one texel for each pixel of the ball.
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+        The camera's orientation in the world.
+    mask : array_like, shape (H, W), optional
+        Which pixels count: bool, numbers from 0 to 1, or uint8 from 0 to 255.
+    reflectance : float or one for each channel
+        Of the ball: the result is divided by it.
+    metal : {"Ag", "Al", "Au", "Cr", "Cu"}, optional
+        Of which the ball is: the result is divided by its reflectance at each angle, too.
+    filter : str
+        How the photo is looked up between its pixels, as for `sample`. Where the photo is finer
+        than the result, up to 32 × 32 lookups are averaged in each texel.
+    fill : float, optional
+        What the image has where the photo saw nothing. By default NaN, or 0 for integers.
+
+    Returns
+    -------
+    UnwrappedBall
+
+    Raises
+    ------
+    ValueError
+        For a photo in which no ball is found, a mask of another shape, `fov`, `distance` and
+        outline that contradict each other, or numbers out of range.
+    TypeError
+        For an unsupported dtype.
+    ImportError
+        If a ball has to be found and scikit-image is missing.
+
+    Notes
+    -----
+    Of field of view, distance and outline two give the third. If neither `fov` nor `distance` is
+    given, the camera is at infinity, as the `sphere` projection has it; no real camera is, and the
+    result is then off by asin(1/distance) at the rim: a ball that fills a picture of 40° by 20°.
+    `docs/mirror-balls.md` has the geometry and measurements.
+
+    The result is in the camera's frame, x right, y up, z **toward** the camera, unless `rotation`
+    turns it.
+
+    Examples
+    --------
+    A photo of a ball from 6 radii away, and back:
+
+    >>> import numpy as np, spheremap as sm
+    >>> scene = 1 + sm.directions("latlong", 64) ** 3
+    >>> photo = sm.ball.render(scene, size=200, fov=30, distance=6)
+    >>> found = sm.ball.unwrap(photo, center=(100, 100), radius=63.09, fov=30, size=64)
+    >>> round(found.distance, 2), round(found.blind_cone, 1)
+    (6.0, 9.6)
+    >>> known = found.spacing < 0.04
+    >>> bool(np.abs(found.image - scene)[known].max() < 0.02)
+    True
+    """
+    pixels, target = as_image(photo, None), resolve(dst)
+    if pixels.ndim not in (2, 3) or 0 in pixels.shape:
+        raise ValueError(f"Expected `photo` to have shape (H, W) or (H, W, C), got {pixels.shape}.")
+    ball = None
+    if center is None:
+        if radius is not None:
+            raise ValueError("`radius` without `center`: give both, or neither to find the ball.")
+        ball = find(pixels, mask=mask)
+    elif radius is not None:
+        ball = by_hand(center, radius, principal, pixels.shape)
+    seen_by = view(
+        pixels.shape[:2],
+        None if ball is None else ball._outline(),
+        center=None if center is None else as_pair_of_numbers(center, "center"),
+        fov=fov,
+        distance=distance,
+        principal=None if principal is None else as_pair_of_numbers(principal, "principal"),
+    )
+    if ball is None:
+        rim = seen_by.outline
+        ball = Ball(rim.center, (rim.along, rim.across), math.degrees(rim.angle), 1.0)
+    turn = rotation_matrix(rotation)
+    if size is None:
+        size = fitting_size(target, math.pi * seen_by.outline.mean**2)
+    shape = target.shape(size)
+    channels = 1 if pixels.ndim == 2 else pixels.shape[2]
+    reflects, metal = reflectance_of(reflectance, metal, channels)
+    shot = Shot(pixels, seen_by, mask, reflects, metal, filter)
+    image, least, most = shot.unwrap(target, shape, turn)
+    seen = least > 0
+    with np.errstate(divide="ignore"):
+        solid_angle, spacing = 1 / (least * most), 1 / least
+    image = _stored(image, seen, pixels.dtype, fill)
+    return UnwrappedBall(
+        image=image.reshape(shape + pixels.shape[2:]),
+        solid_angle=solid_angle.reshape(shape),
+        spacing=spacing.reshape(shape),
+        projection=target,
+        ball=ball,
+        distance=seen_by.distance,
+        fov=seen_by.fov,
+        blind_cone=math.degrees(seen_by.blind),
+        blind_direction=turn @ -seen_by.toward,
+    )
+
+
+def _stored(
+    image: Array, seen: NDArray[np.bool_], dtype: np.dtype[Any], fill: float | None
+) -> NDArray[Any]:
+    """Return float64 texels in the dtype of the photo."""
+    if fill is None:
+        fill = math.nan if dtype.kind == "f" else 0
+    image = np.where(seen[:, None], image, fill)
+    if dtype.kind == "u":
+        image = np.clip(np.floor(image + 0.5), 0, np.iinfo(dtype).max)
+    return image.astype(dtype)

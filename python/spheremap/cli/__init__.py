@@ -1,0 +1,22 @@
+"""The command `spheremap`. It needs `pip install spheremap[cli]`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command and exit: 0 if all went well, 1 for a failure, 2 for wrong usage."""
+    try:
+        import rich  # noqa: F401
+        import typer  # noqa: F401
+    except ImportError as error:
+        print(
+            f"error: the command line needs {error.name}: pip install spheremap[cli]",
+            file=sys.stderr,
+        )
+        sys.exit(1)
+    from spheremap.cli.commands import run
+
+    sys.exit(run(sys.argv[1:] if arguments is None else arguments))

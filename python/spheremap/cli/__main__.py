@@ -1,0 +1,5 @@
+"""``python -m spheremap.cli``."""
+
+from . import main
+
+main()

@@ -1,0 +1,240 @@
+"""An image seen through a lobe about each direction: irradiance, cones, glossy reflections."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .. import _core
+from .._arrays import as_size, as_unit_vectors, checked_image, has_channels, result_dtype
+from ..map.named import resolve
+from ..sh import convolve as sh_convolve
+from ..sh import evaluate as sh_evaluate
+from ..sh import project as sh_project
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from .._arrays import Size
+    from ..map.named import ProjectionLike
+
+__all__ = ["convolve", "irradiance", "irradiance_at"]
+
+Lobe = Literal["cone", "phong", "vmf"]
+
+
+def irradiance(
+    image: ArrayLike,
+    src: ProjectionLike,
+    dst: ProjectionLike,
+    /,
+    *,
+    size: Size = 32,
+    method: Literal["exact", "sh"] = "exact",
+    order: int = 8,
+    skipna: bool = False,
+) -> NDArray[np.floating[Any]]:
+    """Return the irradiance of a surface for every normal: E(n) = ∫ L max(0, n·ω) dω.
+
+    Parameters
+    ----------
+    image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
+        Radiance.
+    src, dst : Projection or str
+        The maps of the image and of the result.
+    size : int or tuple of int
+        Of the result, as for `solid_angle`.
+    method : {"exact", "sh"}
+        The sum over all texels, or spherical harmonics up to `order`.
+    order : int
+        For "sh": with Φ = ∫|L| dω the result is within 0.094 Φ of the exact one at order 2,
+        0.059 Φ at 4, 0.034 Φ at 8 and 0.0183 Φ at 16 (a single sun reaches that; skies stay
+        far below).
+    skipna : bool
+        Count NaN and infinite values as 0 instead of raising.
+
+    Returns
+    -------
+    irradiance : ndarray, shape of `dst` (+ channels)
+        float32 for float16 and float32 images, else float64; summed in float64. Divided by π it
+        is what a white Lambertian surface sends back. 0 outside the valid image of `dst`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `integrate`.
+
+    Notes
+    -----
+    Each texel counts with its exact solid angle at the direction of its center. On images of the
+    whole sphere the sum is divided by the same sum of a constant 1 and multiplied by π: a constant
+    L gives πL at any size. What a partial coverage does not hold is black. The best results with
+    "sh" are those of a smooth environment, in a hundredth of the time.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> white = np.ones((64, 128, 3), np.float32)
+    >>> E = sm.light.irradiance(white, "latlong", "cube", size=8)
+    >>> E.shape, float(np.abs(E - np.pi).max()) < 1e-6
+    ((6, 8, 8, 3), True)
+    """
+    if method not in ("exact", "sh"):
+        raise ValueError(f"Expected `method` to be 'exact' or 'sh', got {method!r}.")
+    if method == "exact":
+        return lobe_image(image, src, dst, size, "cosine", 0.0, skipna)
+    coefficients = sh_project(image, src, order=order, skipna=skipna)
+    target = resolve(dst)
+    directions = target.directions(target.shape(as_size(size)))
+    found = sh_evaluate(sh_convolve(coefficients, "cosine"), directions)
+    return np.nan_to_num(found, nan=0.0).astype(result_dtype(np.asarray(image)))
+
+
+def irradiance_at(
+    image: ArrayLike,
+    normals: ArrayLike,
+    projection: ProjectionLike,
+    /,
+    *,
+    skipna: bool = False,
+) -> NDArray[np.floating[Any]]:
+    """Return the irradiance of surfaces with these normals, as exactly as `irradiance`.
+
+    Parameters
+    ----------
+    image, skipna
+        As for `irradiance`.
+    normals : array_like, shape (..., 3)
+        World directions of any length.
+    projection : Projection or str
+        The map of the image.
+
+    Returns
+    -------
+    irradiance : ndarray, shape (...) or (..., C)
+        NaN for a normal that is zero or not finite.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `integrate`.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> sky = (sm.directions("latlong", 64)[..., 1] > 0).astype(float)
+    >>> np.round(sm.light.irradiance_at(sky, [[0, 1, 0], [1, 0, 0]], "latlong") / np.pi, 3).tolist()
+    [1.0, 0.5]
+    """
+    resolved = resolve(projection)
+    pixels = checked_image(image, skipna=skipna)
+    unit, leading = as_unit_vectors(normals, "normals")
+    found = _core.lobe(pixels, resolved, unit, "cosine", 0.0)
+    channels = found.shape[1:] if has_channels(pixels, resolved) else ()
+    return found.reshape(*leading, *channels).astype(result_dtype(pixels))
+
+
+def convolve(
+    image: ArrayLike,
+    src: ProjectionLike,
+    dst: ProjectionLike,
+    lobe: Lobe,
+    /,
+    *,
+    half_angle: float | None = None,
+    exponent: float | None = None,
+    kappa: float | None = None,
+    size: Size = 32,
+    skipna: bool = False,
+) -> NDArray[np.floating[Any]]:
+    """Return the mean radiance under a lobe about every direction, by exact summation.
+
+    Parameters
+    ----------
+    image, src, dst, size, skipna
+        As for `irradiance`.
+    lobe : {"cone", "phong", "vmf"}
+        ``"cone"``: all directions within `half_angle`, equally. ``"phong"``: max(0, cos)^exponent.
+        ``"vmf"`` (von Mises-Fisher): exp(kappa (cos - 1)).
+    half_angle : float
+        In degrees, in (0, 180].
+    exponent : float
+        At least 0.
+    kappa : float
+        Concentration, at least 0.
+
+    Returns
+    -------
+    mean : ndarray, shape of `dst` (+ channels)
+        Every lobe is normalized: a constant L gives L. dtypes as for `irradiance`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `integrate`, and for a parameter that is missing, out of range or of another lobe.
+
+    Notes
+    -----
+    A lobe that is narrower than the texels meets few of them or none; where none, the result is
+    the bilinear lookup in its direction.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> sky = (sm.directions("latlong", 64)[..., 1] > 0).astype(np.float32)
+    >>> wide = sm.light.convolve(sky, "latlong", "latlong", "cone", half_angle=90, size=8)
+    >>> wide.shape, float(wide.max()) < 1
+    ((8, 16), True)
+    """
+    given = {"half_angle": half_angle, "exponent": exponent, "kappa": kappa}
+    names = {"cone": "half_angle", "phong": "exponent", "vmf": "kappa"}
+    if lobe not in names:
+        raise ValueError(f"unknown lobe {lobe!r}; there are {', '.join(names)}")
+    wanted = names[lobe]
+    value = given.pop(wanted)
+    surplus = [name for name, x in given.items() if x is not None]
+    if surplus:
+        raise ValueError(f"lobe {lobe!r} takes `{wanted}`, got `{surplus[0]}`.")
+    if value is None:
+        raise ValueError(f"lobe {lobe!r} needs `{wanted}`.")
+    parameter = float(value)
+    if lobe == "cone":
+        if not 0 < parameter <= 180:
+            raise ValueError(f"`half_angle` must be in (0, 180], got {value}.")
+        # The direction opposite is in a full cone whatever its rounding.
+        parameter = -2.0 if parameter == 180 else math.cos(math.radians(parameter))
+    elif not (math.isfinite(parameter) and parameter >= 0):
+        raise ValueError(f"`{wanted}` must be at least 0 and finite, got {value}.")
+    return lobe_image(image, src, dst, size, lobe, parameter, skipna)
+
+
+def lobe_image(
+    image: ArrayLike,
+    src: ProjectionLike,
+    dst: ProjectionLike,
+    size: Size,
+    lobe: str,
+    parameter: float,
+    skipna: bool,
+) -> NDArray[np.floating[Any]]:
+    source, target = resolve(src), resolve(dst)
+    pixels = checked_image(image, skipna=skipna)
+    shape = target.shape(as_size(size))
+    normals: NDArray[Any] = target.directions(shape).reshape(-1, 3)
+    inside = ~np.isnan(normals[:, 0])
+    everywhere = bool(inside.all())
+    wanted = normals if everywhere else np.ascontiguousarray(normals[inside])
+    found = _core.lobe(pixels, source, wanted, lobe, parameter)
+    empty = np.isnan(found[:, 0]) if len(found) else np.zeros(0, bool)
+    if empty.any():
+        light = pixels.astype(np.float64)
+        values = source.sample(light, wanted[empty], fill=0.0)
+        found[empty] = values.reshape(len(values), -1)
+    if not everywhere:
+        whole = np.zeros((len(normals), found.shape[1]))
+        whole[inside] = found
+        found = whole
+    channels = found.shape[1:] if has_channels(pixels, source) else ()
+    return found.reshape(*shape, *channels).astype(result_dtype(pixels), copy=False)

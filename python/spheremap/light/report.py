@@ -1,0 +1,155 @@
+"""What light an image holds, in one report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .sources import find_sun, lit_texels
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from ..map.named import ProjectionLike
+    from .sources import Sun
+
+__all__ = ["Energy", "energy"]
+
+
+@dataclass(frozen=True, eq=False)
+class Energy:
+    """The light of an image, as `energy` reports it; `str` of it is a readable text.
+
+    Attributes
+    ----------
+    solid_angle : float
+        What the image covers, in steradians; 4π for the whole sphere.
+    integral : ndarray, shape (C,)
+        ∫ L dω of each channel.
+    mean : ndarray, shape (C,)
+        The mean radiance, integral / solid_angle.
+    luminance : float
+        The mean luminance.
+    peak : float
+        The largest luminance of a texel.
+    peak_direction : ndarray, shape (3,)
+        Where it is, in the world.
+    darkest : float
+        The smallest luminance above 0; NaN if none is.
+    dynamic_range : float
+        log2(peak / darkest), in stops; NaN if nothing is above 0.
+    negative : int
+        Texels with a number below 0. They are kept in the integrals.
+    sun : Sun or None
+        As `sun` finds it.
+    """
+
+    solid_angle: float
+    integral: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    luminance: float
+    peak: float
+    peak_direction: NDArray[np.float64]
+    darkest: float
+    dynamic_range: float
+    negative: int
+    sun: Sun | None
+
+    def __str__(self) -> str:
+        lines = [
+            ("covers", f"{self.solid_angle:.4f} sr ({self.solid_angle / (4 * np.pi):.1%})"),
+            ("energy", f"{_numbers(self.integral)} (∫ L dω)"),
+            ("mean", f"{_numbers(self.mean)}, luminance {self.luminance:.4g}"),
+            ("peak", f"luminance {self.peak:.4g} toward {_direction(self.peak_direction)}"),
+            ("range", f"{self.dynamic_range:.1f} stops, down to {self.darkest:.3g}"),
+        ]
+        if self.negative:
+            lines.append(("negative", f"{self.negative} texels, kept"))
+        if self.sun is None:
+            lines.append(("sun", "none"))
+        else:
+            degrees = self.sun.angular_diameter
+            where = f"{_direction(self.sun.direction)}, {degrees:.2f}° wide"
+            lines.append(("sun", f"toward {where} ({self.sun.solid_angle:.3g} sr)"))
+            lines.append(("", f"irradiance {_numbers(self.sun.irradiance)}"))
+        return "\n".join(f"{name:<9} {text}" for name, text in lines)
+
+
+def _numbers(x: NDArray[np.float64]) -> str:
+    return " ".join(f"{value:.5g}" for value in x)
+
+
+def _direction(d: NDArray[np.float64]) -> str:
+    return "(" + ", ".join(f"{x + 0.0:.3f}" for x in d) + ")"
+
+
+def energy(
+    image: ArrayLike,
+    projection: ProjectionLike,
+    /,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+    luminance: ArrayLike | None = None,
+    skipna: bool = False,
+) -> Energy:
+    """Report the light that an image holds: energy, peak, dynamic range, sun.
+
+    Parameters
+    ----------
+    image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
+        Linear radiance.
+    projection, axes, rotation
+        As for `encode`.
+    luminance, skipna
+        As for `Distribution`.
+
+    Returns
+    -------
+    report : Energy
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `lights`.
+
+    Notes
+    -----
+    Every texel counts with the solid angle that it covers; what lies outside the valid image does
+    not count.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> sky = np.full((64, 128), 0.5)
+    >>> sky[20, 40] = 4096
+    >>> print(sm.light.energy(sky, "latlong"))
+    covers    12.5664 sr (100.0%)
+    energy    14.62 (∫ L dω)
+    mean      1.1634, luminance 1.163
+    peak      luminance 4096 toward (-0.772, 0.535, -0.342)
+    range     13.0 stops, down to 0.5
+    sun       toward (-0.772, 0.535, -0.342), 2.92° wide (0.00204 sr)
+              irradiance 8.3365
+    """
+    t = lit_texels(image, projection, axes, rotation, luminance, skipna)
+    solid_angle = float(t.weight.sum())
+    integral = t.weight @ t.light
+    peak = int(np.argmax(t.luminance))
+    lit = t.luminance[t.luminance > 0]
+    darkest = float(lit.min()) if lit.size else float("nan")
+    found = find_sun(t)
+    return Energy(
+        solid_angle=solid_angle,
+        integral=integral,
+        mean=integral / solid_angle,
+        luminance=float(np.vdot(t.luminance, t.weight)) / solid_angle,
+        peak=float(t.luminance[peak]),
+        peak_direction=t.direction[peak].copy(),
+        darkest=darkest,
+        dynamic_range=float(np.log2(t.luminance[peak] / darkest)) if lit.size else float("nan"),
+        negative=int(np.count_nonzero((t.light < 0).any(axis=-1))),
+        sun=None if found is None else found.sun,
+    )

@@ -1,0 +1,273 @@
+"""MatCaps from environments, and shading with one or the other."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .. import _core
+from .._arrays import as_image, as_real, rotation_matrix, spatial_shape
+from ..map.named import resolve
+from ..map.verbs import reflect
+from ..resample.verbs import convert, sample
+from .lobes import irradiance
+from .specular import prefilter
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from .._names import Filter
+    from ..map.named import ProjectionLike
+
+__all__ = ["bake_matcap", "shade_environment", "shade_matcap"]
+
+# Lookups along a side of a texel of a mirror.
+_DETAIL = 4
+
+
+def bake_matcap(
+    environment: ArrayLike,
+    material: Literal["mirror", "diffuse", "rough"] = "mirror",
+    projection: ProjectionLike = "latlong",
+    /,
+    *,
+    size: int = 256,
+    roughness: float = 0.3,
+    color: ArrayLike = 1.0,
+    rotation: Any | None = None,
+) -> NDArray[np.floating[Any]]:
+    """Return the picture of a ball of some material in an environment: a MatCap.
+
+    Parameters
+    ----------
+    environment : array_like, shape (H, W, C) or with faces
+        Linear radiance.
+    material : {"mirror", "diffuse", "rough"}
+        A mirror, Lambert's diffuse reflection, or GGX's rough mirror.
+    projection : Projection or str
+        Of the environment.
+    size : int
+        The side of the result.
+    roughness : float
+        Of "rough": perceptual, in [0, 1].
+    color : float or one for each channel
+        What the result is multiplied by: the albedo or the reflectance.
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+        The camera's orientation in the world. Without it, the camera looks along -z.
+
+    Returns
+    -------
+    matcap : ndarray of float32 or float64, shape (size, size, C)
+        In the projection `matcap`, linear; NaN beside the ball.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `convert`, `irradiance` and `prefilter`.
+
+    Notes
+    -----
+    The ball is seen from infinitely far away, and so must be what is shaded with it: a MatCap has
+    one color for each normal, whatever the place.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> white = np.ones((32, 64, 3), np.float32)
+    >>> matcap = sm.light.bake_matcap(white, "diffuse", size=16, color=[0.8, 0.4, 0.2])
+    >>> (100 * matcap[8, 8]).round().tolist()
+    [80.0, 40.0, 20.0]
+    """
+    if material not in ("mirror", "diffuse", "rough"):
+        raise ValueError(
+            f"Expected `material` to be 'mirror', 'diffuse' or 'rough', got {material!r}."
+        )
+    if not isinstance(size, (int, np.integer)) or size < 1:
+        raise ValueError(f"`size` must be a whole number above 0, got {size}.")
+    source = resolve(projection)
+    light = as_image(environment, None)
+    held = spatial_shape(light, source, "environment")
+    if light.dtype not in (np.float32, np.float64):
+        light = light.astype(np.float32)
+    turn = rotation_matrix(rotation)
+    # In the camera's frame; the mirror's ball has the normals of the MatCap where it shows the
+    # directions of the sphere map.
+    if material != "mirror" or rotation is not None:
+        seen = convert(light, source, source, size=held, rotation=turn.T, fill=math.nan)
+    else:
+        seen = light
+    if material == "diffuse":
+        baked = np.asarray(irradiance(seen, source, "matcap", size=size)) / math.pi
+    elif material == "rough" and roughness > 0:
+        baked = np.asarray(prefilter(seen, source, "sphere", size=size, roughness=roughness))
+    else:
+        fine = convert(seen, source, "sphere", size=size * _DETAIL, fill=math.nan)
+        blocks = fine.reshape(size, _DETAIL, size, _DETAIL, -1).astype(np.float64)
+        known = ~np.isnan(blocks)
+        with np.errstate(invalid="ignore"):
+            mean = np.where(known, blocks, 0).sum(axis=(1, 3)) / known.sum(axis=(1, 3))
+        baked = mean.reshape(size, size, *light.shape[len(held) :])
+    outside = ~np.isfinite(_core.projection("matcap").directions(size)[..., 0])
+    tint = np.asarray(color, np.float64)
+    channels = light.shape[len(held) :]
+    if tint.shape not in ((), (1,), channels):
+        raise ValueError(
+            f"Expected `color` to be one number or {channels}, got shape {tint.shape}."
+        )
+    result = np.asarray(baked * tint, light.dtype)
+    result[outside] = np.nan
+    return result
+
+
+def shade_matcap(
+    normals: ArrayLike,
+    matcap: ArrayLike,
+    /,
+    *,
+    positions: ArrayLike | None = None,
+    eye: ArrayLike | None = None,
+    rotation: Any | None = None,
+    filter: Filter = "bilinear",
+) -> NDArray[Any]:
+    """Shade a surface with a MatCap: the color is that of the normal, as the viewer sees it.
+
+    Parameters
+    ----------
+    normals : array_like, shape (..., 3)
+        In the world, of any length.
+    matcap : array_like, shape (N, N) or (N, N, C)
+        In the projection `matcap`.
+    positions : array_like, shape (..., 3), optional
+        Of the surface. With `eye`, each point has its own frame, so that a ball looks the same
+        anywhere in the picture; without, all have that of the camera.
+    eye : array_like, shape (3,), optional
+        Where the camera is.
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+        The camera's orientation in the world.
+    filter : str
+        As for `sample`.
+
+    Returns
+    -------
+    color : ndarray, shape (...) or (..., C)
+        Normals that point away from the viewer get the color of the rim.
+
+    Raises
+    ------
+    ValueError
+        For shapes that do not fit, or only one of `positions` and `eye`.
+    TypeError
+        For unsupported dtypes.
+
+    Notes
+    -----
+    With positions, x = normalize(V.z, 0, -V.x) and y = V × x, for V from the surface to the eye in
+    the camera's frame (three.js). A MatCap turns with the camera: lights baked into it stay where
+    they were in the picture. `shade_environment` has lights that stay where they are in the world.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> matcap = sm.directions("matcap", 64)                    # the color is the normal
+    >>> sm.light.shade_matcap([[0, 0, 1], [0, 2, 2]], matcap).round(2).tolist()
+    [[0.0, 0.0, 1.0], [0.0, 0.71, 0.71]]
+    """
+    if (positions is None) != (eye is None):
+        raise ValueError("Give both `positions` and `eye`, or neither.")
+    n = _vectors(normals, "normals") @ rotation_matrix(rotation)
+    n = n / np.linalg.norm(n, axis=-1, keepdims=True)
+    if positions is not None and eye is not None:
+        v = _to_eye(positions, eye) @ rotation_matrix(rotation)
+        x = np.stack([v[..., 2], np.zeros_like(v[..., 0]), -v[..., 0]], axis=-1)
+        length = np.linalg.norm(x, axis=-1, keepdims=True)
+        # Straight above or below, any frame is as good.
+        x = np.where(length > 1e-12, x / np.where(length > 1e-12, length, 1), [1.0, 0.0, 0.0])
+        y = np.cross(v, x)
+        n = np.stack([np.sum(a * n, axis=-1) for a in np.broadcast_arrays(x, y, v)], axis=-1)
+    image = as_image(matcap, None)
+    if image.ndim not in (2, 3) or image.shape[0] != image.shape[1]:
+        raise ValueError(f"Expected `matcap` to have shape (N, N) or (N, N, C), got {image.shape}.")
+    # The outermost texels' centers are half a texel inside the rim.
+    radius = np.linalg.norm(n[..., :2], axis=-1)
+    most = 1 - 1 / image.shape[0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        shrink = np.where((n[..., 2] < 0) | (radius > most), most / radius, 1)
+    xy = n[..., :2] * np.where(np.isfinite(shrink), shrink, 1)[..., None]
+    z = np.sqrt(np.maximum(1 - np.sum(xy * xy, axis=-1), 0))
+    toward = np.concatenate([xy, z[..., None]], axis=-1)
+    return sample(image, toward, _core.projection("matcap"), filter=filter)
+
+
+def shade_environment(
+    positions: ArrayLike,
+    normals: ArrayLike,
+    eye: ArrayLike,
+    environment: ArrayLike,
+    projection: ProjectionLike = "latlong",
+    /,
+    *,
+    rotation: Any | None = None,
+    filter: Filter = "bilinear",
+) -> NDArray[Any]:
+    """Shade a surface as a mirror of an environment: reflect, then look up.
+
+    Parameters
+    ----------
+    positions, normals : array_like, shape (..., 3)
+        Of the surface, in the world.
+    eye : array_like, shape (3,)
+        Where the camera is.
+    environment : array_like
+        In `projection`; prefiltered, it makes a rough mirror.
+    projection : Projection or str
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+        Turns the environment in the world.
+    filter : str
+        As for `sample`.
+
+    Returns
+    -------
+    color : ndarray, shape (...) or (..., C)
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `reflect` and `sample`.
+
+    Notes
+    -----
+    Blinn and Newell, Texture and Reflection in Computer Generated Images, 1976.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> sky = np.maximum(sm.directions("latlong", 64)[..., 1], 0)
+    >>> float(sm.light.shade_environment([0, 0, 0], [0, 1, 1], [0, 0, 9], sky).round(1))
+    1.0
+    """
+    view = _to_eye(positions, eye)
+    return sample(
+        environment,
+        reflect(view, _vectors(normals, "normals")),
+        projection,
+        rotation=rotation,
+        filter=filter,
+    )
+
+
+def _vectors(value: ArrayLike, name: str) -> NDArray[np.float64]:
+    array = np.asarray(as_real(value, name), np.float64)
+    if array.shape[-1:] != (3,):
+        raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
+    return array
+
+
+def _to_eye(positions: ArrayLike, eye: ArrayLike) -> NDArray[np.float64]:
+    """Return unit vectors from a surface to the eye."""
+    place = _vectors(eye, "eye")
+    if place.shape != (3,):
+        raise ValueError(f"Expected `eye` to have shape (3,), got {place.shape}.")
+    v = place - _vectors(positions, "positions")
+    return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True))

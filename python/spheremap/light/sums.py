@@ -1,0 +1,233 @@
+"""Sums over the sphere: the light of an image, its mean, its center, its errors."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _core
+from .._arrays import as_size, checked_image, has_channels
+from ..map.named import resolve
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from .._arrays import Size
+    from .._core import Projection
+    from ..map.named import ProjectionLike
+
+__all__ = ["average_direction", "integrate", "mean", "weights", "ws_psnr"]
+
+
+def weights(
+    projection: ProjectionLike, shape: Size, /, *, normalized: bool = False
+) -> NDArray[np.float64]:
+    """Return the weight of each texel in an integral over the sphere: dω = sin θ dθ dφ.
+
+    ``(weights * image).sum()`` is the integral of the image, and ``(weights * error**2).sum()``
+    a loss that counts every part of the sphere by its size.
+
+    Parameters
+    ----------
+    projection, shape
+        As for `solid_angle`.
+    normalized : bool
+        Divide by the covered solid angle, so that the weights sum to 1 and sums are means.
+
+    Returns
+    -------
+    weights : ndarray of float64, the image's shape without channels
+        In steradians. It is `solid_angle`, but for texels across the rim of a disk whose center
+        lies outside: they hold no value, and their part counts with the nearest texel that does.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `solid_angle`.
+
+    Examples
+    --------
+    A mean squared error on the sphere:
+
+    >>> import numpy as np, spheremap as sm
+    >>> a = sm.directions("latlong", 64)[..., 1]
+    >>> w = sm.light.weights("latlong", 64, normalized=True)
+    >>> round(float(np.sum(w * a**2)), 3)
+    0.333
+    """
+    resolved = resolve(projection)
+    found = _core.quadrature_weights(resolved, as_size(shape))
+    return found / resolved.covered_solid_angle if normalized else found
+
+
+def integrate(
+    image: ArrayLike, projection: ProjectionLike, /, *, skipna: bool = False
+) -> NDArray[np.float64]:
+    """Integrate an image over the sphere: ∫ L dω.
+
+    Parameters
+    ----------
+    image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
+        Radiance, or anything else per direction. Negative values count as they are.
+    projection : Projection or str
+        How the image maps the sphere.
+    skipna : bool
+        Count NaN and infinite values as 0 instead of raising.
+
+    Returns
+    -------
+    integral : ndarray of float64, shape () or (C,)
+        Sums run in float64 over exact solid angles (`weights`), in an order that depends on the
+        shape alone. What a partial coverage does not hold counts as 0.
+
+    Raises
+    ------
+    ValueError
+        For a shape that the projection cannot have, or values that are not finite.
+    TypeError
+        For an unsupported dtype.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> float(sm.light.integrate(np.ones((64, 128)), "latlong") / np.pi)
+    4.0
+    """
+    resolved = resolve(projection)
+    pixels = checked_image(image, skipna=skipna)
+    return _shaped(_core.moments(pixels, resolved)[:-1, 0], pixels, resolved)
+
+
+def mean(
+    image: ArrayLike, projection: ProjectionLike, /, *, skipna: bool = False
+) -> NDArray[np.float64]:
+    """Average an image over the part of the sphere that it covers.
+
+    Parameters
+    ----------
+    image, projection
+        As for `integrate`.
+    skipna : bool
+        Average over the finite values alone, channel by channel.
+
+    Returns
+    -------
+    mean : ndarray of float64, shape () or (C,)
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `integrate`.
+
+    Examples
+    --------
+    The plain average of a latlong counts its poles too much:
+
+    >>> import numpy as np, spheremap as sm
+    >>> up = np.abs(sm.directions("latlong", 64)[..., 1])
+    >>> float(up.mean().round(3)), float(sm.light.mean(up, "latlong").round(3))
+    (0.637, 0.5)
+    """
+    resolved = resolve(projection)
+    pixels = checked_image(image, skipna=skipna)
+    moments = _core.moments(pixels, resolved)
+    total: Any = moments[-1, 0]
+    if skipna and pixels.dtype.kind == "f":
+        finite = np.isfinite(np.asarray(image)).astype(np.float32)
+        total = _core.moments(finite, resolved)[:-1, 0]
+    with np.errstate(invalid="ignore"):
+        return _shaped(moments[:-1, 0] / total, pixels, resolved)
+
+
+def average_direction(
+    image: ArrayLike, projection: ProjectionLike, /, *, skipna: bool = False
+) -> NDArray[np.float64]:
+    """Return where the light comes from on average: ∫ L ω dω / ∫ L dω.
+
+    Parameters
+    ----------
+    image, projection, skipna
+        As for `integrate`.
+
+    Returns
+    -------
+    direction : ndarray of float64, shape (3,) or (C, 3)
+        Of a length between 0, for light that is the same from all sides, and 1, for a point.
+        NaN where the integral is 0.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `integrate`.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> sky = np.maximum(sm.directions("latlong", 64)[..., 1], 0)
+    >>> np.round(sm.light.average_direction(sky, "latlong") + 0.0, 3).tolist()
+    [0.0, 0.667, 0.0]
+    """
+    resolved = resolve(projection)
+    pixels = checked_image(image, skipna=skipna)
+    moments = _core.moments(pixels, resolved)[:-1]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        vectors: NDArray[np.float64] = moments[:, 1:] / moments[:, :1]
+    return vectors if has_channels(pixels, resolved) else vectors[0]
+
+
+def ws_psnr(
+    image: ArrayLike,
+    reference: ArrayLike,
+    projection: ProjectionLike,
+    /,
+    *,
+    peak: float | None = None,
+) -> float:
+    """Return the weighted-to-spherically-uniform peak signal-to-noise ratio, in decibels.
+
+    Parameters
+    ----------
+    image, reference : array_like
+        As for `integrate`, of one shape.
+    projection : Projection or str
+        Of both.
+    peak : float, optional
+        The largest possible value: by default that of the integer type, or 1 for floats.
+
+    Returns
+    -------
+    psnr : float
+        10 log10(peak² / MSE), the squared error averaged over channels and, by solid angle, over
+        the sphere. Infinite for equal images.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `integrate`, and for two shapes.
+
+    Notes
+    -----
+    Sun, Lu and Yu 2017, with exact solid angles in place of the cosine of the latitude.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> round(sm.light.ws_psnr(np.full((8, 16), 0.5), np.full((8, 16), 0.6), "latlong"), 6)
+    20.0
+    """
+    a, b = checked_image(image), checked_image(reference, name="reference")
+    if a.shape != b.shape:
+        raise ValueError(f"Expected two images of one shape, got {a.shape} and {b.shape}.")
+    if peak is None:
+        peak = float(np.iinfo(a.dtype).max) if a.dtype.kind == "u" else 1.0
+    squared = np.square(a.astype(np.float64) - b.astype(np.float64))
+    error = float(np.mean(mean(squared, projection)))
+    return 10.0 * math.log10(peak**2 / error) if error > 0 else math.inf
+
+
+def _shaped(
+    values: NDArray[np.float64], image: NDArray[Any], projection: Projection
+) -> NDArray[np.float64]:
+    return values if has_channels(image, projection) else values.reshape(())

@@ -1,0 +1,233 @@
+"""The list of projections: filtered by what they claim, printed as a table to choose from."""
+
+from __future__ import annotations
+
+import difflib
+import html
+import math
+from collections.abc import Iterable
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import _core
+
+# Places a side of a face at which figures are taken that have no closed form.
+_SIDE = 64
+# The columns of the table, and what they mean.
+HEAD = (
+    "name",
+    "coverage",
+    "keeps",
+    "faces",
+    "density",
+    "efficiency",
+    "aspect",
+    "seam",
+    "cost",
+)
+NOTE = (
+    "density: largest over smallest solid angle of a texel. efficiency: samples per steradian at "
+    "the worst place, and in rms, of what as many even texels would give. aspect: length over "
+    "width of a texel, less than this on 99 % of the coverage. cost: steps to encode and to decode."
+)
+
+
+class Figures(NamedTuple):
+    """What there is to choose a projection by, at its default parameters."""
+
+    name: str
+    coverage: str
+    equal_area: bool
+    conformal: bool
+    faces: int
+    density_ratio: float
+    efficiency_worst: float
+    efficiency_rms: float
+    aspect: float
+    seam: str
+    steps: tuple[int, int]
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The row of a table."""
+        keeps = [
+            word for word, kept in (("area", self.equal_area), ("angles", self.conformal)) if kept
+        ]
+        return (
+            self.name,
+            self.coverage,
+            ", ".join(keeps),
+            str(self.faces),
+            _ratio(self.density_ratio),
+            f"{self.efficiency_worst:.2f}, {self.efficiency_rms:.2f}",
+            _ratio(self.aspect),
+            self.seam,
+            f"{self.steps[0]} + {self.steps[1]}",
+        )
+
+
+class Projections(tuple[str, ...]):
+    """Names of projections; prints as a table."""
+
+    __slots__ = ()
+
+    @property
+    def figures(self) -> list[Figures]:
+        """The rows of the table."""
+        return [figures(name) for name in self]
+
+    def __repr__(self) -> str:
+        rows = [HEAD, *(row.cells for row in self.figures)]
+        widths = [max(len(row[k]) for row in rows) for k in range(len(HEAD))]
+        lines = ["  ".join(x.ljust(n) for x, n in zip(row, widths, strict=True)) for row in rows]
+        return "\n".join(line.rstrip() for line in lines)
+
+    def _repr_html_(self) -> str:
+        def row(tag: str, cells: Iterable[str]) -> str:
+            return "<tr>" + "".join(f"<{tag}>{html.escape(x)}</{tag}>" for x in cells) + "</tr>"
+
+        body = "".join(row("td", x.cells) for x in self.figures)
+        return f"<table><thead>{row('th', HEAD)}</thead><tbody>{body}</tbody></table><p>{NOTE}</p>"
+
+
+def projections(
+    *,
+    coverage: str | None = None,
+    equal_area: bool | None = None,
+    conformal: bool | None = None,
+    faces: int | None = None,
+    seam: str | None = None,
+    density_ratio: float | None = None,
+) -> Projections:
+    """Return the names of all projections, or of those with certain claims.
+
+    What is returned is a tuple of names that prints as a table to choose from: coverage, the
+    ratio of the largest to the smallest solid angle of a texel, the efficiency (samples per
+    steradian at the worst place and in rms, of what as many even texels would give), the aspect of
+    a texel that 99 % of the coverage stays below, what lies beyond the edges, and the cost
+    (arithmetic steps to encode and to decode, a division or a root counted as 8). All of it is at
+    the default parameters.
+
+    Parameters
+    ----------
+    coverage : {'sphere', 'hemisphere', 'cap', 'part'}, optional
+        Which part of the sphere an image holds.
+    equal_area : bool, optional
+        Whether every texel sees the same solid angle.
+    conformal : bool, optional
+        Whether small circles stay circles.
+    faces : int, optional
+        How many faces.
+    seam : str, optional
+        What lies beyond the edges, such as ``'ends'``, ``'latlong'`` or ``'faces'``.
+    density_ratio : float, optional
+        The largest that the ratio of densities may be.
+
+    Returns
+    -------
+    names : tuple of str
+        In the order of the registry. ``names.figures`` are the rows of the table.
+
+    Raises
+    ------
+    ValueError
+        For a coverage or a seam that no projection has.
+    TypeError
+        For a claim that is not a bool.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> "octahedral" in sm.projections()
+    True
+    >>> list(sm.projections(equal_area=True, coverage="sphere", faces=1, seam="rim-mirrored"))
+    ['mollweide', 'hammer', 'sinusoidal']
+    """
+    entries = _core.registry()
+    for what, value in (("coverage", coverage), ("seam", seam)):
+        _check_word(what, value, [entry[what] for entry in entries])
+    wanted: dict[str, Any] = {
+        "coverage": coverage,
+        "equal_area": equal_area,
+        "conformal": conformal,
+    }
+    for what in ("equal_area", "conformal"):
+        if not isinstance(wanted[what], bool | None):
+            raise TypeError(f"Expected `{what}` to be a bool, got {wanted[what]!r}.")
+    wanted |= {"faces": faces, "seam": seam}
+
+    def fits(entry: dict[str, Any]) -> bool:
+        low, high = entry["density_range"]
+        even = density_ratio is None or (low > 0 and high <= density_ratio * low * (1 + 1e-12))
+        return even and all(x is None or entry[what] == x for what, x in wanted.items())
+
+    return Projections(entry["name"] for entry in entries if fits(entry))
+
+
+def _check_word(what: str, value: str | None, known: list[str]) -> None:
+    if value is None or value in known:
+        return
+    if not isinstance(value, str):
+        raise TypeError(f"Expected `{what}` to be a str, got {value!r}.")
+    names = sorted(set(known))
+    near = difflib.get_close_matches(value, names, 1)
+    hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(names)}"
+    raise ValueError(f"unknown {what} {value!r}{hint}")
+
+
+@cache
+def figures(name: str) -> Figures:
+    """Return the figures of a projection."""
+    entry = next(entry for entry in _core.registry() if entry["name"] == name)
+    covered, number = entry["coverage_solid_angle"], entry["faces"]
+    low, high = entry["density_range"]
+    p = _core.projection(name)
+    places = (np.arange(_SIDE) + 0.5) / _SIDE
+    u, v = np.meshgrid(places, places)
+    uv = np.stack([u.ravel(), v.ravel()], -1)
+    if number > 1:
+        face = np.repeat(np.arange(number), len(uv))[:, None]
+        uv = np.concatenate([np.tile(uv, (number, 1)), face], -1)
+    density = p.density(uv)
+    seen = np.isfinite(density)
+    density = density[seen]
+    # The mean of the density over the sphere is ∫ density² du dv over the coverage.
+    squared = math.fsum(density * density) / _SIDE**2
+    height, width = p.shape(_SIDE)[-2:]
+    jacobian = p.jacobian(uv[seen]) / np.array([width, height])
+    return Figures(
+        name=name,
+        coverage=entry["coverage"],
+        equal_area=entry["equal_area"],
+        conformal=entry["conformal"],
+        faces=number,
+        density_ratio=high / low if low > 0 else math.inf,
+        efficiency_worst=covered / (number * high),
+        efficiency_rms=covered**2 / (number * squared) if math.isfinite(high) else 0.0,
+        aspect=_quantile(_aspects(jacobian), density, 0.99),
+        seam=entry["seam"],
+        steps=tuple(entry["steps"]),
+    )
+
+
+def _aspects(jacobian: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return the ratios of the singular values of (..., 3, 2) matrices."""
+    a, b = jacobian[..., 0], jacobian[..., 1]
+    aa, ab, bb = (np.sum(x * y, -1) for x, y in ((a, a), (a, b), (b, b)))
+    spread = np.hypot(aa - bb, 2 * ab)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios: np.ndarray[Any, Any] = np.sqrt((aa + bb + spread) / np.maximum(aa + bb - spread, 0))
+    return ratios
+
+
+def _quantile(x: np.ndarray[Any, Any], weight: np.ndarray[Any, Any], share: float) -> float:
+    """Return the number that `share` of the weight stays below."""
+    order = np.argsort(x)
+    part = np.cumsum(weight[order])
+    return float(x[order[np.searchsorted(part, share * part[-1])]])
+
+
+def _ratio(x: float) -> str:
+    return f"{x:.2f}" if x < 1000 else "inf"

@@ -1,0 +1,261 @@
+"""Conversions that are prepared once and run on many images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arrays import as_rotation, spatial_axes
+from ..map.grid import cells, on_corners, row_blocks, texel
+from ..map.named import resolve
+from ..map.size import matching_size
+from .verbs import convert
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+    from .._arrays import Size
+    from .._core import Projection
+    from ..map.named import ProjectionLike
+
+__all__ = ["RemapPlan", "remap_plan"]
+
+
+@dataclass(frozen=True, slots=True)
+class RemapPlan:
+    """A conversion from one projection into another, as `remap_plan` returns it.
+
+    Frozen, hashable and picklable; it holds no arrays of coordinates. Calling it converts.
+
+    Attributes
+    ----------
+    src, dst : Projection
+        What images come in, and what comes out.
+    shape : tuple of int
+        The shape of the result, without channels.
+    source_shape : tuple of int or None
+        The shape that images must have, without channels; None for any.
+    rotation : tuple of tuple of float, or None
+        The matrix that turns the content.
+    options : tuple of (str, object)
+        What else `convert` is told: ``filter``, ``fill`` and so on.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> plan = sm.remap_plan("latlong", "cube", size=16)
+    >>> plan(np.ones((5, 32, 64, 3), np.float32)).shape  # five frames of a video
+    (5, 6, 16, 16, 3)
+    """
+
+    src: Projection
+    dst: Projection
+    shape: tuple[int, ...]
+    source_shape: tuple[int, ...] | None = None
+    rotation: tuple[tuple[float, ...], ...] | None = None
+    options: tuple[tuple[str, Any], ...] = ()
+
+    def __call__(self, image: ArrayLike, /, *, out: NDArray[Any] | None = None) -> NDArray[Any]:
+        """Convert an image, or a batch of images with channels.
+
+        Parameters
+        ----------
+        image : array_like
+            As for `convert`, or with one more axis in front: (N, H, W, C), or (N, F, S, S, C) for
+            an array of faces. A batch has its channels spelled out, with C = 1 for gray.
+        out : ndarray, optional
+            Where to put the result.
+
+        Returns
+        -------
+        image : ndarray
+            Of the same dtype and channels, and as many of them.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As for `convert`, and for an image of another shape than the plan was made for.
+        """
+        image = np.asanyarray(image)
+        spatial = spatial_axes(self.src)
+        batch = image.ndim == spatial + 2
+        held = image.shape[1:] if batch else image.shape
+        if self.source_shape is not None and held[:spatial] != self.source_shape:
+            raise ValueError(
+                f"Expected an image of shape {self.source_shape}, with or without channels, "
+                f"got {image.shape}."
+            )
+        if not batch:
+            return self._one(image, out)
+        shape = (len(image), *self.shape, image.shape[-1])
+        if out is None:
+            out = np.empty(shape, image.dtype.newbyteorder("="))
+        elif not isinstance(out, np.ndarray) or out.shape != shape:
+            got = getattr(out, "shape", type(out).__name__)
+            raise ValueError(f"Expected `out` to have shape {shape}, got {got}.")
+        for one, into in zip(image, out, strict=True):
+            self._one(one, into)
+        return out
+
+    def _one(self, image: NDArray[Any], out: NDArray[Any] | None) -> NDArray[Any]:
+        return convert(
+            image,
+            self.src,
+            self.dst,
+            size=self.shape,
+            rotation=self._matrix(),
+            out=out,
+            **dict(self.options),
+        )
+
+    def _matrix(self) -> NDArray[np.float64] | None:
+        return None if self.rotation is None else np.array(self.rotation)
+
+    def maps(
+        self, source_shape: tuple[int, ...] | None = None, /, *, dtype: DTypeLike = np.float32
+    ) -> tuple[NDArray[np.floating[Any]], ...]:
+        """Return where in the source each texel of the result lies, for other programs.
+
+        Parameters
+        ----------
+        source_shape : tuple of int, optional
+            The shape of the source, without channels, where the plan was made for any.
+        dtype : float32 or float64
+            Of the result. ``cv2.remap`` takes float32, which is exact to 1/512 of a texel in an
+            image 32768 wide.
+
+        Returns
+        -------
+        map_x, map_y : ndarray, shape as the plan's
+            Column and row in texels. **The center of the first texel is 0**, as OpenCV counts:
+            on a grid of centers x = u·W - ½, and the image spans -½ to W - ½. NaN where the
+            result has no sphere, or the source does not hold the direction.
+        face : ndarray
+            The number of the face, for a source that is an array of faces; else it is not there.
+
+        Raises
+        ------
+        ValueError
+            Where no shape of the source is known, or it is another one.
+        TypeError
+            For another dtype.
+
+        Notes
+        -----
+        A program that looks up at these places knows nothing of seams: ``cv2.BORDER_WRAP`` is
+        right beside the left and right edge of a latlong alone. Nothing but this method makes
+        coordinates of a whole image.
+
+        Examples
+        --------
+        >>> import spheremap as sm
+        >>> plan = sm.remap_plan("latlong", "latlong", size=2, source_shape=(2, 4))
+        >>> x, y = plan.maps()
+        >>> x.round(5).tolist()
+        [[0.0, 1.0, 2.0, 3.0], [0.0, 1.0, 2.0, 3.0]]
+        >>> abs(y.round(5)).tolist()
+        [[0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 1.0]]
+        """
+        if source_shape is not None and self.source_shape not in (None, tuple(source_shape)):
+            raise ValueError(f"The plan was made for {self.source_shape}, got {source_shape}.")
+        source_shape = source_shape or self.source_shape
+        if source_shape is None:
+            raise ValueError("Expected the shape of the source: the plan was made for any.")
+        dtype = np.dtype(dtype)
+        if dtype not in (np.dtype(np.float32), np.dtype(np.float64)):
+            raise TypeError(f"Expected `dtype` to be float32 or float64, got {dtype}.")
+        height, width = self.src.shape(tuple(source_shape))[-2:]
+        (cells_v, cells_u), (corners_v, corners_u) = (
+            cells(self.src),
+            on_corners(self.src),
+        )
+        maps = tuple(np.empty(self.shape, dtype) for _ in range(spatial_axes(self.src)))
+        flat = [one.reshape(-1, self.shape[-1]) for one in maps]
+        for rows, directions, _ in row_blocks(self.dst, self.shape):
+            at = self.src.encode(directions, rotation=self._matrix())
+            flat[0][rows] = texel(at[..., 0], width, cells_u, corners_u)
+            flat[1][rows] = texel(at[..., 1], height, cells_v, corners_v)
+            if len(flat) == 3:
+                flat[2][rows] = at[..., 2]
+        return maps
+
+
+def remap_plan(
+    src: ProjectionLike,
+    dst: ProjectionLike,
+    /,
+    *,
+    size: Size | None = None,
+    source_shape: tuple[int, ...] | None = None,
+    rotation: Any | None = None,
+    **options: Any,
+) -> RemapPlan:
+    """Prepare a conversion to be run on many images: the frames of a video, a batch.
+
+    Parameters
+    ----------
+    src, dst : Projection or str
+        The projection of the images, and that of the results.
+    size : int or tuple of int, optional
+        The size of the result, as for `convert`. By default the one that fits `source_shape`.
+    source_shape : tuple of int, optional
+        The shape of the images without channels. Given, images of another shape raise.
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+        Turns the content in the world.
+    **options
+        What else `convert` takes: ``filter``, ``fill``, ... They are checked here, once.
+
+    Returns
+    -------
+    RemapPlan
+        Frozen and picklable. ``plan(image, out=None)`` converts one image or a batch;
+        ``plan.maps()`` gives source coordinates for other programs.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `convert`, and where neither `size` nor `source_shape` is given.
+
+    Notes
+    -----
+    A plan gives the very bits of `convert`, and holds no coordinates: computing them again in tiles
+    is faster than reading them from memory. So there is no limit on sizes: the source may be a
+    memory-mapped file.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> view = sm.projection("perspective", fov=90, aspect=2)
+    >>> plan = sm.remap_plan("latlong", view, size=32, rotation=sm.rotation(30, 0, 0))
+    >>> plan.shape
+    (32, 64)
+    >>> plan(np.zeros((64, 128), np.uint8)).shape
+    (32, 64)
+    """
+    source, target = resolve(src), resolve(dst)
+    known = None if source_shape is None else tuple(source.shape(tuple(source_shape)))
+    if size is None:
+        if known is None:
+            raise TypeError("Expected `size`, or the `source_shape` that gives it.")
+        size = matching_size(known, source, target)
+    for name in ("image", "out"):
+        if name in options:
+            raise TypeError(f"`{name}` is no option of a plan: pass it when calling the plan.")
+    options = {k: tuple(v) if isinstance(v, (list, np.ndarray)) else v for k, v in options.items()}
+    matrix = None
+    if rotation is not None:
+        matrix = tuple(tuple(row) for row in as_rotation(rotation).tolist())
+    plan = RemapPlan(source, target, target.shape(size), known, matrix, tuple(options.items()))
+    _try(plan)
+    return plan
+
+
+def _try(plan: RemapPlan) -> None:
+    """Convert a tiny image: `convert` itself checks the options."""
+    fill = dict(plan.options).get("fill")
+    channels = len(fill) if isinstance(fill, tuple) else 4
+    tiny = np.zeros((*plan.src.shape(2), channels), np.float32)
+    rotation = plan._matrix()
+    convert(tiny, plan.src, plan.dst, size=2, rotation=rotation, **dict(plan.options))

@@ -1,0 +1,176 @@
+"""Views out of a panorama, and back into it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arrays import as_image, spatial_shape
+from ..map.named import resolve
+from .verbs import convert
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from .._core import Projection
+    from ..map.named import ProjectionLike
+
+__all__ = ["embed"]
+
+
+def embed(
+    view: ArrayLike,
+    view_projection: ProjectionLike,
+    into: ArrayLike,
+    into_projection: ProjectionLike,
+    /,
+    *,
+    rotation: Any | None = None,
+    mask: ArrayLike | None = None,
+    feather: float = 0.0,
+    out: NDArray[Any] | None = None,
+    **options: Any,
+) -> NDArray[Any]:
+    """Put a view, such as an edited crop, back into a panorama.
+
+    Parameters
+    ----------
+    view : array_like, shape (H, W) or (H, W, C)
+        The image to put in.
+    view_projection : Projection or str
+        Its projection, as ``sm.projection("perspective", fov=90)``.
+    into : array_like
+        The image that it is put into, of any projection, with as many channels and the same
+        dtype.
+    into_projection : Projection or str
+        Its projection.
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+        Turns the view in the world: the orientation of its camera. A crop that was made with
+        ``convert(..., rotation=R.T)`` is put back with ``rotation=R``.
+    mask : array_like, shape (H, W), optional
+        How much of each texel of the view counts: bool, numbers from 0 to 1, or uint8 from 0 to
+        255.
+    feather : float
+        Over how many texels of the view, from its edge inward, it fades in. With 0 its edge is
+        hard.
+    out : ndarray, optional
+        Where to put the result; it may be `into` itself.
+    **options
+        ``filter`` and what else `convert` takes to look the view up.
+
+    Returns
+    -------
+    image : ndarray, of the shape and dtype of `into`
+        Texels that the view does not cover are those of `into`, to the bit.
+
+    Raises
+    ------
+    ValueError
+        For images whose shapes do not fit, a mask of another shape or with numbers outside 0 to 1,
+        or a negative `feather`.
+    TypeError
+        For images of different dtypes.
+
+    Notes
+    -----
+    Each texel is ``(1 - w) into + w view``, with w the mask times the fade, looked up like the view
+    itself; it is rounded once. The fade is 3t² - 2t³ of the distance to the nearest edge. A view
+    that has no edge (a whole sphere) does not fade. Where the view is finer than the panorama,
+    `convert`'s own filtering keeps it from aliasing. The call needs one more image like `into`, in
+    float.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> panorama = np.zeros((64, 128), np.uint8)
+    >>> camera, turn = sm.projection("perspective", fov=60), sm.rotation(40, 10, 0)
+    >>> crop = sm.convert(panorama, "latlong", camera, size=64, rotation=turn.T)
+    >>> crop[:] = 200
+    >>> edited = sm.embed(crop, camera, panorama, "latlong", rotation=turn, feather=4)
+    >>> edited.max(), (edited > 0).mean().round(2)
+    (np.uint8(200), np.float64(0.05))
+    """
+    small, large = resolve(view_projection), resolve(into_projection)
+    image, whole = as_image(view, out), as_image(into, None)
+    shape = spatial_shape(image, small, "view")
+    target = spatial_shape(whole, large, "into")
+    channels = image.shape[len(shape) :]
+    if channels != whole.shape[len(target) :]:
+        raise ValueError(
+            f"Expected `view` and `into` to have the same channels, got shapes {image.shape} and "
+            f"{whole.shape}."
+        )
+    if image.dtype != whole.dtype:
+        raise TypeError(
+            f"Expected `view` to have the dtype of `into`, {whole.dtype}, got {image.dtype}."
+        )
+    if not feather >= 0 or not np.isfinite(feather):
+        raise ValueError(
+            f"Expected `feather` to be a number of texels of at least 0, got {feather}."
+        )
+    if out is None:
+        out = np.array(whole)
+    else:
+        if not isinstance(out, np.ndarray) or out.dtype != whole.dtype:
+            got = getattr(out, "dtype", type(out).__name__)
+            raise TypeError(f"Expected `out` to have dtype {whole.dtype}, got {got}.")
+        if out.shape != whole.shape:
+            raise ValueError(f"Expected `out` to have shape {whole.shape}, got {out.shape}.")
+        np.copyto(out, whole)
+    # Filtering in float, so that the blend is what is rounded.
+    exact = np.float64 if image.dtype == np.float64 else np.float32
+
+    def seen_from_there(texels: NDArray[Any]) -> NDArray[Any]:
+        return convert(texels, small, large, size=target, rotation=rotation, fill=0.0, **options)
+
+    weight = seen_from_there(_fade(small, shape, feather) * mask_weights(mask, shape))
+    value = seen_from_there(image.astype(exact, copy=False))
+    # Row by row, or face by face.
+    for old, new, w in zip(out, value, weight, strict=True):
+        seen = w > 0
+        if not seen.any():
+            continue
+        share = np.minimum(w[seen], 1).astype(exact)
+        share = share.reshape(share.shape + (1,) * len(channels))
+        under = old[seen].astype(exact)
+        # Two products and not a difference: whole weights give the view's own numbers.
+        blend = np.where(share == 1, new[seen], (1 - share) * under + share * new[seen])
+        if old.dtype.kind == "u":
+            blend = np.clip(np.floor(blend + 0.5), 0, np.iinfo(old.dtype).max)
+        old[seen] = blend
+    return out
+
+
+def mask_weights(mask: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    if mask is None:
+        return np.ones(shape, np.float32)
+    array = np.asarray(mask)
+    if array.shape != shape:
+        raise ValueError(f"Expected `mask` to have shape {shape}, got {array.shape}.")
+    if array.dtype == np.uint8:
+        return array.astype(np.float32) / np.float32(255)
+    if array.dtype.kind not in "bfiu":
+        raise TypeError(f"Expected `mask` to be bool or real numbers, got dtype {array.dtype}.")
+    if not np.all((array >= 0) & (array <= 1)):
+        raise ValueError("Expected `mask` to have numbers from 0 to 1.")
+    return array.astype(np.float32)
+
+
+def _fade(p: Projection, shape: tuple[int, ...], feather: float) -> NDArray[np.float32]:
+    """Return how much each texel of a view counts: less within `feather` texels of its edge."""
+    if feather == 0 or p.faces > 1 or p.seam not in ("ends", "periodic"):
+        return np.ones(shape, np.float32)
+    height, width = shape[-2:]
+    v = (np.arange(height, dtype=np.float32) + np.float32(0.5))[:, None]
+    u = np.arange(width, dtype=np.float32) + np.float32(0.5)
+    distance = np.minimum(v, height - v) + 0 * u
+    if p.seam == "ends":
+        distance = np.minimum(distance, np.minimum(u, width - u))
+        if not p.valid([0.0, 0.0]):
+            # A disk: the rim is nearer than the sides of the square.
+            radius = np.hypot(2 * u / width - 1, 2 * v / height - 1)
+            distance = (1 - radius) * min(height, width) / 2
+    t = np.clip(distance / np.float32(feather), 0, 1)
+    fade: NDArray[np.float32] = (t * t * (3 - 2 * t)).astype(np.float32)
+    return fade

@@ -1,0 +1,10 @@
+//! How many coefficients there are.
+
+/// The number of coefficients up to an order.
+///
+/// ```
+/// assert_eq!(spheremap::light::sh::count(2), 9);
+/// ```
+pub fn count(order: usize) -> usize {
+    (order + 1) * (order + 1)
+}

@@ -1,0 +1,156 @@
+"""identify: what was done to an image is what it finds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import reference
+import spheremap as sm
+from oracles import openimageio_oracle
+from scenes import scene
+
+SOURCE = scene(sm.directions("latlong", 120))
+
+
+def seen_through(found: sm.align.Candidate, image: np.ndarray, d: np.ndarray) -> np.ndarray:
+    return sm.sample(image, d, found.projection, rotation=found.rotation)
+
+
+@pytest.mark.parametrize(
+    ("kind", "axes", "yaw"),
+    [
+        ("latlong", "+x -y -z", 0),
+        ("latlong", "-x -y -z", 37.5),
+        ("cube", "+z +x -y", -20.2),
+        ("octahedral", "-y +z +x", 44),
+        ("sphere", "+y -z +x", 163),
+        ("hemioctahedral", "-z -y +x", -100),
+    ],
+)
+def test_finds_what_was_done(kind, axes, yaw):
+    p = sm.projection(kind, axes=axes)
+    turn = sm.rotation(yaw, 0, 0)
+    image = sm.convert(SOURCE, "latlong", p, size=120, rotation=turn.T)
+    # convert turns the content one way; seen with the other turn it is in its place again.
+    result = sm.align.identify(SOURCE, image, "latlong", kind)
+    assert result.certain, str(result)
+    best = result.best
+    assert best.score > 0.97
+    d = sm.directions("octahedral", 60).reshape(-1, 3)
+    want, got = sm.sample(SOURCE, d, "latlong"), seen_through(best, image, d)
+    ok = ~np.isnan(got[:, 0])
+    a, b = np.log1p(want[ok]).ravel(), np.log1p(got[ok]).ravel()
+    assert np.corrcoef(a, b)[0, 1] > 0.97
+    # As a matrix, the axes and the yaw are what was asked for, to a fifth of a degree.
+    made = reference.axes_matrix(best.axes) @ best.rotation.T
+    asked = reference.axes_matrix(axes) @ turn.T
+    assert np.degrees(np.linalg.norm(made - asked) / np.sqrt(2)) < 0.2
+    assert -45 <= best.yaw < 45
+
+
+@pytest.mark.parametrize("grid", ["centers", "corners"])
+def test_tells_the_grid(grid):
+    image = scene(sm.projection("latlong", grid=grid, axes="+z -y +x").directions(90))
+    result = sm.align.identify(SOURCE, image, "latlong", "latlong")
+    assert result.certain and result.best.axes == "+z -y +x"
+    assert result.best.grid == grid and abs(result.best.yaw) < 0.05
+
+
+def test_exposure_color_and_size_do_not_matter():
+    image = scene(sm.directions("cube", 64)) * np.float32(30) * np.array([1, 0.8, 0.9], np.float32)
+    result = sm.align.identify(SOURCE, image)
+    assert result.certain and result.best.projection.name == "cube"
+    assert result.best.axes == sm.projection("cube").axes
+
+
+def test_integers_gray_and_alpha():
+    bright = np.clip(SOURCE * 12, 0, 255).astype(np.uint8)
+    alpha = np.dstack([bright, np.full(bright.shape[:2], 255, np.uint8)])
+    for image in (alpha[:, ::-1], bright.mean(-1)[:, ::-1], bright[:, ::-1, :1]):
+        result = sm.align.identify(SOURCE, image)
+        assert result.certain and result.best.mirrored and result.best.axes == "-x -y -z"
+
+
+def test_negative_and_invalid_texels():
+    image = SOURCE[:, ::-1].copy()
+    rng = np.random.default_rng(80)
+    image[rng.random(image.shape[:2]) < 0.01] = -4000
+    image[rng.random(image.shape[:2]) < 0.002] = np.nan
+    image[rng.random(image.shape[:2]) < 0.002] = np.inf
+    result = sm.align.identify(SOURCE, image)
+    assert result.certain and result.best.axes == "-x -y -z"
+
+
+def test_what_lies_outside_the_disk_does_not_count():
+    image = sm.convert(SOURCE, "latlong", "angular", size=150, rotation=sm.rotation(-30, 0, 0))
+    outside = ~sm.valid(
+        np.moveaxis((np.indices((150, 150)) + 0.5) / 150, 0, -1)[..., ::-1], "angular"
+    )
+    image[outside] = 1e6  # a credit in white
+    result = sm.align.identify(SOURCE, image)
+    assert result.certain and result.best.axes == "+x -y -z"
+    assert abs(result.best.yaw - 30) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("make", "why"),
+    [
+        (lambda d: np.ones(d.shape), "no features"),
+        (lambda d: 1 + d[..., 1:2] * np.ones(3), "two ways fit"),  # any yaw
+        (lambda d: 1 + np.abs(d), "two ways fit"),  # mirrored or not
+        (lambda d: np.zeros(d.shape), "no features"),
+    ],
+)
+def test_says_when_it_cannot_tell(make, why):
+    image = make(sm.directions("latlong", 64))
+    result = sm.align.identify(image, image)
+    assert not result.certain and result.best is None
+    assert why in result.reason and str(result).startswith("cannot tell")
+
+
+def test_another_scene_does_not_fit():
+    noise = np.random.default_rng(81).random((64, 128, 3))
+    result = sm.align.identify(SOURCE, noise)
+    assert not result.certain and "nothing fits" in result.reason
+
+
+def test_bad_input():
+    with pytest.raises(ValueError, match="say which it is"):
+        sm.align.identify(SOURCE, np.ones((30, 47, 3)))
+    with pytest.raises(ValueError, match="finite"):
+        sm.align.identify(SOURCE, np.full((32, 64, 3), np.nan))
+    with pytest.raises(TypeError, match="`image_a` to be real"):
+        sm.align.identify(SOURCE.astype(complex), SOURCE)
+    with pytest.raises(ValueError, match="unknown projection"):
+        sm.align.identify(SOURCE, SOURCE, "latlon")
+    with pytest.raises(ValueError, match="to have shape"):
+        sm.align.identify(SOURCE, SOURCE, "latlong", "cube")
+    with pytest.raises(ValueError, match="`count`"):
+        sm.align.identify(SOURCE, SOURCE, count=0)
+
+
+def test_the_official_pair(data_folder):
+    # One scene as OpenEXR's cube and as its latlong.
+    cube = openimageio_oracle.read(data_folder / "OrientationCube.exr")[..., :3]
+    panorama = openimageio_oracle.read(data_folder / "OrientationLatLong.exr")[..., :3]
+    result = sm.align.identify(panorama, cube, "latlong:openexr", "cube:openexr")
+    assert result.certain and result.best.score > 0.97
+    row = next(r for r in sm.conventions("cube") if r["name"] == "openexr")
+    assert result.best.axes == row["axes"] and result.best.grid == row["grid"]
+    assert abs(result.best.yaw) < 0.05 and not result.best.mirrored
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_real_probe_mirrored_rolled_and_resampled(data_folder, mirrored):
+    probe = openimageio_oracle.read(data_folder / "grace_probe.hdr")[..., :3]
+    panorama = np.roll(sm.convert(probe, "angular", "latlong", size=300), 100, axis=1)
+    if mirrored:
+        panorama = panorama[:, ::-1]
+    result = sm.align.identify(probe, panorama, "angular:debevec", "latlong")
+    assert result.certain and result.best.mirrored == mirrored
+    assert result.best.score > 0.99
+    # Rolled to the right by 100 of 600 columns, what was ahead is 60° to the right.
+    turn = reference.axes_matrix(result.best.axes) @ result.best.rotation.T
+    view = turn @ [0, 0, -1]
+    side = -1 if mirrored else 1
+    assert np.degrees(np.arctan2(view[0], view[2])) == pytest.approx(side * 60, abs=0.2)

@@ -1,0 +1,237 @@
+"""`convert(filter="area")` and `"mode"`: no light is lost or made."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import reference
+import spheremap as sm
+from conftest import DEFAULTS, LAYOUTS, NAMES, PARAMETERS, assert_same_bits_everywhere, each
+from reference import area as reference_area
+
+SPHERES = [n for n in NAMES if sm.projection(n).coverage == "sphere"]
+PARTNERS = ("latlong", "cube", "angular")
+TURN = sm.rotation(33.0, -20.0, 71.0)
+# The promise is 1e-6 for any pair. Edges are cut and integrated to 1e-9 of a cell each; worst is
+# the mirror ball, whose formula itself blurs directions by 6e-8 rad around its blind spot.
+KEPT = 1e-6
+
+
+def area(image, src, dst, size, **options):
+    return sm.convert(image, src, dst, size=size, filter="area", **options)
+
+
+def energy(image, projection, shape):
+    """Σ L·dω of a source, its rim texels filled as the rule says."""
+    p = sm.projection(projection) if isinstance(projection, str) else projection
+    return reference_area.energy(reference.of(p), image, p.solid_angle(shape))
+
+
+def pairs():
+    seen = [(a, b) for a in SPHERES for b in PARTNERS]
+    return list(dict.fromkeys(seen + [(b, a) for a, b in seen]))
+
+
+@pytest.mark.parametrize(("src", "dst"), pairs())
+def test_energy_bounds_and_constants(src, dst):
+    a, b = sm.projection(src), sm.projection(dst)
+    rng = np.random.default_rng(4)
+    shape = a.shape(18)
+    image = rng.random((*shape, 3)) ** 8
+    image[..., 2] = 0.7
+    image.reshape(-1, 3)[rng.integers(image.size // 3), 1] = 1e6
+    outside = np.isnan(a.directions(18)[..., 0])
+    image[outside] = 1e30
+    # Both at once: edges that lie on each other, and edges that lie anyhow.
+    for rotation in (None, TURN):
+        got = area(image, src, dst, 9, rotation=rotation)
+        weights = b.solid_angle(got.shape[:-1])
+        held = weights > 0
+        assert np.all(got[held] >= 0)
+        for k in range(3):
+            want = energy(image[..., k], src, shape)
+            kept = (got[..., k] * weights).sum()
+            assert abs(kept - want) <= KEPT * want, (rotation is None, k, kept / want - 1)
+            assert got[..., k].max() <= image[..., k][~outside].max()
+        assert np.all(got[held][:, 2] == 0.7)
+        assert np.all(got[~held] == 0)
+
+
+@each([c for c in DEFAULTS + PARAMETERS if c.make().coverage != "sphere"])
+def test_nothing_that_a_source_sees_is_left_out(case):
+    p = case.make()
+    got = area(np.ones(p.shape(64)), p, "latlong", 64, rotation=TURN, fill=np.nan)
+    seen = ~np.isnan(got)
+    # A constant stays that constant, however little of a texel is seen.
+    assert np.all(got[seen] == 1)
+    finer = np.ascontiguousarray(sm.directions("latlong", 3 * 64) @ TURN)
+    covered = p.covers(finer).reshape(64, 3, 128, 3).any((1, 3))
+    assert np.all(seen[covered])
+
+
+def test_a_thousand_suns():
+    """One texel each, anywhere: each a channel of an image of 100 channels."""
+    rng = np.random.default_rng(1000)
+    shape, n = sm.projection("latlong").shape(48), 100
+    weights = sm.solid_angle("latlong", shape).reshape(-1)
+    target = sm.solid_angle("octahedral", 12)
+    for _ in range(10):
+        sun = rng.choice(weights.size, n, replace=False)
+        image = np.zeros((weights.size, n), np.float32)
+        image[sun, np.arange(n)] = 1e5
+        got = area(image.reshape(*shape, n), "latlong", "octahedral", 12, rotation=TURN)
+        assert got.dtype == np.float32 and got.min() >= 0
+        kept = np.einsum("ijk,ij->k", got.astype(float), target)
+        # float32 texels round by 6e-8 each.
+        assert np.all(np.abs(kept / (1e5 * weights[sun]) - 1) < KEPT)
+
+
+@pytest.mark.parametrize(("n", "m"), [(128, 1), (128, 2), (1, 7), (3, 20), (1, 1)])
+def test_far_from_each_other_in_size(n, m):
+    rng = np.random.default_rng(n)
+    for src, dst in (("latlong", "cube"), ("octahedral", "latlong")):
+        shape = sm.projection(src).shape(n if n < 128 or src == "latlong" else 64)
+        image = np.zeros(shape)
+        image.reshape(-1)[rng.integers(image.size)] = 1e5
+        got = area(image, src, dst, m, rotation=TURN)
+        want = (image * sm.solid_angle(src, shape)).sum()
+        kept = (got * sm.solid_angle(dst, got.shape)).sum()
+        assert abs(kept / want - 1) < KEPT and got.min() >= 0 and got.max() <= 1e5
+
+
+@each(LAYOUTS)
+def test_layouts(case):
+    p = case.make()
+    faces = sm.projection(case.name)
+    rng = np.random.default_rng(7)
+    image = rng.random((17, 34))
+    got = area(image, "latlong", p, 6, rotation=TURN)
+    plain = area(image, "latlong", faces, 6, rotation=TURN)
+    weights = p.solid_angle(got.shape)
+    kept, want = (got * weights).sum(), (plain * faces.solid_angle(plain.shape)).sum()
+    assert np.isclose(kept, want, rtol=1e-12)
+    # And back: the layout is only another order of the same texels.
+    back = area(got, p, "latlong", 8)
+    assert np.allclose(back, area(plain, faces, "latlong", 8), rtol=1e-12)
+
+
+@pytest.mark.parametrize("grid", ["centers", "corners", "corners-v"])
+def test_grids(grid):
+    p = sm.projection("latlong", grid=grid)
+    image = np.random.default_rng(8).random((12, 24))
+    got = area(image, p, "cube", 5, rotation=TURN)
+    kept = (got * sm.solid_angle("cube", 5)).sum()
+    assert np.isclose(kept, (image * p.solid_angle(image.shape)).sum(), rtol=KEPT)
+    back = area(got, "cube", p, (9, 14))
+    assert np.isclose((back * p.solid_angle(back.shape)).sum(), kept, rtol=KEPT)
+
+
+@pytest.mark.parametrize(
+    ("src", "dst"), [("latlong", "octahedral"), ("angular", "latlong"), ("octahedral", "angular")]
+)
+def test_against_brute_force(src, dst):
+    a, b = reference.of(sm.projection(src)), reference.of(sm.projection(dst))
+    image = np.random.default_rng(9).random(sm.projection(src).shape(16))
+    image[~a.valid(a.texel_uv(image.shape))] = 1e30
+    got = area(image, src, dst, 8, rotation=TURN)
+    want = reference_area.convert(image, a, b, got.shape, TURN, 48)
+    # 48² places a texel, of which those at source edges, about 5 · 48, are a gamble.
+    held = sm.solid_angle(dst, got.shape) > 1e-4
+    assert np.abs(got - want)[held].max() < 0.02
+    assert np.abs(got - want)[held].mean() < 0.003
+
+
+def test_the_same_texels_stay():
+    image = np.random.default_rng(10).random((20, 40, 2)).astype(np.float32)
+    assert np.array_equal(area(image, "latlong", "latlong", 20), image)
+    halves = area(image.astype(float), "latlong", "latlong", 10)
+    w = sm.solid_angle("latlong", 20)[..., None]
+
+    def blocks(x):
+        return x.reshape(10, 2, 20, 2, -1).sum((1, 3))
+
+    assert np.allclose(halves, blocks(image * w) / blocks(w), rtol=1e-9, atol=1e-7)
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float16", "float32", "float64"])
+def test_dtypes(dtype):
+    rng = np.random.default_rng(11)
+    image = (rng.random((9, 18, 2)) * 200).astype(dtype)
+    got = area(image, "latlong", "cube", 4)
+    want = area(image.astype(float), "latlong", "cube", 4)
+    assert got.dtype == image.dtype
+    half = {"uint8": 0.5, "uint16": 0.5, "float16": 0.07, "float32": 1e-5, "float64": 0}[dtype]
+    assert np.abs(got.astype(float) - want).max() <= half
+    flat = np.full((9, 18), 77, dtype)
+    assert np.all(area(flat, "latlong", "cube", 4) == 77)
+
+
+def test_what_the_source_does_not_cover():
+    image = np.ones((16, 16))
+    got = area(image, "hemioctahedral", "latlong", 15, fill=-3.0)
+    d = sm.directions("latlong", 15)
+    # One in part is the mean over that part; none in part is the fill.
+    assert set(np.unique(got)) == {-3.0, 1.0}
+    assert np.all(got[d[..., 2] > 0] == 1.0) and np.all(got[d[..., 2] < -0.3] == -3.0)
+    # Inside, energy is kept: back onto the hemisphere from a sphere of which it is a part.
+    rng = np.random.default_rng(12)
+    image = rng.random((12, 12))
+    whole = area(image, "hemioctahedral", "octahedral", 24)
+    kept = (whole * sm.solid_angle("octahedral", 24)).sum()
+    # The square's diagonals cut the border's texels: what they hold is counted for all of them.
+    assert kept > (image * sm.solid_angle("hemioctahedral", 12)).sum()
+
+
+def test_credits_never_leak():
+    for name in ("angular", "sphere", "dual_paraboloid", "matcap"):
+        p = sm.projection(name)
+        image = np.ones(p.shape(15))
+        image[np.isnan(p.directions(15)[..., 0])] = np.nan
+        got = area(image, p, "latlong", 9, fill=1.0, rotation=TURN)
+        assert np.all(got == 1.0)
+
+
+def test_nan():
+    image = np.ones((16, 32, 2))
+    image[5, 9, 0] = np.nan
+    spread = area(image, "latlong", "cube", 4)
+    assert 1 <= np.isnan(spread[..., 0]).sum() <= 4 and np.all(spread[..., 1] == 1)
+    skipped = area(image, "latlong", "cube", 4, skipna=True)
+    assert np.all(skipped == 1)
+    alone = area(np.full((16, 32), np.nan), "latlong", "cube", 4, skipna=True)
+    assert np.all(np.isnan(alone))
+    image[5, 9, 0] = np.inf
+    assert np.isinf(area(image, "latlong", "cube", 4)[..., 0]).sum() == np.isnan(spread).sum()
+
+
+def test_mode():
+    rng = np.random.default_rng(13)
+    labels = rng.integers(0, 4, (6, 12)).astype(np.uint8) * 60
+    labels = labels.repeat(4, 0).repeat(4, 1)
+    got = sm.convert(labels, "latlong", "octahedral", size=12, filter="mode", rotation=TURN)
+    assert set(np.unique(got)) <= set(np.unique(labels))
+    # The label of the largest share, by the conservative shares of each.
+    values = np.unique(labels)
+    shares = area(
+        (labels[..., None] == values).astype(float), "latlong", "octahedral", 12, rotation=TURN
+    )
+    assert np.array_equal(got, values[np.argmax(shares, -1)])
+    assert np.array_equal(sm.convert(labels, "latlong", "latlong", filter="mode"), labels)
+
+
+def test_the_same_bits_for_any_number_of_threads_and_level():
+    image = np.random.default_rng(14).random((30, 60, 3)).astype(np.float32)
+    assert_same_bits_everywhere(
+        lambda: [area(image, "latlong", "cube", 8, rotation=TURN)], threads=(1, 2, 5)
+    )
+
+
+def test_errors():
+    image = np.ones((8, 16))
+    with pytest.raises(ValueError, match="shape"):
+        area(np.ones((8, 16)), "cube", "latlong", 4)
+    with pytest.raises(ValueError, match="overlaps"):
+        sm.convert(image, "latlong", "latlong", size=8, filter="area", out=image)
+    out = np.empty((6, 4, 4))
+    assert area(image, "latlong", "cube", 4, out=out) is out and np.all(out == 1)
+    assert np.all(area(image[::-1, ::-1], "latlong", "cube", 4) == 1)

@@ -635,7 +635,7 @@ fn used_parts_are_the_areas_of_outlines() {
             }
         }
         let mut valid = vec![false; faces * N * N];
-        map.valid(&uv, &mut valid);
+        map.valid(&uv, &mut valid).unwrap();
         let counted = valid.iter().filter(|valid| **valid).count() as f64 / valid.len() as f64;
         assert!(
             (counted - map.used_part()).abs() < 4.0 / N as f64,
@@ -753,7 +753,7 @@ fn constant_images<T: Pixel>() {
                 .rotation(rotation)
                 .filter(filter)
                 .antialias(antialias)
-                .fill(fill.load().to_f64());
+                .fill(fill.value());
             let mut out = vec![garbage; shape.iter().product()];
             convert(&image, &to, &shape, &options, &mut out).unwrap();
             for (out, d) in out.iter().zip(centers(&to, &shape)) {

@@ -1,4 +1,4 @@
-from typing import Any, Literal, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -11,9 +11,13 @@ __all__ = [
     "Projection",
     "__version__",
     "_rebuild",
+    "add_sun",
+    "compare",
     "convention_table",
     "convert",
+    "convert_depth",
     "dfg",
+    "energy",
     "filters",
     "get_num_threads",
     "healpix_ang2pix",
@@ -21,17 +25,20 @@ __all__ = [
     "healpix_pix2vec",
     "healpix_reorder",
     "healpix_vec2pix",
+    "lights",
     "lobe",
     "matching_size",
     "mipmaps",
     "moments",
     "pack_frames",
     "packing_table",
+    "pad",
     "prefilter",
     "projection",
     "quadrature_weights",
     "reflect",
     "registry",
+    "remove_sun",
     "rotation",
     "set_num_threads",
     "set_simd_level",
@@ -46,6 +53,7 @@ __all__ = [
     "sh_window",
     "simd_level",
     "simd_levels",
+    "sun",
     "texel_weights",
     "unpack_frames",
 ]
@@ -108,7 +116,6 @@ class Projection:
         rotation: Any | None = None,
         out: NDArray[Any] | None = None,
     ) -> NDArray[np.floating[Any]]: ...
-    def _beyond(self, uv: ArrayLike, /) -> NDArray[np.floating[Any]]: ...
     def jacobian(
         self,
         uv: ArrayLike,
@@ -248,6 +255,59 @@ def convert(
 ) -> NDArray[Any]: ...
 def matching_size(shape: int | tuple[int, ...], src: Projection, dst: Projection, /) -> int: ...
 def filters() -> list[dict[str, Any]]: ...
+def pad(image: ArrayLike, projection: Projection, n: int, filter: str, /) -> NDArray[Any]: ...
+def compare(
+    a: Projection, b: Projection, /
+) -> tuple[list[list[int]] | None, bool | None, list[str]]: ...
+def convert_depth(
+    array: NDArray[np.floating[Any]],
+    projection: Projection,
+    shape: tuple[int, ...],
+    target: str,
+    /,
+) -> None: ...
+def lights(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    n: int,
+    method: str,
+    /,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
+
+_Sun: TypeAlias = tuple[list[float], float, NDArray[np.float64], NDArray[np.float64], float]
+
+def sun(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    /,
+) -> _Sun | None: ...
+def remove_sun(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    /,
+) -> tuple[NDArray[np.floating[Any]], _Sun | None]: ...
+def add_sun(
+    object: ArrayLike,
+    projection: Projection,
+    direction: tuple[float, ...],
+    solid_angle: float,
+    irradiance: list[float],
+    rotation: Any | None,
+    /,
+) -> NDArray[np.floating[Any]]: ...
+def energy(
+    object: ArrayLike,
+    projection: Projection,
+    luminance: NDArray[np.float64],
+    rotation: Any | None,
+    /,
+) -> tuple[float, NDArray[np.float64], float, float, list[float], float, int, _Sun | None]: ...
 def mipmaps(image: ArrayLike, projection: Projection, /) -> list[NDArray[Any]]: ...
 def reflect(
     view: ArrayLike, normal: ArrayLike, /, *, out: NDArray[Any] | None = None

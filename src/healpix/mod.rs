@@ -32,12 +32,15 @@ mod index;
 mod place;
 mod run;
 
-pub use index::{FaceCell, Grid, OnRing};
-pub use place::{BORDER, cell_of_direction, center};
+pub(crate) use index::Grid;
+use index::{FaceCell, OnRing};
+pub use place::BORDER;
+pub(crate) use place::cell_of_direction;
+use place::center;
 
 use crate::error::{Error, expect_length, expect_multiple};
 use crate::number::real::Real;
-pub use run::Wide;
+use run::Wide;
 use run::{Step, run};
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::hint::select_unpredictable as choose;

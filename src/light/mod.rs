@@ -2,12 +2,16 @@
 
 pub mod dfg;
 pub mod distribution;
+pub mod energy;
 pub(crate) mod integrate;
+pub mod lights;
+pub(crate) mod lit;
 pub(crate) mod lobe;
 pub mod prefilter;
 pub(crate) mod pyramid;
 pub(crate) mod reflect;
 pub mod sh;
+pub mod sun;
 pub(crate) mod texels;
 
 pub use integrate::integrate;

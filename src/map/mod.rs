@@ -3,6 +3,7 @@
 //! [`Map`] is the run-time value behind every call. Its verbs find the compiled formula through the
 //! registry, put the frame around it and spread the work over threads.
 
+pub mod compare;
 pub mod conventions;
 mod drawing;
 pub(crate) mod element;
@@ -166,47 +167,131 @@ impl Map {
         })
     }
 
-    /// What the projection claims about itself.
+    /// The same map with its faces laid out otherwise.
+    ///
+    /// ```
+    /// let cross = spheremap::Map::new("cube")?.with_layout("cross")?;
+    /// assert_eq!(cross.uv_width(), 2);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn with_layout(&self, layout: &str) -> Result<Map, Error> {
+        let parameters = self.info.parameters.iter().zip(&self.parameters);
+        let parameters: Vec<(&str, f64)> = parameters
+            .map(|(parameter, value)| (parameter.name, *value))
+            .collect();
+        let map = Map::with(
+            self.info.name,
+            MapOptions {
+                convention: self.convention,
+                axes: Some(&self.axes.to_string()),
+                grid: Some(self.grid.name()),
+                layout: Some(layout),
+                parameters: &parameters,
+            },
+        )?;
+        Ok(Map {
+            pose: self.pose,
+            ..map
+        })
+    }
+
+    /// The claims of the projection.
+    ///
+    /// ```
+    /// let info = spheremap::Map::new("healpix")?.info();
+    /// assert!(info.equal_area && !info.conformal);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn info(&self) -> &'static Info {
         self.info
     }
 
-    /// The name of the convention it was made with.
+    /// The name of the convention that the map was made with.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// assert_eq!(Map::new("latlong:mitsuba")?.convention(), Some("mitsuba"));
+    /// assert_eq!(Map::new("latlong")?.convention(), None);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn convention(&self) -> Option<&'static str> {
         self.convention
     }
 
-    /// Which world axes point right, down and forward.
+    /// The world axes that point right, down and forward.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::Map::new("latlong")?.axes().to_string(), "+x -y -z");
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn axes(&self) -> Axes {
         self.axes
     }
 
-    /// Where texel centers lie.
+    /// The grid: where texel centers lie.
+    ///
+    /// ```
+    /// use spheremap::{Grid, Map};
+    /// assert_eq!(Map::new("latlong:mitsuba")?.grid(), Grid::CornersV);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn grid(&self) -> Grid {
         self.grid
     }
 
-    /// The layout's name; none for a projection of one face.
+    /// The name of the layout; none for a projection of one face.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// assert_eq!(Map::new("cube")?.layout(), Some("faces"));
+    /// assert_eq!(Map::new("latlong")?.layout(), None);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn layout(&self) -> Option<&'static str> {
         self.layout
     }
 
-    /// Where the faces lie.
+    /// The place of each face in the stored image.
+    ///
+    /// ```
+    /// let strip = spheremap::MapOptions::new().layout("strip");
+    /// let map = spheremap::Map::with("cube", strip)?;
+    /// assert_eq!((map.face_layout().columns, map.face_layout().rows), (6, 1));
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn face_layout(&self) -> &FaceLayout {
         &self.face_layout
     }
 
     /// The parameters, in the order of the claims' list.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::Map::new("equisolid")?.parameters(), [180.0]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn parameters(&self) -> &[f64] {
         &self.parameters
     }
 
-    /// How many numbers an image coordinate has: 3 where faces are apart, else 2.
+    /// The count of numbers that an image coordinate has: 3 where faces are apart, else 2.
+    ///
+    /// ```
+    /// use spheremap::{Map, MapOptions};
+    /// assert_eq!(Map::new("latlong")?.uv_width(), 2);
+    /// assert_eq!(Map::new("cube")?.uv_width(), 3);
+    /// assert_eq!(Map::with("cube", MapOptions::new().layout("cross"))?.uv_width(), 2);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn uv_width(&self) -> usize {
         if self.face_layout.is_atlas { 2 } else { 3 }
     }
 
-    /// How many faces the image coordinates tell apart.
+    /// The count of faces that the image coordinates tell apart.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::Map::new("cube")?.faces(), 6);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn faces(&self) -> usize {
         if self.face_layout.is_atlas {
             1
@@ -215,7 +300,13 @@ impl Map {
         }
     }
 
-    /// The part of the sphere it holds.
+    /// The part of the sphere that the map holds.
+    ///
+    /// ```
+    /// use spheremap::projections::Coverage;
+    /// assert_eq!(spheremap::Map::new("hemioctahedral")?.coverage(), Coverage::Hemisphere);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn coverage(&self) -> Coverage {
         struct Get;
         impl Visitor for Get {
@@ -227,7 +318,13 @@ impl Map {
         self.kind.visit(Get)
     }
 
-    /// What lies beyond its edges.
+    /// The rule for what lies beyond the edges of the map.
+    ///
+    /// ```
+    /// use spheremap::projections::Seam;
+    /// assert_eq!(spheremap::Map::new("latlong")?.seam(), Seam::Latlong);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn seam(&self) -> Seam {
         struct Get;
         impl Visitor for Get {
@@ -266,6 +363,11 @@ impl Map {
     }
 
     /// Width and height of a face of size `n`.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::Map::new("latlong")?.face_size(64), (128, 64));
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn face_size(&self, n: usize) -> (usize, usize) {
         struct Get(usize);
         impl Visitor for Get {
@@ -278,6 +380,13 @@ impl Map {
     }
 
     /// The exact solid angle that a rectangle of a canonical face sees, rims included.
+    ///
+    /// ```
+    /// use spheremap::geometry::Rect;
+    /// let map = spheremap::Map::new("latlong")?;
+    /// assert!((map.solid_angle(Rect::WHOLE) - 4.0 * std::f64::consts::PI).abs() < 1e-14);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn solid_angle(&self, rect: Rect) -> f64 {
         struct Get(Rect);
         impl Visitor for Get {
@@ -289,7 +398,13 @@ impl Map {
         self.visit_canonical(Get(rect))
     }
 
-    /// Smallest and largest dω/(du dv) over the valid image.
+    /// The smallest and largest dω/(du dv) over the valid image.
+    ///
+    /// ```
+    /// let (low, high) = spheremap::Map::new("healpix")?.density_range();
+    /// assert_eq!(low, high); // equal-area
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn density_range(&self) -> (f64, f64) {
         struct Get;
         impl Visitor for Get {
@@ -302,8 +417,15 @@ impl Map {
         (low * self.cells(), high * self.cells())
     }
 
-    /// For each canonical face, whether its picture is mirrored as seen from inside a right-handed
+    /// Whether the picture of each canonical face is mirrored as seen from inside a right-handed
     /// world. Not all formulas keep the view frame's sense, and faces may differ.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// assert_eq!(Map::new("latlong")?.mirrored(), [false]);
+    /// assert_eq!(Map::new("cube:opengl")?.mirrored(), [true; 6]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn mirrored(&self) -> Vec<bool> {
         struct Sense;
         impl Visitor for Sense {
@@ -370,7 +492,16 @@ impl Map {
         })
     }
 
-    /// How the world of the map is turned.
+    /// The rotation by which the world of the map is turned.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    /// use spheremap::geometry::from_angles;
+    /// let pose = from_angles(90.0, 0.0, 0.0);
+    /// assert_eq!(Map::new("latlong")?.turned(pose)?.pose(), Some(pose));
+    /// assert_eq!(Map::new("latlong")?.pose(), None);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn pose(&self) -> Option<DMat3> {
         self.pose
     }

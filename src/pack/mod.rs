@@ -355,7 +355,11 @@ fn each(directions: &[f64], codes: &mut [u64], code: impl Fn([f64; 3]) -> u64) -
     good
 }
 
-/// All names that `Packing::new` takes, the most common first.
+/// The names that `Packing::new` takes, the most common first.
+///
+/// ```
+/// assert!(spheremap::pack::names().any(|(name, ..)| name == "oct16-centers"));
+/// ```
 pub fn names() -> impl Iterator<Item = (String, &'static Family, u32, &'static str, Option<u32>)> {
     FAMILIES.iter().flat_map(|family| {
         family.bits.iter().flat_map(move |&bits| {
@@ -448,7 +452,12 @@ impl Packing {
         }
     }
 
-    /// How many codes there are; 0 for 2⁶⁴.
+    /// The count of codes; 0 for 2⁶⁴.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::pack::Packing::new("oct16")?.codes(), 1 << 16);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn codes(&self) -> u64 {
         match (self.family.codes)(self.bits) {
             0 if self.bits == 64 => 0,
@@ -457,12 +466,22 @@ impl Packing {
         }
     }
 
-    /// Bits of the smallest unsigned integer that holds a code.
+    /// The bits of the smallest unsigned integer that holds a code.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::pack::Packing::new("oct24")?.stored_bits(), 32);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn stored_bits(&self) -> u32 {
         self.bits.next_power_of_two().max(8)
     }
 
     /// Whether fields count in two's complement.
+    ///
+    /// ```
+    /// assert!(!spheremap::pack::Packing::new("oct16-centers")?.signed());
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn signed(&self) -> bool {
         match self.family.splits {
             Splits::Fields { signed, .. } => signed,
@@ -473,6 +492,13 @@ impl Packing {
 
     /// The largest angle in radians between a direction and its code's, in exact arithmetic; float32 adds a few
     /// of its rounding units where it is computed in.
+    ///
+    /// ```
+    /// use spheremap::pack::{Packing, Rounding};
+    /// let bound = Packing::new("oct32")?.bound(Rounding::Nearest).expect("oct rounds to nearest");
+    /// assert!(bound < 1e-4);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn bound(&self, rounding: Rounding) -> Option<f64> {
         let index = self.family.roundings.iter().position(|r| *r == rounding)?;
         let unit = match self.family.unit {
@@ -639,7 +665,13 @@ impl Packing {
         Ok(())
     }
 
-    /// The first code that is not below `codes`.
+    /// The index of the first code that is not below `codes`.
+    ///
+    /// ```
+    /// let packing = spheremap::pack::Packing::new("oct24")?;
+    /// assert_eq!(packing.first_out_of_range(&[5_u32, 1 << 24]), Some(1));
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn first_out_of_range<S: Store>(&self, codes: &[S]) -> Option<usize> {
         let limit = self.codes();
         if limit == 0 || (S::BITS < 64 && limit == 1 << S::BITS) {

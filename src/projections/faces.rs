@@ -38,7 +38,7 @@ impl Orientation {
     };
 
     /// First `self`, then `next`.
-    pub fn then(self, next: Orientation) -> Orientation {
+    pub(crate) fn then(self, next: Orientation) -> Orientation {
         let (u, v) = if next.swap {
             (self.flip_v, self.flip_u)
         } else {
@@ -248,12 +248,12 @@ pub struct FaceLayout {
 
 impl FaceLayout {
     /// One face, as it is.
-    pub fn single() -> FaceLayout {
+    pub(crate) fn single() -> FaceLayout {
         FaceLayout::new(1, FaceTable::CANONICAL, Cells::Row)
     }
 
     /// The faces of a program's table in a layout.
-    pub fn new(faces: usize, table: FaceTable, cells: Cells) -> FaceLayout {
+    pub(crate) fn new(faces: usize, table: FaceTable, cells: Cells) -> FaceLayout {
         let (columns, rows) = match cells {
             Cells::Apart => (1, 1),
             Cells::Row => (faces, 1),
@@ -307,7 +307,7 @@ impl FaceLayout {
     }
 
     /// Whether coordinates are the projection's own.
-    pub fn is_canonical(&self) -> bool {
+    pub(crate) fn is_canonical(&self) -> bool {
         let as_is = |(face, place): (usize, &FacePlacement)| {
             place.stored == face && place.orientation == Orientation::UPRIGHT
         };

@@ -29,6 +29,11 @@ pub struct Uv<R> {
 
 impl<R: Real> Uv<R> {
     /// A point of a map of one face.
+    ///
+    /// ```
+    /// use spheremap::projections::{Latlong, Projection, Uv};
+    /// assert_eq!(Latlong.decode(Uv::flat(0.5, 0.5)), [0.0, 0.0, 1.0]);
+    /// ```
     #[inline(always)]
     pub fn flat(u: R, v: R) -> Self {
         Self {
@@ -40,7 +45,7 @@ impl<R: Real> Uv<R> {
 
     /// A point from p = 2u - 1 and q = 2v - 1.
     #[inline(always)]
-    pub fn centered(p: R, q: R, face: R) -> Self {
+    pub(crate) fn centered(p: R, q: R, face: R) -> Self {
         let half = R::HALF;
         Self {
             u: p * half + half,
@@ -52,7 +57,7 @@ impl<R: Real> Uv<R> {
     /// A point from p and q of a map of one face whose coverage ends at the edges of the square: NaN beyond
     /// them, by more than rounding, and where it is not `seen`.
     #[inline(always)]
-    pub fn in_square(p: R, q: R, seen: bool) -> Self {
+    pub(crate) fn in_square(p: R, q: R, seen: bool) -> Self {
         let edge = R::new(1.0 + 8.0 * R::EPSILON);
         let inside = seen & (p.abs() <= edge) & (q.abs() <= edge);
         let nan = R::NAN;
@@ -66,7 +71,7 @@ impl<R: Real> Uv<R> {
     /// A point from p and q of a map of one face whose coverage ends at the rim of the disk: NaN beyond it, by
     /// more than rounding.
     #[inline(always)]
-    pub fn in_disk(p: R, q: R) -> Self {
+    pub(crate) fn in_disk(p: R, q: R) -> Self {
         let inside = p * p + q * q <= R::new(1.0 + 4.0 * R::EPSILON);
         let nan = R::NAN;
         Self::centered(
@@ -78,7 +83,7 @@ impl<R: Real> Uv<R> {
 
     /// Whether it lies in the unit square of one of so many faces.
     #[inline(always)]
-    pub fn in_bounds(self, faces: usize) -> bool {
+    pub(crate) fn in_bounds(self, faces: usize) -> bool {
         let (zero, one) = (R::ZERO, R::ONE);
         let in_square = (self.u >= zero) & (self.u <= one) & (self.v >= zero) & (self.v <= one);
         let in_faces = if faces > 1 {
@@ -93,7 +98,7 @@ impl<R: Real> Uv<R> {
 
     /// (p, q) = (2u - 1, 2v - 1): zero at the image center.
     #[inline(always)]
-    pub fn pq(self) -> (R, R) {
+    pub(crate) fn pq(self) -> (R, R) {
         let (two, one) = (R::TWO, R::ONE);
         (self.u * two - one, self.v * two - one)
     }
@@ -114,7 +119,11 @@ pub enum Coverage {
 }
 
 impl Seam {
-    /// The word for it.
+    /// The word for a seam.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::projections::Seam::RimOpposite.name(), "rim-opposite");
+    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Seam::Ends => "ends",
@@ -132,7 +141,11 @@ impl Seam {
 }
 
 impl Coverage {
-    /// The word for it.
+    /// The word for a coverage.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::projections::Coverage::Cap(1.0).name(), "cap");
+    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Coverage::Sphere => "sphere",
@@ -142,7 +155,12 @@ impl Coverage {
         }
     }
 
-    /// Its solid angle in steradians.
+    /// The solid angle of a coverage in steradians.
+    ///
+    /// ```
+    /// use spheremap::projections::Coverage;
+    /// assert_eq!(Coverage::Hemisphere.solid_angle(), 2.0 * std::f64::consts::PI);
+    /// ```
     pub fn solid_angle(self) -> f64 {
         use std::f64::consts::PI;
         match self {
@@ -206,7 +224,7 @@ pub struct Edge {
 
 impl Edge {
     /// The place at `along` and at `inset` from the edge, both in p and q, from -1 to 1 on the face.
-    pub fn place(self, along: f64, inset: f64) -> Uv<f64> {
+    pub(crate) fn place(self, along: f64, inset: f64) -> Uv<f64> {
         let mut at = [along; 2];
         at[self.axis] = if self.high { 1.0 - inset } else { inset - 1.0 };
         Uv::centered(at[0], at[1], self.face)

@@ -5,12 +5,16 @@
 //! float64 take the friendly path through `spheremap._arrays`.
 
 mod arrays;
+mod compare;
+mod depth;
 mod distribution;
 mod functions;
 mod healpix;
 mod images;
 mod light;
+mod lights;
 mod pack;
+mod pad;
 mod projection;
 mod sh;
 
@@ -19,6 +23,10 @@ use pyo3::prelude::*;
 /// The compiled core of spheremap.
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::compare::compare;
+    #[pymodule_export]
+    use super::depth::convert_depth;
     #[pymodule_export]
     use super::distribution::{PyDistribution, texel_weights};
     #[pymodule_export]
@@ -34,7 +42,11 @@ mod _core {
     #[pymodule_export]
     use super::light::{dfg, lobe, moments, prefilter, quadrature_weights};
     #[pymodule_export]
+    use super::lights::{add_sun, energy, lights, remove_sun, sun};
+    #[pymodule_export]
     use super::pack::{PyPacker, pack_frames, packing_table, unpack_frames};
+    #[pymodule_export]
+    use super::pad::pad;
     #[pymodule_export]
     use super::projection::PyProjection;
     #[pymodule_export]

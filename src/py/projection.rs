@@ -120,17 +120,6 @@ impl PyProjection {
         })
     }
 
-    /// Unit directions at canonical (u, v, face), also beyond the edges of faces: for `pad`.
-    #[pyo3(signature = (uv, /))]
-    fn _beyond<'py>(&self, py: Python<'py>, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let map = &self.0;
-        let reals = reals(uv, "uv", None)?;
-        with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.beyond(uv, result);
-            points(py, uv, "uv", 3, None, uv.dtype(), &[3], work)
-        })
-    }
-
     /// Derivatives of the direction by u and v: (..., 3, 2).
     #[pyo3(signature = (uv, /, *, rotation=None, out=None))]
     fn jacobian<'py>(

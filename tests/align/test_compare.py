@@ -51,6 +51,7 @@ def test_a_quarter_turn_has_the_sign_of_rotation():
     base = sm.projection("latlong")
     for yaw, axes in ((90, "-z -y -x"), (-90, "+z -y +x"), (180, "-x -y +z")):
         found = sm.align.compare(base, sm.projection("latlong", axes=axes))
+        # `rotation`'s cosine of 90° is 6e-17; the matrix found is of 0 and ±1.
         assert np.abs(found.matrix - sm.rotation(yaw, 0, 0)).max() < 1e-12
         assert found.differences == (f"yaw {yaw}°",)
 
@@ -65,6 +66,7 @@ def test_the_matrix_is_what_the_maps_do(a, b, name):
     d = p.decode(uv)
     held = np.isfinite(d[:, 0])
     assert held.sum() > 20
+    # Axes swap and negate components, after the same decoding: at most the last bits of 1.
     assert np.abs(d @ found.matrix.T - q.decode(uv))[held].max() < 1e-15
     assert found.mirrored == (p.mirrored != q.mirrored)
     assert found.same == (a == b) and (found.differences == ()) == found.same

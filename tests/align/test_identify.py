@@ -153,4 +153,5 @@ def test_a_real_probe_mirrored_rolled_and_resampled(data_folder, mirrored):
     turn = reference.axes_matrix(result.best.axes) @ result.best.rotation.T
     view = turn @ [0, 0, -1]
     side = -1 if mirrored else 1
+    # The search has texels of 2.8°; a parabola through its peak is good to 1/14 of one.
     assert np.degrees(np.arctan2(view[0], view[2])) == pytest.approx(side * 60, abs=0.2)

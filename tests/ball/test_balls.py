@@ -46,9 +46,11 @@ def test_reflection_by_the_law(name):
     t = b - np.sqrt(b * b - (center @ center - 1))
     normal = t[:, None] * ray - center
     want = sm.reflect(-ray, normal)
+    # b² - (|c|² - 1) cancels a squared distance of 84: some hundred ε.
     np.testing.assert_allclose(v.reflections(xy)[0], want, atol=1e-12)
     # The outline is where rays touch.
     touch = v.rays(v.outline.points(50)) @ center
+    # A dot product and a root, of a distance that bisection finds to its last bits.
     np.testing.assert_allclose(touch, np.sqrt(v.distance**2 - 1), rtol=1e-12)
 
 
@@ -65,6 +67,7 @@ def test_pixels_per_radian(name):
         columns.append((ahead - behind) / (2 * h))
     want = np.linalg.svd(np.stack(columns, axis=-1), compute_uv=False)
     least, most = v.pixels_per_radian(d)
+    # Pixels up to 650 round by 1e-13, and differences over 2h by 1e-7 pixels per radian.
     np.testing.assert_allclose(most, want[:, 0], rtol=1e-6)
     np.testing.assert_allclose(least, want[:, 1], rtol=1e-6)
 
@@ -72,9 +75,11 @@ def test_pixels_per_radian(name):
 def test_ideal_is_the_sphere_map():
     d = random_directions(5000, 3)
     v = view((100, 100), Outline((50, 50), 50, 50))
+    # The same sine and root, in pixels up to 100: some ε of the image.
     np.testing.assert_allclose(v.pixels(d) / 100, sm.encode(d, "sphere"), atol=1e-14)
     far = view((100, 100), Outline((50, 50), 50, 50), distance=1e9)
     near = d @ far.toward > -0.99
+    # No view is farther than 1e7 radii, where places are off by 1e-7/8; rtol is 1e-7 as well.
     np.testing.assert_allclose(far.pixels(d[near]) / 100, sm.encode(d[near], "sphere"), atol=1e-8)
 
 
@@ -93,6 +98,7 @@ def test_two_of_three():
     size, rim = known.outline.center, known.outline
     for given in ({"fov": known.fov}, {"distance": known.distance}):
         found = view((480, 640), Outline(size, rim.along, rim.across), **given)
+        # Bisection finds the focal length's logarithm to its last bits.
         assert found.distance == pytest.approx(known.distance, rel=1e-9)
         assert found.fov == pytest.approx(known.fov, rel=1e-9)
     with pytest.raises(ValueError, match="do not go together"):
@@ -105,10 +111,13 @@ def test_solid_angles_add_up():
     area = sm.solid_angle("latlong", 64)
     # Texels times pixels per steradian count the pixels of the ball.
     pixels = (area / found.solid_angle).sum()
+    # Texels of 2.8° on the blind cone's border count whole or not at all, but hold few pixels.
     assert pixels == pytest.approx(np.pi * 60**2, rel=0.01)
     # The blind cone, to within the texels on its border.
     blind = (1 - np.cos(np.radians(found.blind_cone))) / 2
+    # Of the cone's 83 texels 32 lie on its border: 0.3·√32 of 83 is 2 %; five of that.
     assert 1 - found.coverage == pytest.approx(blind, rel=0.1)
+    # The ball is in the middle of the photo: exact but for rounding.
     assert np.allclose(found.blind_direction, [0, 0, -1])
 
 
@@ -136,7 +145,9 @@ def test_backgrounds():
     white = np.ones((16, 32, 3), np.float32)
     alpha = sm.ball.render(white, size=(40, 60), radius=15, background="alpha")
     assert alpha.shape == (40, 60, 4) and alpha.dtype == np.float32
+    # 94 pixels on the rim, each off by 0.3 of one, if it is looked up once: 0.3·√94 of 707.
     assert alpha[..., 3].sum() == pytest.approx(np.pi * 15**2, rel=0.005)
+    # White times alpha in float32: 6e-8.
     np.testing.assert_allclose(alpha[..., 0], alpha[..., 3], atol=1e-6)
     assert np.all(sm.ball.render(white, size=30, radius=10) == 1)
 
@@ -230,6 +241,7 @@ def test_merged_with_masks_and_given_rotations():
     want = sm.convert(SCENE, "latlong", "latlong", size=24, filter="area")
     assert found.coverage == 1 and found.image.max() < 4
     assert np.sqrt(np.mean((found.image - want) ** 2)) < 0.06
+    # Each weight is rounded to float32: 6e-8.
     assert np.allclose(found.weights.sum(axis=0), 1, atol=1e-6)
 
 
@@ -251,6 +263,7 @@ def test_rotation_from_rims_that_were_found():
     found = sm.ball.merge([a, b], balls=off, fov=25, size=16)
     assert angle(found.rotations[1], pose) < 0.1
     for rim in found.balls:
+        # Half of what the rims were off by: 0.6 % and 0.6 pixels.
         assert abs(rim.radius / right.mean - 1) < 0.003
         assert np.hypot(rim.center[0] - 80, rim.center[1] - 80) < 0.3
     # Given by hand they are kept.
@@ -352,6 +365,7 @@ def test_pixels_that_are_not_finite():
     holes[30:34, 50:54], holes[60, 60] = np.nan, np.inf
     whole = sm.ball.unwrap(WALL, size=24, **KNOWN)
     found = sm.ball.unwrap(holes, size=24, **KNOWN)
+    # Lookups in the same texels; `isclose`'s own 1e-5 is above float32's 6e-8.
     same = np.isclose(found.image, whole.image, equal_nan=True).all(axis=-1)
     assert 0.8 < same.mean() < 1
     rim = sm.ball.find(holes)
@@ -388,6 +402,7 @@ def test_how_far_the_ideal_camera_is_off():
     xy = exact.outline.points(360, inset=1e-9)
     a, b = exact.reflections(xy)[0], ideal.reflections(xy)[0]
     off = np.degrees(np.arccos(np.einsum("ij,ij->i", a, b)))
+    # 1e-9 pixels inside a rim of 200, reflections turn by 2·√(2e-9/200) rad = 4e-4°.
     np.testing.assert_allclose(off, 20, atol=0.01)
 
 
@@ -402,6 +417,7 @@ def test_matcaps():
     assert np.sqrt(np.mean((mirror[inside] - sm.sample(env, d, "latlong")) ** 2)) < 0.1
     diffuse = sm.light.bake_matcap(env, "diffuse", size=32, rotation=pose)
     want = sm.light.irradiance_at(env, n[inside] @ pose.T, "latlong") / np.pi
+    # The mean of a texel of 0.2 rad is not its middle: 0.2²/24 of a curvature of some units.
     np.testing.assert_allclose(diffuse[inside], want, atol=0.02)
     assert np.isnan(mirror[0, 0]).all()
     rough = sm.light.bake_matcap(env, "rough", size=16, roughness=0.8)
@@ -413,6 +429,7 @@ def test_matcap_follows_the_camera():
     matcap = np.nan_to_num(sm.directions("matcap", 65), nan=0)
     eye, place = np.array([1.0, 2.0, 8.0]), np.array([-2.0, 0.5, 1.0])
     color = sm.light.shade_matcap(eye - place, matcap, positions=place, eye=eye)
+    # The color of the middle texel: a place off by some ε on a slope of 2 across the image.
     np.testing.assert_allclose(color, [0, 0, 1], atol=1e-6)
     away = sm.light.shade_matcap([[0, 0, -1], [1, 0, -0.2]], matcap)
     assert np.isfinite(away).all() or np.isnan(away[0]).all()

@@ -143,6 +143,7 @@ def test_the_default_size_keeps_the_texels_per_steradian(probe: Path, tmp_path: 
     good("convert", probe, out, *from_angular("latlong"))
     height, width = io.read(out).shape[:2]
     assert width == 2 * height
+    # A height of 120.3 rows becomes a whole one, and the width twice it: 2·0.5/120.
     assert height * width == pytest.approx(np.pi / 4 * 192**2, rel=0.02)
 
 
@@ -434,6 +435,7 @@ def test_demo_shows_the_sky_in_every_projection(tmp_path: Path) -> None:
 
     pano = io.read(folder / "latlong.exr")
     seen = sky.radiance(sm.directions("latlong", 256, dtype=np.float32))
+    # A conversion to the same map and size shows each float32 texel as it is.
     assert pano == pytest.approx(seen, rel=1e-5, abs=1e-5)
     row, column = np.unravel_index(pano.sum(axis=-1).argmax(), pano.shape[:2])
     sun = sm.directions("latlong", 256)[row, column]
@@ -478,7 +480,9 @@ def test_the_sun_is_round_and_the_labels_stand_upright() -> None:
     d = sm.directions("octahedral", 512)
     lit = sky.radiance(d)[..., 0] > 300
     disk = sm.solid_angle("octahedral", 512)[lit].sum()
+    # 25 of its 48 texels lie on the edge and count whole or not at all: 0.3·√25 of 48 is 3 %.
     assert disk == pytest.approx(2 * np.pi * (1 - np.cos(np.radians(sky.SUN_RADIUS))), rel=0.05)
+    # A texel there is 0.5° wide: its center may lie half of that from the edge.
     assert np.degrees(np.arccos(np.min(d[lit] @ sky.SUN))) == pytest.approx(sky.SUN_RADIUS, abs=0.3)
 
 
@@ -503,6 +507,7 @@ def test_a_real_probe_becomes_an_upright_panorama(data_folder: Path, tmp_path: P
     )
     assert np.array_equal(exact, sm.sample(probe.astype(np.float64), d, "angular"))
     assert np.abs(pano - want).max() < probe.max() / 2800
+    # In the median, a texel's neighbors differ from it by a quarter at most: 1/2800 of that.
     assert np.median(np.abs(pano - want)) < 1e-4 * np.median(want)
     # Upright: the cathedral's windows and lamps are overhead, its dark floor below.
     light = np.log(pano.mean(axis=-1) + 1e-4)

@@ -34,6 +34,7 @@ def test_the_exact_sum_is_the_plain_one(kind: Any, roughness: float) -> None:
     n = sm.directions("cube", 3).reshape(-1, 3)
     values = image.reshape(-1, 3).astype(float)
     want = reference.under_lobe(values, w, d, n, kind, roughness**2)
+    # The result is float32, which rounds by 6e-8; both sums are of doubles.
     assert np.allclose(got.reshape(-1, 3), want, rtol=1e-6)
 
 
@@ -75,6 +76,7 @@ def test_a_constant_stays(case: Case) -> None:
             samples=64,
             distribution=kind,  # type: ignore[arg-type]
         )
+        # 64 terms in float32, each off by 6e-8 of 0.25.
         assert got.shape == (4, 8, 5) and np.abs(got - 0.25).max() < 1e-6
 
 
@@ -86,6 +88,7 @@ def test_a_chain_keeps_its_light_and_begins_with_the_image() -> None:
     assert np.abs(chain[0] - image).max() < 0.01
     total = sm.light.integrate(image, "cube")
     for level in chain:
+        # 256 Hammersley points err by 1/256 of what varies in a sky, which is half of it.
         assert np.allclose(sm.light.integrate(level, "cube"), total, rtol=3e-3)
     assert np.ptp(chain[-1]) < 0.6 * np.ptp(image)
 
@@ -123,6 +126,7 @@ def test_the_table_is_its_integrals(kind: Any, literal: Any) -> None:
         assert abs(table[j, i, 1] - e) < 1e-4 * max(e, 1), (j, i)
         assert abs(table[j, i, 0] - b) < 1e-4, (j, i)
     pair = sm.light.dfg(n, distribution=kind, multiscatter=False)
+    # Entries are float32, rounded one by one: 6e-8 each, far below `allclose`'s own 1e-5.
     assert np.allclose(pair.sum(-1), table[..., 1]) and np.allclose(pair[..., 1], table[..., 0])
 
 
@@ -291,9 +295,11 @@ def test_the_command_bakes_and_lists(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert {f.name for f in out.iterdir()} == names and all(name in said for name in names)
     (diffuse,) = read_ktx2(out / "diffuse.ktx2")
     want = sm.light.irradiance(image, "latlong", "cube", size=4) / np.pi
+    # Half floats round by 2⁻¹¹ = 5e-4.
     assert np.allclose(diffuse[..., :3], want, rtol=2e-3)
     assert [level.shape[1] for level in read_dds(out / "specular.dds")] == [8, 4, 2]
     sh = json.loads((out / "sh.json").read_text())
+    # JSON holds doubles to their last digit; `allclose`'s own 1e-5 is ample.
     assert np.allclose(sh["orthonormal"], sm.sh.project(image, "latlong", order=2))
     assert code(["bake", str(tmp_path / "sky.exr"), str(tmp_path / "only"), "--sh"]) == 0
     assert [f.name for f in (tmp_path / "only").iterdir()] == ["sh.json"]

@@ -23,6 +23,8 @@ from scipy import stats
 from spheremap import _core
 
 REC709 = np.array([0.2126, 0.7152, 0.0722])
+# Densities are kept in float32: off by 6e-8, and by as much again in what is divided by them.
+SINGLE = 1e-6
 # Axes only change the frame of directions: one case each for a cyclic and a mirrored frame will do.
 SHAPES = [c for c in CASES if "axes" not in c.options]
 
@@ -65,6 +67,7 @@ def test_the_density_integrates_to_one(case):
     dist = sm.light.Distribution(image_of(p, n), p)
     # It is constant within a texel, so its integral is a sum over texels.
     total = np.nansum(dist.pdf(inside_texels(p, n)) * _core.texel_weights(p, n))
+    # Each texel's density is float32, off by 6e-8 at most, and so is their sum.
     assert total == pytest.approx(1, abs=1e-6)
 
 
@@ -75,6 +78,7 @@ def test_it_is_luminance_over_its_integral(case):
     dist = sm.light.Distribution(image, p)
     luminance, weight = image @ REC709, _core.texel_weights(p, 6)
     integral = np.sum(luminance * weight)
+    # The same solid angles, of parts of texels instead of whole ones, summed in other orders.
     assert dist.integral == pytest.approx(integral, rel=1e-12)
     held = weight > 0
     # float32 tables: half a unit in the last place.
@@ -87,7 +91,9 @@ def test_pdf_of_a_sample_is_the_pdf_there(case, n):
     p = case.make()
     dist = sm.light.Distribution(image_of(p, n), p)
     d, pdf = dist.sample(numbers(3000, 1))
+    # Three squares of a unit vector round by some ε.
     assert np.abs((d * d).sum(-1) - 1).max() < 1e-14
+    # The same float32 entry, by drawing and by lookup.
     np.testing.assert_allclose(dist.pdf(d), pdf, rtol=1e-5)
     single, pdf32 = dist.sample(numbers(3000, 1, np.float32))
     assert single.dtype == pdf32.dtype == np.float32
@@ -130,6 +136,7 @@ def chi_square(p, image, dist, d, rotation) -> None:
     edges = np.unique(edges)
     e, c = np.add.reduceat(e, edges), np.add.reduceat(c, edges)
     e *= c.sum() / e.sum()
+    # One chance in 10⁴ for each map, with fixed numbers.
     assert stats.chisquare(c, e).pvalue > 1e-4
 
 
@@ -175,6 +182,7 @@ def test_samples_are_as_dense_as_pdf_says(case, n):
     a, b = ((f - g) / (2 * h) for f, g in zip(ahead, behind, strict=True))
     area = np.linalg.norm(np.cross(a, b), axis=-1)
     one, two = ((f - here) / h for f in ahead)
+    # Where forward and central differences agree to this, no edge of a cell is in the stencil.
     smooth = np.abs(np.linalg.norm(np.cross(one, two), axis=-1) * pdf - area * pdf) < 1e-4
     # Cells found by bisection are small, so more of the stencils cross their edges.
     assert smooth.mean() > 0.8
@@ -194,7 +202,7 @@ def test_the_estimate_converges_on_the_integral(case):
     spread = weight.std(0) / np.sqrt(20_000)
     assert np.all(np.abs(weight.mean(0) - want) < 5 * spread)
     # Luminance is what it samples by: every sample is the integral.
-    np.testing.assert_allclose(weight @ REC709, dist.integral, rtol=1e-6)
+    np.testing.assert_allclose(weight @ REC709, dist.integral, rtol=SINGLE)
 
 
 def test_weights_are_the_nearest_texel():
@@ -202,7 +210,7 @@ def test_weights_are_the_nearest_texel():
     dist = sm.light.Distribution(image, "cube")
     d, pdf, weight = dist.sample(numbers(5000, 5), weights=True)
     texel = sm.sample(image, d, "cube", filter="nearest")
-    np.testing.assert_allclose(weight * pdf[:, None], texel, rtol=1e-6)
+    np.testing.assert_allclose(weight * pdf[:, None], texel, rtol=SINGLE)
 
 
 def test_a_low_discrepancy_set_stays_one():
@@ -238,7 +246,7 @@ def test_a_sun_in_one_texel(case):
     got, pdf = dist.sample(numbers(500, 6))
     omega = _core.texel_weights(p, 20)[at]
     assert np.all(got @ d[at] > np.cos(4 * np.sqrt(omega)))
-    np.testing.assert_allclose(pdf, 1 / omega, rtol=1e-6)
+    np.testing.assert_allclose(pdf, 1 / omega, rtol=SINGLE)
     assert dist.pdf(-d[at]) == 0
     # On a dim sky it still gets nearly all.
     image[...] = 1
@@ -253,7 +261,8 @@ def test_one_texel(case):
     dist = sm.light.Distribution(np.full(p.shape(1), 7.0), p)
     d, pdf = dist.sample(numbers(2000, 7))
     assert p.covers(d).all()
-    np.testing.assert_allclose(pdf, 1 / p.covered_solid_angle, rtol=1e-6)
+    np.testing.assert_allclose(pdf, 1 / p.covered_solid_angle, rtol=SINGLE)
+    # Solid angles of lens maps have no closed form: good to 1e-10.
     assert dist.integral == pytest.approx(7 * p.covered_solid_angle, rel=1e-9)
 
 
@@ -274,6 +283,7 @@ def test_the_ends_of_the_unit_interval(case, dtype):
     assert np.isfinite(d).all() and np.isfinite(weight).all() and (pdf > 0).all()
     assert p.covers(d).all()
     if dtype is np.float64:
+        # The same float32 entry, by drawing and by lookup.
         np.testing.assert_allclose(dist.pdf(d), pdf, rtol=1e-5)
 
 
@@ -286,12 +296,14 @@ def test_numbers_outside_the_unit_interval_are_nan():
     assert np.isfinite(d[-1]).all() and np.isfinite(pdf[-1])
 
 
+# Not black, and far above where luminance over its integral underflows.
 @given(st.lists(st.floats(0, 1e6), min_size=32, max_size=32).filter(lambda x: max(x) > 1e-3))
 def test_any_image_has_a_density(values):
     image = np.reshape(values, (4, 8))
     dist = sm.light.Distribution(image, "latlong")
     d, pdf = dist.sample(numbers(200, 8))
     assert (pdf > 0).all()
+    # The same float32 entry, by drawing and by lookup.
     np.testing.assert_allclose(dist.pdf(d), pdf, rtol=1e-5)
     assert (sm.sample(image, d, "latlong", filter="nearest") > 0).all()
 
@@ -306,12 +318,13 @@ def test_rotation_and_axes_turn_the_density():
     dist = sm.light.Distribution(image, p, rotation=turn)
     plain = sm.light.Distribution(image, p)
     d = random_directions(500, 9)
-    np.testing.assert_allclose(dist.pdf(d @ turn.T), plain.pdf(d), rtol=1e-6)
+    np.testing.assert_allclose(dist.pdf(d @ turn.T), plain.pdf(d), rtol=SINGLE)
     assert_same_bits(
         sm.light.Distribution(image, "octahedral", axes="+y +z +x").pdf(d), plain.pdf(d)
     )
     a, _ = dist.sample(numbers(100, 9))
     b, _ = plain.sample(numbers(100, 9))
+    # Turned before or after: three products of numbers up to 1.
     np.testing.assert_allclose(a, b @ turn.T, atol=1e-14)
     assert dist.projection.axes == "+y +z +x" and dist.shape == (8, 8, 3)
 
@@ -324,7 +337,7 @@ def test_layouts_have_the_same_density(case):
     flat = sm.convert(image, base, p, size=5, filter="nearest", fill=np.nan)
     d = random_directions(500, 10)
     a, b = sm.light.Distribution(flat, p), sm.light.Distribution(image, base)
-    np.testing.assert_allclose(a.pdf(d), b.pdf(d), rtol=1e-6)
+    np.testing.assert_allclose(a.pdf(d), b.pdf(d), rtol=SINGLE)
     # Rows are those of faces, so that samples are the same, too.
     np.testing.assert_allclose(a.sample(numbers(99, 1))[0], b.sample(numbers(99, 1))[0], atol=1e-12)
 
@@ -334,8 +347,10 @@ def test_image_types(dtype):
     values = np.random.default_rng(11).integers(1, 200, (6, 12, 3))
     dist = sm.light.Distribution(values.astype(dtype), "latlong")
     want = sm.light.Distribution(values.astype(np.float64), "latlong")
+    # Whole numbers below 200 are exact in every type, and luminance is a double.
     assert dist.integral == pytest.approx(want.integral, rel=1e-7)
     view = np.repeat(values, 2, axis=1)[:, ::2][::-1].astype(np.float32)[::-1]
+    # The same numbers by another stride.
     assert sm.light.Distribution(view, "latlong").integral == pytest.approx(want.integral, rel=1e-7)
 
 
@@ -363,12 +378,14 @@ def test_mis_compensation():
     weight = p.solid_angle(16)
     mean = np.sum(image * weight) / np.sum(weight)
     want = np.maximum(image - mean, 0)
-    np.testing.assert_allclose(dist.pdf(p.directions(16)), want / np.sum(want * weight), rtol=1e-6)
+    np.testing.assert_allclose(
+        dist.pdf(p.directions(16)), want / np.sum(want * weight), rtol=SINGLE
+    )
     _, pdf, w = dist.sample(numbers(1000, 13), weights=True)
     assert (pdf > 0).all() and np.isfinite(w).all()
     # With nothing above the mean the image itself is the density.
     flat = sm.light.Distribution(np.full((8, 16), 3.0), p, compensate=True)
-    np.testing.assert_allclose(flat.pdf([0, 1, 0]), 1 / (4 * np.pi), rtol=1e-6)
+    np.testing.assert_allclose(flat.pdf([0, 1, 0]), 1 / (4 * np.pi), rtol=SINGLE)
 
 
 def test_outside_the_coverage():
@@ -533,6 +550,7 @@ def test_real_images(data_folder):
         with pytest.raises(ValueError, match="negative"):
             sm.light.Distribution(venice[..., :3], "latlong")
     dist = sm.light.Distribution(np.maximum(venice[..., :3], 0), "latlong")
+    # Luminance sums three quotients of float32, each off by 6e-8 for texel and for density.
     np.testing.assert_allclose(
         dist.sample(numbers(9, 1), weights=True)[2] @ REC709, dist.integral, rtol=1e-5
     )

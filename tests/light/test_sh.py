@@ -25,6 +25,7 @@ def shown(p: sm.Projection, size: int, c: np.ndarray) -> np.ndarray:
 
 def test_the_basis_is_the_literal_one() -> None:
     d = random_directions(300, 2)
+    # Six steps of a recurrence, to values up to 2: some ε each.
     assert np.abs(sm.sh.evaluate(np.eye(49), d) - reference.ylm(6, d)).max() < 1e-13
     # Legendre functions by scipy are good to 1e-11 at order 64.
     for order, bound in ((3, 1e-14), (20, 1e-12), (64, 1e-10)):
@@ -33,6 +34,7 @@ def test_the_basis_is_the_literal_one() -> None:
         assert np.abs(got - reference.ylm(order, d) @ c).max() < bound * order
     poles = sm.sh.evaluate(np.eye(25), [[0, 0, 1], [0, 0, -7], [0, 0, 0]])
     zonal = [math.sqrt((2 * k + 1) / (4 * math.pi)) for k in range(5)]
+    # A root each; `allclose`'s own 1e-5 would show any other factor.
     assert np.allclose(poles[0][[0, 2, 6, 12, 20]], zonal) and np.count_nonzero(poles[0]) == 5
     assert np.isnan(poles[2]).all()
 
@@ -42,6 +44,7 @@ def test_the_basis_is_the_literal_one() -> None:
 def test_band_limited_images_give_their_coefficients(case: Case, order: int, size: int) -> None:
     p = case.make()
     c = coefficients(order, 3)
+    # Rounding of sums and a small solve: the 1e-12 that `project` states, ten times.
     assert np.abs(sm.sh.project(shown(p, size, c), p, order=order) - c).max() < 1e-11
 
 
@@ -51,6 +54,7 @@ def test_no_degree_leaks_into_the_mean(case: Case) -> None:
     for degree in (1, 2):
         c = np.zeros(((degree + 1) ** 2, 1))
         c[-1] = 1.0
+        # Some thousand doubles that cancel: some tens of ε.
         assert abs(sm.sh.project(shown(p, 24, c), p, order=0)[0, 0]) < 1e-13
 
 
@@ -60,12 +64,14 @@ def test_rings_of_every_grid(grid: str, shape: tuple[int, int]) -> None:
     p = sm.projection("latlong", grid=grid)
     c = coefficients(15, 1)
     image = np.ascontiguousarray(sm.sh.evaluate(c, p.directions(shape)))
+    # The rounding that `project` states.
     assert np.abs(sm.sh.project(image, p, order=15) - c).max() < 1e-12
 
 
 def test_a_high_order_on_rings() -> None:
     c = coefficients(64, 1)
     image = sm.sh.evaluate(c, sm.directions("latlong", 129))
+    # Order 64 takes 64 steps of a recurrence: ten times the rounding that low orders have.
     assert np.abs(sm.sh.project(image, "latlong", order=64) - c).max() < 1e-11
 
 
@@ -83,6 +89,7 @@ def test_part_of_a_sphere_is_black_beyond() -> None:
     white = np.ones(sm.projection("hemioctahedral").shape(64))
     got = sm.sh.project(white, "hemioctahedral", order=1)
     want = [math.sqrt(math.pi), 0, math.sqrt(3 * math.pi) / 2, 0]
+    # The midpoint rule at 64 texels a side: (1/64)² of some units.
     assert np.abs(got - want).max() < 1e-3
 
 
@@ -94,6 +101,7 @@ def test_rotation_is_exact(order: int) -> None:
         r = sm.rotation(*angles)
         turned = sm.sh.rotate(c, r)
         error = sm.sh.evaluate(turned, d @ r.T) - sm.sh.evaluate(c, d)
+        # 65² terms, each after 64 steps of a recurrence: a hundred of the 1e-12 of `rotate`.
         assert np.abs(error).max() < 1e-10
         assert np.abs(sm.sh.rotate(turned, r.T) - c).max() < 1e-10
     with pytest.raises(ValueError, match="rotation"):
@@ -105,6 +113,7 @@ def test_rotation_agrees_with_a_turned_image() -> None:
     r = sm.rotation(30, 40, 50)
     turned = sm.projection("octahedral").directions(24, rotation=None) @ r
     image = sm.sh.evaluate(c, turned)
+    # The rounding that `project` and `rotate` state, 1e-12, ten times.
     assert np.abs(sm.sh.project(image, "octahedral", order=5) - sm.sh.rotate(c, r)).max() < 1e-11
 
 
@@ -139,15 +148,17 @@ def test_lobes_multiply_degrees(lobe: str, options: dict[str, float]) -> None:
     want = np.array([moment(k) for k in range(13)])
     want *= 2 * math.pi if lobe == "cosine" else 1 / want[0]
     got = sm.sh.lobe(lobe, 12, **options)  # type: ignore[arg-type]
+    # A quotient of integrals that quad is asked for to 1e-11, of a few parts each.
     assert np.abs(got - want).max() < 1e-8
 
 
 def test_convolution_is_the_lobe_of_an_image() -> None:
-    """A smooth image under a cone: by harmonics and by summation (midpoint error of 64 rows)."""
+    """A smooth image under a cone: by harmonics and by summation (midpoint error of 96 rows)."""
     c = coefficients(4, 2)
     image = sm.sh.evaluate(c, sm.directions("latlong", 96))
     exact = sm.light.convolve(image, "latlong", "cube", "vmf", kappa=20, size=6)
     fast = sm.sh.evaluate(sm.sh.convolve(c, "vmf", kappa=20), sm.directions("cube", 6))
+    # The midpoint rule's (π/96)²·κ/24 = 9e-4 of values up to 5.
     assert np.abs(exact - fast).max() < 5e-3
     with pytest.raises(ValueError, match=r"shape \(5,\), got \(4,\)"):
         sm.sh.convolve(c, [1, 1, 1, 1])
@@ -217,12 +228,16 @@ def test_conventions_are_what_their_programs_evaluate(channels: tuple[int, ...])
     nine, sixteen = rng.normal(size=(9, *channels)), rng.normal(size=(16, *channels))
     own = sm.sh.evaluate
     got = gaussian_splatting(sm.sh.convert(sixteen, dst="3dgs"), d)
+    # Constants of 16 digits, 16 terms: some ε.
     assert np.allclose(got, own(sixteen, d), atol=1e-13)
     got = e3nn(sm.sh.convert(nine, dst="e3nn-component"), d)
+    # Roots and products of nine terms: some ε.
     assert np.allclose(got, own(nine, d), atol=1e-13)
     got = threejs_irradiance(sm.sh.convert(nine, dst="threejs"), d)
+    # three.js writes its constants with six digits: nine terms off by 1e-6 each.
     assert np.allclose(got, own(sm.sh.convolve(nine, "cosine"), d), atol=2e-5)
     got = filament(sm.sh.convert(nine, dst="filament-irradiance"), d)
+    # Nine terms: some ε.
     assert np.allclose(got, own(sm.sh.convolve(nine, "cosine"), d) / math.pi, atol=1e-13)
 
 
@@ -232,6 +247,7 @@ def test_conventions_come_back(row: dict[str, str], channels: tuple[int, ...]) -
     order = 2 if row["name"].startswith("filament") else 6
     c = np.random.default_rng(1).normal(size=((order + 1) ** 2, *channels))
     there = sm.sh.convert(c, dst=row["name"])
+    # Multiplied and divided by the same factors, turned and turned back: some ε.
     assert np.allclose(sm.sh.convert(there, src=row["name"]), c, atol=1e-12)
     assert row["note"] and row["source"]
 

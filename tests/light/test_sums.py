@@ -72,6 +72,7 @@ def test_first_moments_are_those_of_the_sphere(case: Case) -> None:
     # ∫ (ω + 1) dω and ∫ ω (y + 1) dω: what is left is the midpoint rule's error.
     assert np.abs(sm.light.integrate(d + 1, p) - 4 * math.pi).max() < 5e-3
     toward = sm.light.average_direction(d[..., 1] + 1, p)
+    # The same error over 4π, 4e-4, and a quotient of two such sums.
     assert np.abs(toward - [0, 1 / 3, 0]).max() < 2e-3
     assert np.allclose(sm.light.mean(d + 1, p), 1, atol=5e-4)
 
@@ -102,6 +103,7 @@ def test_lobes_are_the_plain_sum(case: Case, lobe: str, parameter: float) -> Non
     n = sm.directions("latlong", 4).reshape(-1, 3)
     got = sm.light.convolve(image, p, "latlong", lobe, size=4, **{OPTION[lobe]: parameter})  # type: ignore[arg-type]
     want = reference.under_lobe(values, w, d, n, lobe, parameter)
+    # Sums of a few thousand doubles, and a quotient of two.
     assert np.abs(got.reshape(-1, 3) - want).max() < 1e-12
 
 
@@ -109,6 +111,7 @@ def test_lobes_are_the_plain_sum(case: Case, lobe: str, parameter: float) -> Non
 def test_a_constant_gives_pi_and_lobes_give_it_back(case: Case) -> None:
     white = np.full((*case.make().shape(9), 2), 0.25)
     for n in (1, 5):
+        # Normalized by the sum of the same weights: doubles.
         assert (
             np.abs(
                 sm.light.irradiance(white, case.make(), "latlong", size=n) / math.pi - 0.25
@@ -119,6 +122,7 @@ def test_a_constant_gives_pi_and_lobes_give_it_back(case: Case) -> None:
         got = sm.light.convolve(
             white, case.make(), "cube", lobe, size=2, **{OPTION[lobe]: parameter}
         )  # type: ignore[arg-type]
+        # Normalized by the sum of the same weights: doubles.
         assert np.abs(got - 0.25).max() < 1e-12
 
 
@@ -126,6 +130,7 @@ def test_a_narrow_lobe_is_a_lookup() -> None:
     image = picture(sm.projection("latlong"), 16)
     got = sm.light.convolve(image, "latlong", "cube", "cone", half_angle=1e-3, size=5)
     want = sm.sample(image, sm.directions("cube", 5), "latlong")
+    # Narrower than a texel, a cone is a lookup; float32 texels below 1 round by 6e-8.
     assert np.allclose(got, want, atol=1e-6)
 
 
@@ -133,6 +138,7 @@ def test_half_a_sphere_of_light_is_the_closed_form() -> None:
     """A hemisphere about +y gives π (1 + n·y)/2; the discretization is that of its edge."""
     sky = (sm.directions("latlong", 256)[..., 1] > 0).astype(np.float64)
     n = random_directions(200, 5)
+    # The midpoint rule's (π/256)² is 1.5e-4; the edge lies between two rows and adds nothing.
     assert (
         np.abs(sm.light.irradiance_at(sky, n, "latlong") - math.pi * (1 + n[:, 1]) / 2).max() < 1e-4
     )
@@ -220,6 +226,7 @@ def test_dtypes(dtype: str) -> None:
     image = np.full((8, 16, 1), 3, dtype)
     result = sm.light.irradiance(image, "latlong", "latlong", size=2)
     assert result.dtype == (np.float32 if dtype in ("float16", "float32") else np.float64)
+    # float32 for float16 and float32 images: 6e-8, below `allclose`'s own 1e-5.
     assert result.shape == (2, 4, 1) and np.allclose(result, 3 * math.pi)
     assert sm.light.integrate(image, "latlong").dtype == np.float64
     assert sm.light.integrate(image[..., 0], "latlong").shape == ()
@@ -285,9 +292,11 @@ def test_ws_psnr() -> None:
     rng = np.random.default_rng(0)
     a, b = rng.random((2, 16, 32, 3))
     error = (sm.light.weights("latlong", 16)[..., None] * (a - b) ** 2).sum() / (12 * math.pi)
+    # The mean of 1536 doubles.
     assert math.isclose(sm.light.ws_psnr(a, b, "latlong"), -10 * math.log10(error), rel_tol=1e-12)
     assert sm.light.ws_psnr(a, a, "latlong") == math.inf
     gray = np.full((8, 16), 100, np.uint8)
+    # A mean of ones; `isclose`'s own 1e-9 is far above.
     assert math.isclose(sm.light.ws_psnr(gray, gray + np.uint8(1), "latlong"), 20 * math.log10(255))
     with pytest.raises(ValueError, match="one shape"):
         sm.light.ws_psnr(a, a[..., 0], "latlong")

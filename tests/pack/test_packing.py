@@ -179,10 +179,12 @@ def test_octahedral_closed_forms_on_the_worst_directions(bits):
             sm.packing.pack(d, f"oct{bits}", rounding), f"oct{bits}", dtype=np.float64
         )
         worst[rounding] = reference.angle(q, d).max()
+    # Both directions and the angle between them round by some 2e-16.
     slack = 4e-15
     assert 0.9 * 3 / np.sqrt(2) * step < worst["nearest"] <= 3 / np.sqrt(2) * step + slack
     assert 0.95 * np.sqrt(2) * step < worst["precise"] <= np.sqrt(2) * step + slack
     assert worst["hex"] <= 1.001 * np.sqrt(2) * step + slack
+    # The closed form once more; `approx`'s own 1e-6 is ample.
     assert sm.packing.packing(f"oct{bits}").bounds["precise"] == pytest.approx(np.sqrt(2) * step)
 
 
@@ -256,6 +258,7 @@ def test_decoding_and_precise_against_brute_force(family, grid, bits):
 def test_fibonacci_finds_the_nearest_of_all_points():
     n = 1 << 10
     points = reference.fibonacci_point(np.arange(n), n)
+    # The reference's i/Φ of up to 632 turns rounds by 6e-14 turns: 4e-13 rad.
     assert (
         np.abs(sm.packing.unpack(np.arange(n), "fibonacci10", dtype=np.float64) - points).max()
         < 1e-12
@@ -265,6 +268,7 @@ def test_fibonacci_finds_the_nearest_of_all_points():
     got = reference.angle(
         sm.packing.unpack(sm.packing.pack(d, "fibonacci10"), "fibonacci10", dtype=float), d
     )
+    # The reference's points are off by 4e-13, and of two as near as that it may take either.
     assert (got - best).max() < 1e-9
 
 
@@ -415,6 +419,7 @@ def test_below_the_horizon():
         sm.packing.pack(down, "hemioct16")
     assert sm.packing.pack(down, "hemioct16", invalid="zero").tolist() == [0, 0]
     codes = sm.packing.pack(down, "hemioct16", invalid="ignore")
+    # +x is a point of the grid: exact.
     assert np.allclose(sm.packing.unpack(codes[1], "hemioct16"), [1, 0, 0])
 
 
@@ -577,6 +582,7 @@ def test_frames(name, normal, steps):
     assert codes.dtype == (np.uint32 if name == "frame32" else np.uint64)
     n2, t2 = sm.packing.unpack_frame(codes, name, dtype=np.float64)
     assert np.array_equal(t2[:, 3], w)
+    # Two products of three numbers up to 1: some 2e-16 each.
     assert np.abs((n2 * t2[:, :3]).sum(-1)).max() < 1e-15
     bound = sm.packing.packing(normal).bound
     assert reference.angle(n2, n).max() <= bound

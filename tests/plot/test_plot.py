@@ -66,6 +66,7 @@ def test_directions_that_are_not_covered_get_no_label(ax) -> None:
 def test_labels_of_faces_stand_in_their_face(ax) -> None:
     plot.show(np.zeros((6, 10, 10, 3), np.float32), "cube", ax=ax)
     for face, label in enumerate(("+x", "-x", "+y", "-y", "+z", "-z")):
+        # Places of axes round by some ε of 60 pixels; `approx`'s own 1e-6 is a millionth of them.
         assert texts(ax)[label] == pytest.approx((10 * face + 5, 5))
     assert ax.get_xlim() == (0, 60) and ax.get_ylim() == (10, 0)
 
@@ -120,7 +121,9 @@ def test_indicatrices_of_an_equal_area_map_have_one_area(ax) -> None:
     assert len(areas) > 20
     # Density 16: a disk of the sphere becomes the sixteenth part of its area, in units of 256².
     expected = np.pi * np.radians(4) ** 2 / 16 * 256**2
+    # Polygons of 64 corners: sin(x)/x of the circle with x = 2π/64, which is 1.6e-3 less.
     assert areas == pytest.approx(expected, rel=3e-3)
+    # All are that polygon of one density: what differs is the Jacobian's rounding at the rim.
     assert np.ptp(areas) < 1e-6 * expected
 
 
@@ -129,6 +132,7 @@ def test_indicatrices_of_a_conformal_map_are_round(ax) -> None:
     (collection,) = ax.collections
     outlines = np.stack([path.vertices[:64] for path in collection.get_paths()])
     radius = np.linalg.norm(outlines - outlines.mean(axis=1, keepdims=True), axis=-1)
+    # Radii of some pixels from Jacobians that round by some ε.
     assert np.ptp(radius, axis=-1) == pytest.approx(np.zeros(len(radius)), abs=1e-6)
 
 

@@ -173,8 +173,9 @@ def test_parallelograms_are_as_good_as_places(src, shape, dst, size, turned):
     exact = sm.convert(image.astype(np.float64), src, dst, size=size, rotation=rotation)
     several = seen != plain(image, src, dst, size=size, rotation=rotation)
     assert np.mean(several) > 0.2
-    # Places are off by 1/350 source texel at most, and noise rises by less than 1 a texel. At a
-    # length where a texel gets another place, rounding decides which of two means it has.
     off = np.abs(seen - exact)
+    # Places are off by 1/350 source texel at most, and noise rises by less than 1 a texel. At a
+    # length where a texel gets another place, rounding decides which of two means it has: for fewer
+    # than one texel in a thousand. The others are off by a third of 1/350, rms.
     assert np.mean(off > 1 / 350) < 1e-3
     assert np.sqrt(np.mean(off**2)) < 1e-3

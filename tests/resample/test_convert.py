@@ -185,6 +185,7 @@ def test_labeled_axes_land_where_they_should(src, dst):
     # The back of a sphere map is its rim, where a texel is many degrees long.
     ok = got == want
     if "sphere" in (src, dst):
+        # Axes are exact: -z itself, and no other.
         ok |= np.abs(axes[seen] @ [0, 0, -1] - 1) < 1e-9
     assert ok.all(), (got, want)
 
@@ -207,6 +208,7 @@ def test_yaw_moves_the_panorama_sideways():
     # A quarter turn about +y takes what lies at -z to -x: a quarter of the width to the left.
     image = np.random.default_rng(113).random((16, 32, 3))
     got = plain(image, "latlong", "latlong", size=16, rotation=sm.rotation(90, 0, 0))
+    # Places are off by some ε of 32 columns, and noise rises by less than 1 a texel.
     assert np.abs(got - np.roll(image, -8, axis=1)).max() < 1e-10
 
 
@@ -244,6 +246,7 @@ def test_convention_pairs_flip_as_they_should():
     # mitsuba's center is +z, ours is -z: half a turn apart, but its rows lie on corners, so only
     # compare with a program on the same grid.
     got = plain(image, "latlong:openimageio", "latlong", size=16)
+    # Places are off by some ε of 32 columns, and noise rises by less than 1 a texel.
     assert np.abs(got - np.roll(image, 16, axis=1)).max() < 1e-10
     probe = rng.random((9, 9, 3))
     got = plain(probe, "angular:openimageio", "angular", size=9, filter="nearest")
@@ -251,6 +254,7 @@ def test_convention_pairs_flip_as_they_should():
     d = random_directions(200, 117)
     a = sm.sample(probe, d, "angular:openimageio")
     b = sm.sample(probe, d * [1, 1, -1], "angular")
+    # The same place but for rounding: some ε of 9 texels.
     assert np.abs(a - b).max() < 1e-12
 
 
@@ -270,4 +274,5 @@ def test_real_probe_correlates_with_no_flip(data_folder):
     w = sm.solid_angle("latlong", 128)
     v = sm.solid_angle("angular", probe.shape[:2])
     a, b = np.sum(np.minimum(light, 5) * w), np.sum(np.minimum(probe.mean(-1), 5) * v)
+    # The noise of point sampling: a probe of 10⁶ texels looked up at 32 768 places.
     assert a == pytest.approx(b, rel=0.02)

@@ -17,7 +17,9 @@ def test_there_and_back(case):
     z = sm.convert_depth(depth, p)
     assert z.shape == depth.shape and z.dtype == np.float64
     back = sm.convert_depth(z, p, source="z")
+    # Square to the axis z is rounding alone, and says nothing of depth.
     ok = np.abs(z) > 1e-9
+    # A product and a quotient by the same cosine: some ε of 1.5.
     assert np.abs(back - depth)[ok].max() < 1e-14 / 1e-2
     assert np.array_equal(sm.convert_depth(z, p, source="z", target="z"), z)
 
@@ -31,6 +33,7 @@ def test_walls_of_a_room_are_flat(layout, grid):
     distance = 3 / np.abs(d).max(-1)
     z = sm.convert_depth(distance, p)
     ok = ~np.isnan(d[..., 0])
+    # z is 3 and the distance up to 3·√3: five or ten units of 4e-16 to 9e-16.
     assert np.abs(z[ok] - 3).max() < 1e-14
     assert (
         np.abs(sm.convert_depth(np.where(ok, 3, np.nan), p, source="z") - distance)[ok].max()
@@ -47,6 +50,7 @@ def test_one_face_has_the_axis_of_its_image(case):
     forward = reference.axes_matrix(p.axes)[2]
     z = sm.convert_depth(np.full(d.shape[:-1], 2.0), p)
     ok = ~np.isnan(d[..., 0])
+    # One product of the same direction and axis: a rounding of numbers up to 2.
     assert np.abs(z[ok] - 2 * (d @ forward)[ok]).max() < 1e-15
     assert np.all(z[~ok] == 2)  # no sphere there: as it came
 
@@ -55,6 +59,7 @@ def test_a_moved_principal_point_keeps_its_axis():
     p = sm.projection("perspective", fov=60, aspect=1.5, cx=0.4, cy=-0.2)
     z = sm.convert_depth(np.ones(p.shape(20)), p)
     j, i = np.unravel_index(np.argmax(z), z.shape)
+    # The texel that holds it: half of one is 1/60 and 1/40 of the image.
     assert (i + 0.5) / 30 == pytest.approx(0.9, abs=0.02) and (j + 0.5) / 20 == pytest.approx(
         0.3, abs=0.03
     )

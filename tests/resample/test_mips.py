@@ -82,12 +82,14 @@ def test_a_halved_image_is_its_own_level(filter):
     got = sm.convert(image, "latlong", "latlong", size=16, filter=filter)
     level = sm.mipmaps(image, "latlong")[2]
     if filter == "trilinear":
+        # A place on a texel's center, level 2 alone: rounding of doubles.
         assert np.allclose(got, level, atol=1e-12)
     else:
         # The ellipse is a circle of radius √2, the texel and one more for reconstruction: its
-        # four neighbors have (e⁻¹ - e⁻²)/(1 - e⁻²) of a texel's weight. 0.03: five deviations.
+        # four neighbors have (e⁻¹ - e⁻²)/(1 - e⁻²) of a texel's weight.
         neighbor = (np.exp(-1) - np.exp(-2)) / (1 - np.exp(-2))
         want = 1 / np.sqrt(1 + 4 * neighbor**2)
+        # Five deviations: (1 - want²)/√1536 is 0.006.
         assert np.corrcoef(got.ravel(), level.ravel())[0, 1] == pytest.approx(want, abs=0.03)
 
 
@@ -116,6 +118,7 @@ def test_a_finer_target_is_interpolated(filter):
     got = sm.convert(image, "latlong", "cube", size=64, filter=filter)[far]
     want = sm.convert(image, "latlong", "cube", size=64)[far]
     if filter == "trilinear":
+        # Level 0 alone, by the same lookups: rounding of doubles.
         assert np.allclose(got, want, atol=1e-12)
     else:
         assert 0.9 < np.corrcoef(got, want)[0, 1] < 1

@@ -59,6 +59,7 @@ def test_a_border_shows_what_lies_there(case, grid):
         down = np.abs(np.diff(face, axis=0)).max(-1)[:, 2:-2]
         if r.used_part == 1:
             most = 3 if case.name in reference.ROOT_RIMS else 2
+            # Steps of some 0.1 round by ε: this only lets equal ones be equal.
             assert down[[1, -2]].max() <= most * down[2:-2].max() + 1e-9
 
 
@@ -96,6 +97,7 @@ def test_corner_grids_do_not_repeat_the_edge(grid):
     # With a row on the pole, what lies beyond it is the row next to the pole.
     row, turn = (0, 17) if grid == "centers" else (1, 16 if grid == "corners" else 17)
     near, far = (image[row, (8 + k + turn // 2) % turn] for k in (0, turn % 2))
+    # The mean of two numbers below 1: one rounding, or none.
     assert padded[0, 9] == pytest.approx((near + far) / 2, abs=1e-15)
     # With a column on the seam, the last is the first, and the next is the second.
     assert padded[1, -1] == (image[0, 1] if grid == "corners" else image[0, 0])

@@ -426,6 +426,7 @@ def test_bilinear_is_continuous_inside_a_face(case):
         jump = np.abs(np.diff(value))[pair]
         if len(jump):
             where = uv[1:][pair][np.argmax(jump)]
+            # 2·2·12·1e-5 for each column of a layout, of which there are up to four.
             assert jump.max() < 2e-3, f"jumps by {jump.max():.3f} at uv {where.tolist()}"
 
 
@@ -473,6 +474,7 @@ def test_nearest_returns_a_texel_that_exists(case):
     # Two texels whose centers lie on the rim are one direction.
     other = got != allowed
     shown = centers[np.searchsorted(allowed, got[other])]
+    # The same direction twice: some ε of a unit vector.
     assert np.abs(shown - centers[other]).max(initial=0) < 1e-15
 
 
@@ -500,6 +502,7 @@ def test_interior_against_the_reference(case, filter):
     want, plain = r.sample_interior(image, d, filter)
     assert plain.mean() > 0.7
     got = p.sample(image, d, filter=filter)
+    # Places are off by some ε of 74 columns, and noise rises by less than 1 a texel.
     assert np.abs(got - want)[plain].max() < 1e-12
 
 
@@ -600,6 +603,7 @@ def test_rotation_turns_the_content(case):
     b = p.sample(image, d @ turn)  # Rᵀ d, row by row
     assert np.array_equal(np.isnan(a), np.isnan(b))
     ok = ~np.isnan(a)
+    # The turned direction rounds by ε, magnified beside poles, and noise rises by 1 a texel.
     assert np.abs(a - b)[ok].max() < 1e-12
 
 

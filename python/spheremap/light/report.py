@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .sources import find_sun, lit_texels
+from .. import _core
+from .sources import as_sun, light_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -134,22 +135,17 @@ def energy(
     sun       toward (-0.772, 0.535, -0.342), 2.92° wide (0.00204 sr)
               irradiance 8.3365
     """
-    t = lit_texels(image, projection, axes, rotation, luminance, skipna)
-    solid_angle = float(t.weight.sum())
-    integral = t.weight @ t.light
-    peak = int(np.argmax(t.luminance))
-    lit = t.luminance[t.luminance > 0]
-    darkest = float(lit.min()) if lit.size else float("nan")
-    found = find_sun(t)
+    found = _core.energy(*light_of(image, projection, axes, luminance, skipna), rotation)
+    solid_angle, integral, mean, peak, peak_direction, darkest, negative, sun = found
     return Energy(
         solid_angle=solid_angle,
         integral=integral,
         mean=integral / solid_angle,
-        luminance=float(np.vdot(t.luminance, t.weight)) / solid_angle,
-        peak=float(t.luminance[peak]),
-        peak_direction=t.direction[peak].copy(),
+        luminance=mean,
+        peak=peak,
+        peak_direction=np.array(peak_direction),
         darkest=darkest,
-        dynamic_range=float(np.log2(t.luminance[peak] / darkest)) if lit.size else float("nan"),
-        negative=int(np.count_nonzero((t.light < 0).any(axis=-1))),
-        sun=None if found is None else found.sun,
+        dynamic_range=float(np.log2(peak / darkest)),
+        negative=negative,
+        sun=as_sun(sun),
     )

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .. import _core
 from .._arrays import spatial_axes
-from ..map.grid import row_blocks
 from ..map.named import resolve
 
 if TYPE_CHECKING:
@@ -96,24 +96,10 @@ def convert_depth(
         raise TypeError(f"Expected `out` to have dtype {dtype}, got {got}.")
     elif out.shape != given.shape:
         raise ValueError(f"Expected `out` to have shape {given.shape}, got {out.shape}.")
-    if source == target:
-        out[...] = given
-        return out
-    values, result = given.reshape(shape), out.reshape(shape)
-    if not np.shares_memory(result, out):
-        raise ValueError("Expected `out` to be C-contiguous.")
-    rows, into = values.reshape(-1, shape[-1]), result.reshape(-1, shape[-1])
-    for part, directions, middle in row_blocks(p, shape):
-        if p.layout is None:
-            # Not the middle of the image: a camera's axis may lie elsewhere.
-            word = p.axes.split()[2]
-            factor = directions[..., "xyz".index(word[1])] * (-1 if word[0] == "-" else 1)
-        else:
-            factor = np.einsum("ijk,ijk->ij", directions, p.decode(middle))
-        # Where there is no sphere the input stays.
-        factor[np.isnan(factor)] = 1
-        block = rows[part].astype(np.float64)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            scaled = block * factor if target == "z" else block / factor
-        into[part] = np.where((block == 0) | ~np.isfinite(block), block, scaled)
+    out[...] = given
+    if source != target:
+        found = np.ascontiguousarray(out)
+        _core.convert_depth(found, p, shape, target)
+        if found is not out:
+            out[...] = found
     return out

@@ -217,11 +217,28 @@ impl Distribution {
     }
 
     /// The integral of the luminance, ∫ L dω.
+    ///
+    /// ```
+    /// use spheremap::light::distribution::{Distribution, Radiance};
+    /// let map = spheremap::Map::new("latlong")?;
+    /// let light = Distribution::new(&map, &[4, 8], None, &[2.0; 4 * 8], &Radiance::Single(vec![1.0; 4 * 8]), 1)?;
+    /// assert!((light.integral() - 8.0 * std::f64::consts::PI).abs() < 1e-8);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn integral(&self) -> f64 {
         self.integral
     }
 
     /// The numbers that a texel has.
+    ///
+    /// ```
+    /// use spheremap::light::distribution::{Distribution, Radiance};
+    /// let map = spheremap::Map::new("latlong")?;
+    /// let white = Radiance::Single(vec![1.0; 3 * 4 * 8]);
+    /// let light = Distribution::new(&map, &[4, 8], None, &[1.0; 4 * 8], &white, 3)?;
+    /// assert_eq!(light.channels(), 3);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn channels(&self) -> usize {
         self.channels
     }

@@ -154,6 +154,11 @@ pub const CONVENTIONS: [Convention; 11] = [
 ];
 
 /// The convention of this name.
+///
+/// ```
+/// assert_eq!(spheremap::light::sh::conventions::find("3dgs")?.name, "3dgs");
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn find(name: &str) -> Result<&'static Convention, Error> {
     let found = CONVENTIONS.iter().find(|row| row.name == name);
     found.ok_or_else(|| Error::unknown("convention", name, &CONVENTIONS.map(|row| row.name)))
@@ -179,7 +184,11 @@ pub fn convert(
 }
 
 impl Storage {
-    /// How many numbers a channel has up to an order.
+    /// The count of numbers that a channel has up to an order.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::light::sh::conventions::Storage::Rows.numbers(2), 9);
+    /// ```
     pub fn numbers(self, order: usize) -> usize {
         let n = order + 1;
         match self {
@@ -190,6 +199,10 @@ impl Storage {
     }
 
     /// The order that has so many numbers a channel, if one does.
+    ///
+    /// ```
+    /// assert_eq!(spheremap::light::sh::conventions::Storage::Rows.order(9), Some(2));
+    /// ```
     pub fn order(self, numbers: usize) -> Option<usize> {
         let n = match self {
             Storage::Rows => numbers.isqrt(),

@@ -73,6 +73,11 @@ pub const LOBES: [Lobe; 4] = [
 ];
 
 /// The lobe of this name.
+///
+/// ```
+/// assert_eq!(spheremap::light::sh::lobes::find("cosine")?.factors(0.0, 1)?.len(), 2);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn find(name: &str) -> Result<&'static Lobe, Error> {
     let found = LOBES.iter().find(|lobe| lobe.name == name);
     found.ok_or_else(|| Error::unknown("lobe", name, &LOBES.map(|lobe| lobe.name)))

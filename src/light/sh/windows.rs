@@ -45,6 +45,11 @@ pub const WINDOWS: [Window; 3] = [
 ];
 
 /// The window of this name.
+///
+/// ```
+/// assert_eq!(spheremap::light::sh::windows::find("hann")?.name, "hann");
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn find(name: &str) -> Result<&'static Window, Error> {
     let found = WINDOWS.iter().find(|window| window.name == name);
     found.ok_or_else(|| Error::unknown("window", name, &WINDOWS.map(|window| window.name)))

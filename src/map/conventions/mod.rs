@@ -90,7 +90,13 @@ pub struct Convention {
 }
 
 impl Convention {
-    /// How it is known, in words.
+    /// The way that the convention is known, in words.
+    ///
+    /// ```
+    /// let row = spheremap::conventions::find("latlong", "mitsuba")?;
+    /// assert!(!row.verified().is_empty());
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn verified(&self) -> String {
         match self.known {
             Known::Run => format!("run against {}", self.version),
@@ -124,17 +130,35 @@ const TABLES: &[&[Convention]] = &[
     views::TABLE,
 ];
 
-/// Every row.
+/// Every row of the table.
+///
+/// ```
+/// assert!(spheremap::conventions::all().count() > 60);
+/// ```
 pub fn all() -> impl Iterator<Item = &'static Convention> {
     TABLES.iter().copied().flatten()
 }
 
-/// The rows of a kind.
+/// The rows of a kind of map.
+///
+/// ```
+/// let names: Vec<_> = spheremap::conventions::of("latlong").map(|row| row.name).collect();
+/// assert!(names.contains(&"blender"));
+/// ```
 pub fn of(kind: &str) -> impl Iterator<Item = &'static Convention> {
     all().filter(move |row| row.kind == kind)
 }
 
-/// The row of a kind and program.
+/// The row of a kind of map and a program.
+///
+/// # Errors
+/// The table has none.
+///
+/// ```
+/// let row = spheremap::conventions::find("latlong", "mitsuba")?;
+/// assert_eq!(row.axes, "-x -y +z");
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn find(kind: &str, name: &str) -> Result<&'static Convention, Error> {
     let names: Vec<&str> = of(kind).map(|row| row.name).collect();
     if names.is_empty() {

@@ -22,6 +22,7 @@ use crate::image::texel::Texel;
 use crate::map::grid::GridAxis;
 use crate::projections::projection::Visitor;
 use crate::projections::projection::{Outline, Projection, Seam, Uv};
+use crate::resample::seam::{Continued, Side, continued};
 
 /// How often a place may go back and forth over a mirrored rim before its nearest texel is taken. Each time leaves half of
 /// the weight or less, but beside poles.
@@ -136,11 +137,6 @@ impl<T: Texel> Texture<'_, T> {
 
     /// Adds a texel that lies beyond an edge.
     pub(crate) fn beyond(&self, taps: &mut Taps, face: usize, i: isize, j: isize, weight: f64) {
-        let (w, h) = (self.raster.width as isize, self.raster.height as isize);
-        let stored = |i: isize, j: isize| {
-            let (i, j) = (i.clamp(0, w - 1), j.clamp(0, h - 1));
-            self.raster.view(face).index(i as usize, j as usize)
-        };
         match self.seam {
             Seam::RimMirrored | Seam::Cuts => {
                 self.elsewhere(taps, (face, i, j), weight, (weight, CROSSINGS))
@@ -149,32 +145,6 @@ impl<T: Texel> Texture<'_, T> {
                 self.across_rim(taps, face, i, j, weight);
             }
             _ if self.raster.outline == Outline::Shape => self.held(taps, face, i, j, weight),
-            Seam::Latlong => {
-                let wrapped = |i: isize| i.rem_euclid(w);
-                if (0..h).contains(&j) {
-                    return taps.push(stored(wrapped(i), j), weight);
-                }
-                let j = if j < 0 { -1 - j } else { 2 * h - 1 - j };
-                // Half a turn around lies between two columns where their number is odd.
-                let around = i + w / 2;
-                if w % 2 == 0 {
-                    taps.push(stored(wrapped(around), j), weight);
-                } else {
-                    taps.push(stored(wrapped(around), j), 0.5 * weight);
-                    taps.push(stored(wrapped(around + 1), j), 0.5 * weight);
-                }
-            }
-            Seam::Periodic => taps.push(stored(i.rem_euclid(w), j), weight),
-            Seam::Octahedral => {
-                let (mut i, mut j) = (i, j);
-                if !(0..w).contains(&i) {
-                    (i, j) = (if i < 0 { -1 - i } else { 2 * w - 1 - i }, h - 1 - j);
-                }
-                if !(0..h).contains(&j) {
-                    (i, j) = (w - 1 - i, if j < 0 { -1 - j } else { 2 * h - 1 - j });
-                }
-                taps.push(stored(i, j), weight);
-            }
             Seam::Faces => {
                 let center = |axis: GridAxis, i: isize| axis.center(i as f64);
                 let uv = Uv {
@@ -185,7 +155,20 @@ impl<T: Texel> Texture<'_, T> {
                 let there = self.map.visit_canonical(Continue(uv));
                 self.cubic(taps, there.face as usize, [there.u, there.v], weight);
             }
-            _ => taps.push(stored(i, j), weight),
+            seam => {
+                let sides =
+                    [self.raster.width, self.raster.height].map(|n| Side { n, on_edges: false });
+                let view = self.raster.view(face);
+                match continued(seam, sides, [i, j]) {
+                    Some(Continued::Texel([i, j])) => taps.push(view.index(i, j), weight),
+                    Some(Continued::Between(pair)) => {
+                        for [i, j] in pair {
+                            taps.push(view.index(i, j), 0.5 * weight);
+                        }
+                    }
+                    None => self.held(taps, face, i, j, weight),
+                }
+            }
         }
     }
 

@@ -1,0 +1,80 @@
+//! What light an image holds: its energy, its brightest and darkest texels, its sun.
+//!
+//! Every texel counts with the solid angle that it stands for ([`super::lit`]); what lies outside the valid image counts
+//! for nothing. Negative numbers, which compression makes, are counted and kept. Sums run in stored order on one thread.
+//! Singular: an image without light has no darkest texel, which is then NaN.
+
+use super::lit::Lit;
+use super::sun::{Sun, find};
+
+/// The light of an image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Energy {
+    /// What the image covers.
+    pub solid_angle: f64,
+    /// ∫ L dω of each channel.
+    pub integral: Vec<f64>,
+    /// The mean luminance.
+    pub luminance: f64,
+    /// The largest luminance of a texel.
+    pub peak: f64,
+    /// Where that is, in the world.
+    pub peak_direction: [f64; 3],
+    /// The smallest luminance above 0; NaN if none is.
+    pub darkest: f64,
+    /// Texels with a number below 0.
+    pub negative: usize,
+    /// The sun, if there is one.
+    pub sun: Option<Sun>,
+}
+
+/// The light of an image; none of one that holds no sphere.
+pub fn energy(lit: &Lit) -> Option<Energy> {
+    let peak = lit.brightest()?;
+    let solid_angle: f64 = lit.weight.iter().sum();
+    let mut integral = vec![0.0; lit.channels];
+    let (mut luminance, mut negative) = (0.0, 0);
+    for (k, weight) in lit.weight.iter().enumerate() {
+        luminance += weight * lit.luminance[k];
+        for (sum, x) in integral.iter_mut().zip(lit.radiance(k)) {
+            *sum += weight * x;
+        }
+        negative += usize::from(lit.radiance(k).iter().any(|x| *x < 0.0));
+    }
+    let above = lit.luminance.iter().filter(|x| **x > 0.0);
+    Some(Energy {
+        solid_angle,
+        integral,
+        luminance: luminance / solid_angle,
+        peak: lit.luminance[peak],
+        peak_direction: lit.direction[peak],
+        darkest: above.fold(f64::NAN, |least, x| least.min(*x)),
+        negative,
+        sun: find(lit),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::Map;
+
+    #[test]
+    fn a_report() {
+        let map = Map::new("latlong").unwrap();
+        let mut image = vec![0.5; 32 * 64];
+        (image[5 * 64 + 9], image[30 * 64], image[31 * 64]) = (2048.0, 0.125, -7.0);
+        let lit = |image: &[f64]| Lit::new(&map, &[32, 64], image, &[1.0], None).unwrap();
+        let sky = lit(&image);
+        let report = energy(&sky).unwrap();
+        assert_eq!(
+            (report.peak, report.darkest, report.negative),
+            (2048.0, 0.125, 1)
+        );
+        assert_eq!(report.peak_direction, sky.direction[5 * 64 + 9]);
+        // A quotient and a product.
+        assert!((report.luminance * report.solid_angle / report.integral[0] - 1.0).abs() < 1e-15);
+        assert!(report.sun.is_some());
+        assert!(energy(&lit(&vec![0.0; 32 * 64])).unwrap().darkest.is_nan());
+    }
+}

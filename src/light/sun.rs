@@ -1,0 +1,311 @@
+//! The sun of an image: found, taken out, put back.
+//!
+//! A sun is the brightest texel and what belongs to it, if that is small (10° about it) and far above the rest (10 times
+//! its surround). From the peak outward everything counts up to the first gap in the texels above a tenth of it, and one
+//! and a half texels more for its blurred edge. The surround is the median of a ring around that, channel by channel. The
+//! sun's irradiance is what it adds to the surround, and its solid angle that of a disc of its peak's luminance with the
+//! same light: for a disc of one brightness the disc's, for one in a single texel the texel's.
+//!
+//! Put back, it is a disc with an edge as wide as a texel, scaled to the irradiance that it must have, or the nearest
+//! texel where the disc is narrower.
+//!
+//! Angles are twice the angle of half a chord, which keeps its digits near 0; no angle comes from a math library. All
+//! sums run in stored order on one thread, so nothing about the machine shows in a result. Singular: an image without light
+//! above its dull part, or whose light around the peak sums to nothing (a bright texel among negative ones), has no sun.
+
+use super::lit::Lit;
+use crate::error::Error;
+use crate::image::texel::Texel;
+use crate::map::Map;
+use crate::number::real::Real;
+use glam::DMat3;
+use std::f64::consts::PI;
+
+/// How many times brighter than its surround a sun is at least.
+const CONTRAST: f64 = 10.0;
+
+/// How far from its peak a sun goes at most, in radians.
+const LARGEST: f64 = PI / 18.0;
+
+/// Down to this part of its brightness a texel belongs to the sun for sure.
+const CORE: f64 = 0.1;
+
+/// A small bright source on a duller surround.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sun {
+    /// Toward the middle of its light, in the world; a unit vector.
+    pub direction: [f64; 3],
+    /// Of the disc that gives its irradiance at its peak's luminance.
+    pub solid_angle: f64,
+    /// What it adds to its surround: ∫ (L - surround) dω of each channel.
+    pub irradiance: Vec<f64>,
+    /// The radiance around it.
+    pub surround: Vec<f64>,
+    /// From its brightest texel to the end of what counts as sun, in radians.
+    pub reach: f64,
+}
+
+/// The sun of an image, if it has one.
+pub fn find(lit: &Lit) -> Option<Sun> {
+    found(lit).map(|(sun, _)| sun)
+}
+
+/// Paints the sun over with its surround: the image loses its irradiance.
+pub fn remove<T: Texel>(lit: &Lit, image: &mut [T]) -> Option<Sun> {
+    let (sun, region) = found(lit)?;
+    for k in region {
+        let texel = &mut image[lit.index[k] * lit.channels..][..lit.channels];
+        for (texel, surround) in texel.iter_mut().zip(&sun.surround) {
+            *texel = T::from_f64(*surround);
+        }
+    }
+    Some(sun)
+}
+
+/// Adds a sun: a disc of its solid angle and irradiance.
+pub fn add<T: Texel>(
+    map: &Map,
+    rotation: Option<DMat3>,
+    lit: &Lit,
+    sun: &Sun,
+    image: &mut [T],
+) -> Result<(), Error> {
+    if sun.irradiance.len() != lit.channels {
+        return Err(Error::Shape(format!(
+            "Expected a sun of {} channels, got {}.",
+            lit.channels,
+            sun.irradiance.len()
+        )));
+    }
+    let mut covered = [false];
+    map.covers_numbers(rotation, &sun.direction, &mut covered);
+    if covered != [true] {
+        return Err(Error::Contradiction(format!(
+            "The image does not cover the sun at {:?}.",
+            sun.direction
+        )));
+    }
+    let angles = angles(lit, sun.direction);
+    let closest = angles.iter().fold(f64::INFINITY, |least, a| least.min(*a)) * (1.0 + 1e-9);
+    let is_nearest = |k: usize| angles[k] <= closest;
+    let radius = radius(sun.solid_angle);
+    // A texel's width is the width of the disc's blurred edge.
+    let share = |k: usize| (0.5 + (radius - angles[k]) / lit.weight[k].sqrt()).clamp(0.0, 1.0);
+    let mut shares: Vec<(usize, f64)> = (0..angles.len())
+        .map(|k| (k, share(k)))
+        .filter(|(_, share)| *share > 0.0)
+        .collect();
+    let texel = (0..angles.len()).filter(|k| is_nearest(*k));
+    let largest = texel
+        .clone()
+        .fold(0.0, |most: f64, k| most.max(lit.weight[k]));
+    if sun.solid_angle <= largest || shares.is_empty() {
+        shares = texel.map(|k| (k, 1.0)).collect();
+    }
+    let total: f64 = shares.iter().map(|(k, share)| share * lit.weight[*k]).sum();
+    for (k, share) in shares {
+        let texel = &mut image[lit.index[k] * lit.channels..][..lit.channels];
+        let gains = sun.irradiance.iter().map(|e| share * (e / total));
+        for ((texel, light), gain) in texel.iter_mut().zip(lit.radiance(k)).zip(gains) {
+            *texel = T::from_f64(light + gain);
+        }
+    }
+    Ok(())
+}
+
+/// The sun and the texels that it is in.
+fn found(lit: &Lit) -> Option<(Sun, Vec<usize>)> {
+    let peak = lit.brightest()?;
+    let angles = angles(lit, lit.direction[peak]);
+    let within = |from: f64, to: f64| {
+        let inside = (0..angles.len()).filter(|k| angles[*k] > from && angles[*k] <= to);
+        inside.collect::<Vec<usize>>()
+    };
+    let luminances = |texels: &[usize]| texels.iter().map(|k| lit.luminance[*k]).collect();
+    let near = within(-1.0, 2.0 * LARGEST);
+    let widest = near
+        .iter()
+        .fold(0.0, |most: f64, k| most.max(lit.weight[*k]));
+    let step = widest.sqrt();
+    let (brightest, dull) = (lit.luminance[peak], median(luminances(&near)));
+    if brightest <= dull {
+        return None;
+    }
+    let bright = dull + CORE * (brightest - dull);
+    let core = near.iter().filter(|k| lit.luminance[**k] > bright);
+    let mut core: Vec<f64> = core.map(|k| angles[*k]).collect();
+    core.sort_by(f64::total_cmp);
+    // From the peak outward, as far as there is a bright texel in every step.
+    let gap = core
+        .windows(2)
+        .position(|pair| pair[1] - pair[0] > 1.5 * step);
+    let last = core[gap.unwrap_or(core.len() - 1)];
+    let reach = last + 1.5 * step;
+    if last > LARGEST {
+        return None;
+    }
+    let region = within(-1.0, reach);
+    let ring = within(reach, (1.5 * reach).max(reach + 3.0 * step));
+    let (mut surround, mut dull) = (vec![0.0; lit.channels], 0.0);
+    if !ring.is_empty() {
+        dull = median(luminances(&ring));
+        for (channel, surround) in surround.iter_mut().enumerate() {
+            *surround = median(ring.iter().map(|k| lit.radiance(*k)[channel]).collect());
+        }
+    }
+    let highest = brightest - dull;
+    if highest <= CONTRAST * dull.max(0.0) {
+        return None;
+    }
+    let (mut above, mut toward) = (0.0, [0.0; 3]);
+    let mut irradiance = vec![0.0; lit.channels];
+    for &k in &region {
+        let part = (lit.luminance[k] - dull) * lit.weight[k];
+        above += part;
+        for (sum, x) in toward.iter_mut().zip(lit.direction[k]) {
+            *sum += part * x;
+        }
+        let light = lit.radiance(k).iter().zip(&surround);
+        for (sum, (light, surround)) in irradiance.iter_mut().zip(light) {
+            *sum += lit.weight[k] * (light - surround);
+        }
+    }
+    // A bright texel among deep negative ones is noise.
+    if above <= 0.0 {
+        return None;
+    }
+    let length = toward.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let sun = Sun {
+        direction: toward.map(|x| x / length),
+        solid_angle: above / highest,
+        irradiance,
+        surround,
+        reach,
+    };
+    Some((sun, region))
+}
+
+/// Twice the angle whose sine this is, at most π.
+fn twice_arcsine(sine: f64) -> f64 {
+    let sine = sine.min(1.0);
+    let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
+    2.0 * PI * f64::half_turns(sine, cosine)
+}
+
+/// The angular radius of a disc, without the cancellation of 1 - cos.
+fn radius(solid_angle: f64) -> f64 {
+    twice_arcsine((solid_angle / (4.0 * PI)).sqrt())
+}
+
+/// How far all texels are from a unit vector, in radians.
+fn angles(lit: &Lit, axis: [f64; 3]) -> Vec<f64> {
+    let angle = |d: &[f64; 3]| {
+        let squares = [0, 1, 2].map(|c| (d[c] - axis[c]) * (d[c] - axis[c]));
+        twice_arcsine(0.5 * (squares[0] + squares[1] + squares[2]).sqrt())
+    };
+    lit.direction.iter().map(angle).collect()
+}
+
+/// The median of at least one number: the mean of the middle two of an even number.
+fn median(mut values: Vec<f64>) -> f64 {
+    let half = values.len() / 2;
+    let (_, middle, _) = values.select_nth_unstable_by(half, f64::total_cmp);
+    let middle = *middle;
+    if values.len() % 2 == 1 {
+        return middle;
+    }
+    let below = values[..half]
+        .iter()
+        .fold(f64::NEG_INFINITY, |most, x| most.max(*x));
+    0.5 * (below + middle)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHAPE: [usize; 2] = [64, 128];
+
+    fn map() -> Map {
+        Map::new("latlong").unwrap()
+    }
+
+    fn lit(image: &[f64]) -> Lit {
+        Lit::new(&map(), &SHAPE, image, &[1.0], None).unwrap()
+    }
+
+    #[test]
+    fn a_sun_in_one_texel_is_taken_out_and_put_back() {
+        let mut image = vec![0.5; 64 * 128];
+        image[20 * 128 + 40] = 1000.0;
+        let bright = image.clone();
+        let sky = lit(&image);
+        let sun = remove(&sky, &mut image).unwrap();
+        assert!(image.iter().all(|x| *x == 0.5));
+        assert!((sun.solid_angle / sky.weight[20 * 128 + 40] - 1.0).abs() < 1e-12);
+        assert_eq!(find(&lit(&image)), None);
+        let dull = lit(&image);
+        add(&map(), None, &dull, &sun, &mut image).unwrap();
+        let off = image.iter().zip(&bright).map(|(a, b)| (a - b).abs());
+        // A relative rounding or two of 1000.
+        assert!(off.fold(0.0, f64::max) < 1e-11);
+    }
+
+    #[test]
+    fn a_sun_of_any_size_keeps_its_irradiance() {
+        let dark = vec![0.0; 64 * 128];
+        let sky = lit(&dark);
+        for solid_angle in [1e-9, 1e-4, 0.3] {
+            let sun = Sun {
+                direction: [0.48, 0.6, 0.64],
+                solid_angle,
+                irradiance: vec![1.5],
+                surround: vec![0.0],
+                reach: 0.0,
+            };
+            let mut image = dark.clone();
+            add(&map(), None, &sky, &sun, &mut image).unwrap();
+            let sum: f64 = image.iter().zip(&sky.weight).map(|(l, w)| l * w).sum();
+            assert!((sum - 1.5).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_is_no_sun() {
+        assert_eq!(find(&lit(&vec![1.0; 64 * 128])), None);
+        // As wide as a hemisphere.
+        let half: Vec<f64> = (0..64 * 128)
+            .map(|k| if k < 32 * 128 { 100.0 } else { 0.1 })
+            .collect();
+        assert_eq!(find(&lit(&half)), None);
+    }
+
+    #[test]
+    fn a_sun_must_fit() {
+        let sun = Sun {
+            direction: [0.0, 0.0, -1.0],
+            solid_angle: 1e-4,
+            irradiance: vec![1.0],
+            surround: vec![0.0],
+            reach: 0.0,
+        };
+        let matcap = Map::new("matcap").unwrap();
+        let sky = Lit::new(&matcap, &[8, 8], &[0.0; 64], &[1.0], None).unwrap();
+        let error = add(&matcap, None, &sky, &sun, &mut [0.0; 64]).unwrap_err();
+        assert!(error.to_string().contains("does not cover the sun"));
+        let rgb = Sun {
+            irradiance: vec![1.0; 3],
+            ..sun
+        };
+        let error = add(&matcap, None, &sky, &rgb, &mut [0.0; 64]).unwrap_err();
+        assert!(error.to_string().contains("of 1 channels, got 3"));
+    }
+
+    #[test]
+    fn medians_and_angles() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert!((twice_arcsine(0.5) - PI / 3.0).abs() < 1e-15);
+        assert_eq!(twice_arcsine(1.5), PI);
+    }
+}

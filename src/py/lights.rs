@@ -1,0 +1,216 @@
+//! Lights and suns as functions of the module: images in, arrays and numbers out. `spheremap._lights` checks images and
+//! makes its own types of what comes back.
+
+use super::arrays::{finish, output, rotation as matrix, writable};
+use super::images::{PyTexel, image, split, with_image};
+use super::light::filled;
+use super::projection::PyProjection;
+use crate::light::energy as report;
+use crate::light::lights::{self as cut, Method};
+use crate::light::lit::Lit;
+use crate::light::sun::{self as suns, Sun};
+use glam::DMat3;
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// Direction, solid angle, irradiance, surround and reach.
+type PySun<'py> = (
+    [f64; 3],
+    f64,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    f64,
+);
+
+fn sun_as_tuple(py: Python<'_>, sun: Sun) -> PySun<'_> {
+    (
+        sun.direction,
+        sun.solid_angle,
+        PyArray1::from_vec(py, sun.irradiance),
+        PyArray1::from_vec(py, sun.surround),
+        sun.reach,
+    )
+}
+
+/// The texels of an image whose channels make luminance with these weights.
+fn lit<T: PyTexel>(
+    py: Python<'_>,
+    projection: &PyProjection,
+    image: &PyReadonlyArrayDyn<'_, T>,
+    luminance: &[f64],
+    rotation: Option<DMat3>,
+) -> PyResult<Lit> {
+    let map = &projection.0;
+    let (shape, channels, _) = split(map, image.shape())?;
+    if luminance.len() != channels {
+        return Err(PyValueError::new_err(format!(
+            "Expected `luminance` to have shape ({channels},)."
+        )));
+    }
+    let texels = image.as_slice()?;
+    Ok(py.detach(|| Lit::new(map, shape, texels, luminance, rotation))?)
+}
+
+/// At most `n` directional lights, brightest first: (N, 3) directions, (N, C) irradiances and (N,) solid angles.
+#[pyfunction]
+#[pyo3(signature = (object, projection, luminance, rotation, n, method, /))]
+pub fn lights<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+    luminance: PyReadonlyArray1<'py, f64>,
+    rotation: Option<&Bound<'py, PyAny>>,
+    n: usize,
+    method: &str,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    let (method, rotation) = (Method::find(method)?, matrix(rotation)?);
+    let weights = luminance.as_slice()?;
+    let lit = with_image!(image(object, None)?, image => {
+        lit(py, projection, &image, weights, rotation)?
+    });
+    let found = py.detach(|| cut::lights(&lit, n, method))?;
+    let directions = filled(py, &[found.len(), 3], |out| {
+        for (out, light) in out.chunks_mut(3).zip(&found) {
+            out.copy_from_slice(&light.direction);
+        }
+        Ok(())
+    })?;
+    let irradiance = filled(py, &[found.len(), lit.channels], |out| {
+        for (out, light) in out.chunks_mut(lit.channels).zip(&found) {
+            out.copy_from_slice(&light.irradiance);
+        }
+        Ok(())
+    })?;
+    let solid_angle = filled(py, &[found.len()], |out| {
+        for (out, light) in out.iter_mut().zip(&found) {
+            *out = light.solid_angle;
+        }
+        Ok(())
+    })?;
+    Ok((directions, irradiance, solid_angle))
+}
+
+/// The sun of an image, if it has one.
+#[pyfunction]
+#[pyo3(signature = (object, projection, luminance, rotation, /))]
+pub fn sun<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+    luminance: PyReadonlyArray1<'py, f64>,
+    rotation: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Option<PySun<'py>>> {
+    let (weights, rotation) = (luminance.as_slice()?, matrix(rotation)?);
+    let lit = with_image!(image(object, None)?, image => {
+        lit(py, projection, &image, weights, rotation)?
+    });
+    let found = py.detach(|| suns::find(&lit));
+    Ok(found.map(|sun| sun_as_tuple(py, sun)))
+}
+
+/// A copy of an image in which its sun is painted over, and the sun.
+#[pyfunction]
+#[pyo3(signature = (object, projection, luminance, rotation, /))]
+pub fn remove_sun<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+    luminance: PyReadonlyArray1<'py, f64>,
+    rotation: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(Bound<'py, PyAny>, Option<PySun<'py>>)> {
+    let (weights, rotation) = (luminance.as_slice()?, matrix(rotation)?);
+    with_image!(image(object, None)?, image => {
+        let lit = lit(py, projection, &image, weights, rotation)?;
+        let mut found = None;
+        let array = changed(py, &image, |out| {
+            found = suns::remove(&lit, out);
+            Ok(())
+        })?;
+        Ok((array, found.map(|sun| sun_as_tuple(py, sun))))
+    })
+}
+
+/// A copy of an image with a sun added: its direction, solid angle and irradiance.
+#[pyfunction]
+#[pyo3(signature = (object, projection, direction, solid_angle, irradiance, rotation, /))]
+pub fn add_sun<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+    direction: [f64; 3],
+    solid_angle: f64,
+    irradiance: Vec<f64>,
+    rotation: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let rotation = matrix(rotation)?;
+    let sun = Sun {
+        direction,
+        solid_angle,
+        surround: vec![0.0; irradiance.len()],
+        irradiance,
+        reach: 0.0,
+    };
+    with_image!(image(object, None)?, image => {
+        // No luminance is needed, so any number of channels will do.
+        let (_, channels, _) = split(&projection.0, image.shape())?;
+        let lit = lit(py, projection, &image, &vec![1.0; channels], rotation)?;
+        changed(py, &image, |out| suns::add(&projection.0, rotation, &lit, &sun, out))
+    })
+}
+
+/// A copy of an image that `work` has changed.
+fn changed<'py, T: PyTexel>(
+    py: Python<'py>,
+    image: &PyReadonlyArrayDyn<'py, T>,
+    work: impl FnOnce(&mut [T]) -> Result<(), crate::error::Error> + Send,
+) -> PyResult<Bound<'py, PyAny>> {
+    let array = output::<T>(py, None, T::NAME, image.shape())?;
+    {
+        let mut target = writable(&array)?;
+        let (out, image) = (target.as_slice_mut()?, image.as_slice()?);
+        out.copy_from_slice(image);
+        py.detach(|| work(out))?;
+    }
+    finish(array, true)
+}
+
+/// The light of an image: solid angle, integral, mean luminance, peak and where it is, the darkest luminance above 0, how
+/// many texels have a number below 0, and the sun.
+#[pyfunction]
+#[pyo3(signature = (object, projection, luminance, rotation, /))]
+#[expect(clippy::type_complexity, reason = "eight results")]
+pub fn energy<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+    luminance: PyReadonlyArray1<'py, f64>,
+    rotation: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(
+    f64,
+    Bound<'py, PyArray1<f64>>,
+    f64,
+    f64,
+    [f64; 3],
+    f64,
+    usize,
+    Option<PySun<'py>>,
+)> {
+    let (weights, rotation) = (luminance.as_slice()?, matrix(rotation)?);
+    let lit = with_image!(image(object, None)?, image => {
+        lit(py, projection, &image, weights, rotation)?
+    });
+    let found = py
+        .detach(|| report::energy(&lit))
+        .ok_or_else(|| PyValueError::new_err("The image holds no sphere."))?;
+    Ok((
+        found.solid_angle,
+        PyArray1::from_vec(py, found.integral),
+        found.luminance,
+        found.peak,
+        found.peak_direction,
+        found.darkest,
+        found.negative,
+        found.sun.map(|sun| sun_as_tuple(py, sun)),
+    ))
+}

@@ -5,10 +5,7 @@
 //! The files are binary PPM of 8 bits a channel. Without arguments a sky is painted and converted in a folder for what
 //! may be lost.
 
-use spheremap::ndarray::ArrayView2;
 use spheremap::prelude::*;
-use spheremap::resample::lookup::convert;
-use spheremap::resample::sample::{Filter, Source};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -81,22 +78,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let cross = Map::with("cube", MapOptions::new().layout("cross"))?;
     let side = height / 2;
     let shape = [3 * side, 4 * side];
-    let mut out = vec![0; shape[0] * shape[1] * 3];
-
-    let pixels = ArrayView2::from_shape((width * height, 3), &texels)?;
     let source_shape = [height, width];
-    let source = Source::new(&panorama, &source_shape, pixels)?;
-    let black = [0; 3];
-    convert(
-        &source,
-        &cross,
-        &shape,
-        None,
-        Filter::Bilinear,
-        true,
-        &black,
-        &mut out,
-    )?;
+    let image = ImageView::new(&panorama, &source_shape, 3, &texels)?;
+    let out = converted(&image, &cross, &shape, &Options::new())?;
 
     write(&into, &(shape[1], shape[0], out))?;
     println!("{} to {}", from.display(), into.display());

@@ -104,10 +104,12 @@ pub use ndarray;
 pub mod prelude {
     pub use crate::error::Error;
     pub use crate::healpix::Pixels;
+    pub use crate::image::ImageView;
     pub use crate::map::{Element, Grid, Map, MapOptions};
     pub use crate::pack::Packing;
     pub use crate::projections::Projection;
     pub use crate::projections::types::*;
+    pub use crate::resample::{Filter, Options, convert, converted, sample};
     pub use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 }
 

@@ -23,6 +23,18 @@ settings.load_profile("spheremap")
 REGISTRY: list[dict[str, Any]] = _core.registry()
 NAMES: list[str] = [entry["name"] for entry in REGISTRY]
 
+# The claims of every filter, by name, and the names of those of each method.
+FILTERS: dict[str, dict[str, Any]] = {entry["name"]: entry for entry in _core.filters()}
+LOOKUPS, MIPMAPPED, AREA = (
+    tuple(name for name, entry in FILTERS.items() if entry["method"] == method)
+    for method in ("lookup", "mipmapped", "area")
+)
+# Lookups that weight texels.
+MEANS = tuple(name for name in LOOKUPS if not FILTERS[name]["takes_labels"])
+# Those of a texel and its neighbor at most, and those of more.
+NARROW = tuple(name for name in LOOKUPS if FILTERS[name]["support"] <= 1)
+WIDE = tuple(name for name in LOOKUPS if FILTERS[name]["support"] > 1)
+
 # Axes that no default uses: a cyclic one, a mirrored one, and one with every sign negative.
 ODD_AXES = ("+y +z +x", "-z -x +y", "-x -y -z")
 

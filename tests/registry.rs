@@ -1,19 +1,18 @@
 //! What every projection promises, over the whole registry, its layouts and both float types.
 
 use half::f16;
-use ndarray::ArrayView2;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use proptest::test_runner::{RngSeed, TestRunner};
 use spheremap::geometry::from_angles;
 use spheremap::glam::DVec3;
+use spheremap::image::ImageView;
 use spheremap::image::raster::shape_of_size;
 use spheremap::image::texel::Texel;
 use spheremap::image::texels::{directions, solid_angles};
 use spheremap::projections::{Coverage, Info, Outline, REGISTRY};
-use spheremap::resample::lookup::convert;
-use spheremap::resample::sample::{Filter, Source};
+use spheremap::resample::{Filter, Options, convert};
 use spheremap::{Element, Error, Grid, Map, MapOptions, Scalar, simd};
 use std::fmt::Debug;
 
@@ -620,6 +619,33 @@ fn shape(map: &Map, height: usize, width: usize) -> Vec<usize> {
     }
 }
 
+/// Of a grid of places the part that is valid is what the projection says, to the grid's own error: a cell in
+/// each row and column that the rim crosses.
+#[test]
+fn used_parts_are_the_areas_of_outlines() {
+    const N: usize = 256;
+    for map in maps() {
+        let faces = map.faces();
+        let mut uv = Vec::new();
+        for k in 0..faces * N * N {
+            uv.push(((k % N) as f64 + 0.5) / N as f64);
+            uv.push(((k / N % N) as f64 + 0.5) / N as f64);
+            if map.uv_width() == 3 {
+                uv.push((k / (N * N)) as f64);
+            }
+        }
+        let mut valid = vec![false; faces * N * N];
+        map.valid(&uv, &mut valid).unwrap();
+        let counted = valid.iter().filter(|valid| **valid).count() as f64 / valid.len() as f64;
+        assert!(
+            (counted - map.used_part()).abs() < 4.0 / N as f64,
+            "{}: {counted} is not {}",
+            describe(&map),
+            map.used_part()
+        );
+    }
+}
+
 #[test]
 fn solid_angles_sum_to_the_coverage() {
     let maps = Grid::ALL.map(maps_on);
@@ -722,20 +748,14 @@ fn constant_images<T: Pixel>() {
                 .iter()
                 .map(|d| if d[0].is_nan() { garbage } else { constant })
                 .collect();
-            let texels = ArrayView2::from_shape((texels.len(), 1), &texels).unwrap();
-            let source = Source::new(&from, &source_shape, texels).unwrap();
+            let image = ImageView::new(&from, &source_shape, 1, &texels).unwrap();
+            let options = Options::new()
+                .rotation(rotation)
+                .filter(filter)
+                .antialias(antialias)
+                .fill(fill.value());
             let mut out = vec![garbage; shape.iter().product()];
-            convert(
-                &source,
-                &to,
-                &shape,
-                rotation,
-                filter,
-                antialias,
-                &[fill],
-                &mut out,
-            )
-            .unwrap();
+            convert(&image, &to, &shape, &options, &mut out).unwrap();
             for (out, d) in out.iter().zip(centers(&to, &shape)) {
                 let what = || {
                     format!(

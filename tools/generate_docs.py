@@ -1,4 +1,6 @@
-"""Write README's table, docs/projections.md and docs/conventions.md from the core's tables.
+"""Write README's table, docs/projections.md, docs/conventions.md and docs/resampling.md's table.
+
+All of it comes from the core's tables.
 
 python tools/generate_docs.py            write them
 python tools/generate_docs.py --check    fail if one is out of date
@@ -17,6 +19,8 @@ from spheremap.map.table import HEAD, NOTE, figures
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN = "<!-- projections: written by tools/generate_docs.py -->"
 END = "<!-- end of projections -->"
+FILTERS_BEGIN = "<!-- filters: written by tools/generate_docs.py -->"
+FILTERS_END = "<!-- end of filters -->"
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
@@ -208,21 +212,40 @@ def conventions_page(registry: list[dict], conventions: list[dict]) -> str:
     return "\n\n".join([*parts, NOT_YET.rstrip()]) + "\n"
 
 
-def readme(text: str, registry: list[dict]) -> str:
-    """Return README's text with the table between the two marks brought up to date."""
-    before, _, rest = text.partition(BEGIN)
-    _, found, after = rest.partition(END)
+def filter_table(filters: list[dict]) -> str:
+    rows = [
+        [
+            ", ".join(f"`{name}`" for name in (e["name"], *e["also"])),
+            e["takes"],
+            e["summary"],
+            "–" if e["support"] is None else f"{e['support']:g}",
+            "yes" if e["ringing"] else "no",
+            "`sample`, `convert`" if e["method"] == "lookup" else "`convert`",
+        ]
+        for e in filters
+    ]
+    head = ["filter", "what it takes", "for", "support, texels", "rings", "in"]
+    return table(head, rows)
+
+
+def between(path: Path, begin: str, end: str, body: str) -> str:
+    """Return a file's text with what stands between two marks brought up to date."""
+    before, _, rest = path.read_text(encoding="utf-8").partition(begin)
+    _, found, after = rest.partition(end)
     if not found:
-        raise SystemExit(f"README.md lacks the marks {BEGIN} and {END}")
-    return f"{before}{BEGIN}\n{readme_table(registry)}\n{END}{after}"
+        raise SystemExit(f"{path.name} lacks the marks {begin} and {end}")
+    return f"{before}{begin}\n{body}\n{end}{after}"
 
 
 def render() -> dict[Path, str]:
     """Return the text that each generated file should have."""
     registry = _core.registry()
-    readme_path = ROOT / "README.md"
+    readme = ROOT / "README.md"
+    resampling = ROOT / "docs" / "resampling.md"
+    filters = filter_table(_core.filters())
     return {
-        readme_path: readme(readme_path.read_text(encoding="utf-8"), registry),
+        readme: between(readme, BEGIN, END, readme_table(registry)),
+        resampling: between(resampling, FILTERS_BEGIN, FILTERS_END, filters),
         ROOT / "docs" / "projections.md": page(registry),
         ROOT / "docs" / "conventions.md": conventions_page(registry, _core.convention_table()),
     }

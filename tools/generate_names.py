@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
 from spheremap import _core
 
@@ -28,15 +29,24 @@ def literal(name: str, values: list[str]) -> str:
     return f"\n{name}: TypeAlias = Literal[\n{lines}]\n"
 
 
+def names(filters: list[dict[str, Any]]) -> list[str]:
+    """Return the names of filters, each before its other names."""
+    return [name for entry in filters for name in (entry["name"], *entry["also"])]
+
+
 def render() -> str:
     registry = _core.registry()
     table = _core.convention_table()
+    filters = _core.filters()
+    lookups = [entry for entry in filters if entry["method"] == "lookup"]
     unique = dict.fromkeys  # keeps the order of the registry
     return HEADER + "".join(
         [
             literal("ProjectionName", [entry["name"] for entry in registry]),
             literal("ConventionName", sorted(unique(row["name"] for row in table))),
             literal("QualifiedName", [f"{row['kind']}:{row['name']}" for row in table]),
+            literal("Filter", names(lookups)),
+            literal("ConvertFilter", names(filters)),
             literal("LayoutName", list(unique(n for entry in registry for n in entry["layouts"]))),
         ]
     )

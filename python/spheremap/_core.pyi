@@ -5,6 +5,8 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from typing_extensions import disjoint_base
 
+from ._names import ConvertFilter, Filter
+
 __all__ = [
     "Distribution",
     "Packer",
@@ -18,6 +20,7 @@ __all__ = [
     "convert_depth",
     "dfg",
     "energy",
+    "filters",
     "get_num_threads",
     "healpix_ang2pix",
     "healpix_pix2ang",
@@ -26,6 +29,7 @@ __all__ = [
     "healpix_vec2pix",
     "lights",
     "lobe",
+    "matching_size",
     "mipmaps",
     "moments",
     "pack_frames",
@@ -92,6 +96,8 @@ class Projection:
     @property
     def covered_solid_angle(self) -> float: ...
     @property
+    def used_part(self) -> float: ...
+    @property
     def equal_area(self) -> bool: ...
     @property
     def conformal(self) -> bool: ...
@@ -148,9 +154,11 @@ class Projection:
         directions: ArrayLike,
         /,
         *,
-        filter: Literal["nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3"],
+        filter: Filter,
         fill: float | Sequence[float],
         out: NDArray[Any] | None = None,
+        alpha: int | None = None,
+        skipna: bool = False,
     ) -> NDArray[Any]: ...
     def turned(self, pose: Any, /) -> Self: ...
     def _turned(self, rotation: Any, name: str, /) -> Self: ...
@@ -224,23 +232,15 @@ def convert(
     /,
     *,
     rotation: Any | None = None,
-    filter: Literal[
-        "nearest",
-        "bilinear",
-        "bicubic",
-        "catmull-rom",
-        "mitchell",
-        "lanczos3",
-        "trilinear",
-        "ewa",
-        "area",
-        "mode",
-    ] = "bilinear",
-    fill: float | Sequence[float] | None = None,
+    filter: ConvertFilter = "bilinear",
+    fill: ArrayLike | None = None,
     out: NDArray[Any] | None = None,
     skipna: bool = False,
     antialias: bool = True,
+    alpha: int | None = None,
 ) -> NDArray[Any]: ...
+def matching_size(shape: int | tuple[int, ...], src: Projection, dst: Projection, /) -> int: ...
+def filters() -> list[dict[str, Any]]: ...
 def pad(image: ArrayLike, projection: Projection, n: int, filter: str, /) -> NDArray[Any]: ...
 def compare(
     a: Projection, b: Projection, /

@@ -176,6 +176,28 @@ QualifiedName: TypeAlias = Literal[
     "tetrahedral:ffmpeg",
 ]
 
+Filter: TypeAlias = Literal[
+    "nearest",
+    "bilinear",
+    "catmull-rom",
+    "bicubic",
+    "mitchell",
+    "lanczos3",
+]
+
+ConvertFilter: TypeAlias = Literal[
+    "nearest",
+    "bilinear",
+    "catmull-rom",
+    "bicubic",
+    "mitchell",
+    "lanczos3",
+    "trilinear",
+    "ewa",
+    "area",
+    "mode",
+]
+
 LayoutName: TypeAlias = Literal[
     "faces",
     "strip",

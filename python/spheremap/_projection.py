@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from ._arrays import Size
+    from ._names import ConvertFilter, Filter
     from .light.sources import Lights, Method, Sun
     from .light.specular import Distribution
     from .map.named import ProjectionLike
     from .resample.plans import RemapPlan
-    from .resample.verbs import ConvertFilter, Filter
 
     Lobe = Literal["cone", "phong", "vmf"]
 

@@ -4,3 +4,6 @@ pub mod raster;
 pub mod rim;
 pub mod texel;
 pub mod texels;
+pub(crate) mod view;
+
+pub use view::ImageView;

@@ -28,6 +28,10 @@ pub trait Texel: Copy + Default + Send + Sync + Filtered<Self> + 'static {
     fn from_f64(x: f64) -> Self;
     /// What stands for "nothing": NaN, or 0 where there is none.
     const NOTHING: f64;
+    /// Its name, as NumPy has it.
+    const NAME: &'static str;
+    /// Whether a number of the caller's is within its range.
+    fn fits(x: f64) -> bool;
 }
 
 /// Four numbers as filters of texels of type T compute them.
@@ -81,10 +85,14 @@ macro_rules! filtered_as_f32 {
 filtered_as_f32!(u8, u16, f16);
 
 macro_rules! integer_texel {
-    ($t:ty, $widen:ident, $narrow:ident) => {
+    ($t:ty, $name:literal, $widen:ident, $narrow:ident) => {
         impl Texel for $t {
             type Float = f32;
             const NOTHING: f64 = 0.0;
+            const NAME: &'static str = $name;
+            fn fits(x: f64) -> bool {
+                (0.0..=f64::from(<$t>::MAX)).contains(&x)
+            }
             #[inline(always)]
             fn load(self) -> f32 {
                 self as f32
@@ -116,8 +124,8 @@ macro_rules! integer_texel {
         }
     };
 }
-integer_texel!(u8, widen_u8, narrow_u8);
-integer_texel!(u16, widen_u16, narrow_u16);
+integer_texel!(u8, "uint8", widen_u8, narrow_u8);
+integer_texel!(u16, "uint16", widen_u16, narrow_u16);
 
 /// What leaves the nearest integer of a small number in the last bits of their sum.
 const MAGIC: f32 = 8_388_608.0;
@@ -156,10 +164,14 @@ fn narrow_u16<S: Simd>(simd: S, words: u32x4<S>) -> [u16; 4] {
 }
 
 macro_rules! float_texel {
-    ($t:ty, $float:ty, $load:expr, $store:expr, $from:expr $(, $four:ident)?) => {
+    ($t:ty, $name:literal, $float:ty, $load:expr, $store:expr, $from:expr $(, $four:ident)?) => {
         impl Texel for $t {
             type Float = $float;
             const NOTHING: f64 = f64::NAN;
+            const NAME: &'static str = $name;
+            fn fits(_: f64) -> bool {
+                true
+            }
             #[inline(always)]
             fn load(self) -> $float {
                 $load(self)
@@ -181,9 +193,16 @@ macro_rules! float_texel {
         }
     };
 }
-float_texel!(f16, f32, f16::to_f32, f16::from_f32, f16::from_f64);
-float_texel!(f32, f32, |x| x, |x| x, |x| x as f32, f32x4);
-float_texel!(f64, f64, |x| x, |x| x, |x| x, f64x4);
+float_texel!(
+    f16,
+    "float16",
+    f32,
+    f16::to_f32,
+    f16::from_f32,
+    f16::from_f64
+);
+float_texel!(f32, "float32", f32, |x| x, |x| x, |x| x as f32, f32x4);
+float_texel!(f64, "float64", f64, |x| x, |x| x, |x| x, f64x4);
 
 #[cfg(test)]
 mod tests {

@@ -10,6 +10,7 @@
 use crate::error::Error;
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
+use crate::image::ImageView;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::kernel;
@@ -18,9 +19,9 @@ use crate::kernel::threads;
 use crate::light::texels::texels;
 use crate::map::Map;
 use crate::number::real::Real;
-use crate::resample::sample;
+use crate::resample::Options;
+use crate::resample::Sampler;
 use fearless_simd::{Select, Simd, SimdBase, f32x16};
-use ndarray::ArrayView2;
 
 /// The largest face.
 const LARGEST: usize = 512;
@@ -94,9 +95,8 @@ impl Pyramid {
         }
         let flat: Vec<f32> = values.as_flattened().iter().map(|x| *x as f32).collect();
         let count = values.len();
-        let view = ArrayView2::from_shape((count, 4), &flat)
-            .map_err(|error| Error::Shape(error.to_string()))?;
-        let source = sample::Source::new(map, &shape, view)?;
+        let view = ImageView::new(map, &shape, 4, &flat)?;
+        let source = Sampler::new(&view, &Options::new().fill(0.0))?;
         let mut n = 8;
         while 6 * n * n < count && n < LARGEST {
             n *= 2;
@@ -110,14 +110,8 @@ impl Pyramid {
             for i in 0..row {
                 directions.extend(direction(face, at(i), at(j)));
             }
-            let turn = None;
-            source.sample(
-                turn,
-                sample::Filter::Bilinear,
-                &[0.0; 4],
-                &directions,
-                out.as_flattened_mut(),
-            );
+            let fits = source.sample(&directions, out.as_flattened_mut());
+            debug_assert!(fits.is_ok());
         });
         level.close();
         let mut levels = vec![level];

@@ -86,7 +86,7 @@ impl Map {
     /// No projection has this name, or it has no such convention.
     ///
     /// ```
-    /// use spheremap::Map;
+    /// use spheremap::{Map, MapOptions};
     /// let map = Map::new("latlong:mitsuba")?;
     /// assert_eq!(map.axes().to_string(), "-x -y +z");
     /// assert_eq!("latlong:mitsuba".parse::<Map>()?, map);
@@ -334,6 +334,32 @@ impl Map {
             }
         }
         self.kind.visit(Get)
+    }
+
+    /// The part of an image that holds sphere, in closed form: 1, π/4 for a disk, 1/2 for a cross.
+    ///
+    /// ```
+    /// use spheremap::Map;
+    ///
+    /// let cross = MapOptions::new().layout("cross");
+    /// assert_eq!(Map::with("cube", cross)?.used_part(), 0.5);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn used_part(&self) -> f64 {
+        struct Get;
+        impl Visitor for Get {
+            type Output = f64;
+            fn visit<P: Projection>(self, p: P) -> f64 {
+                p.used_part()
+            }
+        }
+        let layout = &self.face_layout;
+        let cells = if layout.is_atlas {
+            layout.rows * layout.columns
+        } else {
+            layout.faces
+        };
+        self.kind.visit(Get) * layout.faces as f64 / cells as f64
     }
 
     /// Width and height of a face of size `n`.

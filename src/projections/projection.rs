@@ -340,6 +340,15 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// The part of the sphere it holds.
     fn coverage(self) -> Coverage;
 
+    /// The area of the valid image of a face, over that of its square. An outline that is a [`Outline::Shape`] has to say.
+    fn used_part(self) -> f64 {
+        match Self::INFO.outline {
+            Outline::Square => 1.0,
+            Outline::Disk => std::f64::consts::FRAC_PI_4,
+            Outline::Shape => f64::NAN,
+        }
+    }
+
     /// Smallest and largest dω/(du dv) over the valid image.
     fn density_range(self) -> (f64, f64);
 

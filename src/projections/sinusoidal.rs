@@ -53,6 +53,11 @@ impl Projection for Sinusoidal {
         Coverage::Sphere
     }
 
+    fn used_part(self) -> f64 {
+        // The mean of sin πv.
+        std::f64::consts::FRAC_2_PI
+    }
+
     fn density_range(self) -> (f64, f64) {
         (2.0 * PI * PI, 2.0 * PI * PI)
     }

@@ -14,7 +14,9 @@ use crate::py::arrays::{
     Float, Parts, Points, Reals, converted, disjoint, finish, leading, output, reals, run, writable,
 };
 use crate::py::images;
-use crate::py::images::Lookup;
+use crate::py::images::Asked;
+use crate::resample;
+use crate::resample::Filter;
 use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -44,7 +46,7 @@ pub fn mipmaps<'py>(
 
 /// An image of one projection as an image of another.
 #[pyfunction]
-#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None, skipna=false, antialias=true))]
+#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None, skipna=false, antialias=true, alpha=None))]
 #[expect(clippy::too_many_arguments, reason = "the Python signature")]
 pub fn convert<'py>(
     py: Python<'py>,
@@ -58,19 +60,60 @@ pub fn convert<'py>(
     out: Option<&Bound<'py, PyAny>>,
     skipna: bool,
     antialias: bool,
+    alpha: Option<i64>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let rotation = arrays::rotation(rotation)?;
-    let shape = size(&dst.0, shape)?;
-    let zero = 0.0_f64.into_pyobject(py)?.into_any();
-    let options = Lookup {
-        filter,
-        rotation,
-        fill: Some(fill.unwrap_or(&zero)),
-        out,
-        skipna,
-        antialias,
+    let fill = match fill {
+        Some(fill) => images::fill(Some(fill))?,
+        None => 0.0.into(),
     };
-    images::convert(py, image, &src.0, &dst.0, &shape, &options)
+    let options = resample::Options::new()
+        .filter(Filter::find(filter)?)
+        .rotation(arrays::rotation(rotation)?)
+        .antialias(antialias)
+        .fill(fill)
+        .skipna(skipna);
+    let shape = size(&dst.0, shape)?;
+    let asked = Asked {
+        options,
+        alpha,
+        out,
+    };
+    images::convert(py, image, &src.0, &dst.0, &shape, asked)
+}
+
+/// The size of an image of `dst` that holds about as many texels a steradian as one of `src` of this shape.
+#[pyfunction]
+#[pyo3(signature = (shape, src, dst, /))]
+pub fn matching_size(
+    shape: &Bound<'_, PyAny>,
+    src: &PyProjection,
+    dst: &PyProjection,
+) -> PyResult<usize> {
+    let shape = size(&src.0, shape)?;
+    Ok(resample::matching_size(&src.0, &dst.0, &shape)?)
+}
+
+/// The claims of every filter.
+#[pyfunction]
+pub fn filters(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let list = PyList::empty(py);
+    for info in Filter::TABLE {
+        let dict = PyDict::new(py);
+        dict.set_item("name", info.name)?;
+        dict.set_item("also", info.also)?;
+        dict.set_item("title", info.title)?;
+        dict.set_item("source", info.source)?;
+        dict.set_item("takes", info.takes)?;
+        dict.set_item("summary", info.summary)?;
+        dict.set_item("method", info.method.name())?;
+        dict.set_item("support", info.support)?;
+        dict.set_item("interpolates", info.interpolates)?;
+        dict.set_item("ringing", info.ringing)?;
+        dict.set_item("takes_labels", info.takes_labels)?;
+        dict.set_item("antialiased", info.antialiased)?;
+        list.append(dict)?;
+    }
+    Ok(list)
 }
 
 /// Mirror reflection of the direction to the eye about a normal.

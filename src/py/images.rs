@@ -3,46 +3,22 @@
 use super::arrays::{
     Reals, contiguous, disjoint, finish, helper, leading, output, reals, with_reals, writable,
 };
-use crate::error::Error;
+use crate::image::ImageView;
 use crate::image::raster::tuple;
 use crate::image::texel::Texel;
 use crate::map::Map;
-use crate::resample::area;
-use crate::resample::area::Statistic;
-use crate::resample::lookup;
-use crate::resample::mips;
-use crate::resample::sample::{Filter, Source};
-use crate::resample::trilinear;
-use crate::resample::trilinear::Chained;
-use glam::DMat3;
+use crate::resample;
+use crate::resample::Sampler;
+use crate::resample::{Fill, Options};
 use half::f16;
-use ndarray::ArrayView2;
 use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use std::sync::OnceLock;
 
 /// A texel type that numpy arrays hold.
-pub trait PyTexel: Texel + Element {
-    const NAME: &'static str;
-    /// Whether this number is one of its values.
-    fn fits(x: f64) -> bool;
-}
-
-macro_rules! texel {
-    ($t:ty, $name:literal, $fits:expr) => {
-        impl PyTexel for $t {
-            const NAME: &'static str = $name;
-            fn fits(x: f64) -> bool {
-                $fits(x)
-            }
-        }
-    };
-}
-texel!(u8, "uint8", |x| (0.0..=255.0).contains(&x));
-texel!(u16, "uint16", |x| (0.0..=65535.0).contains(&x));
-texel!(f16, "float16", |_| true);
-texel!(f32, "float32", |_| true);
-texel!(f64, "float64", |_| true);
+pub trait PyTexel: Texel + Element {}
+impl<T: Texel + Element> PyTexel for T {}
 
 /// An image of any of them.
 pub enum Image<'py> {
@@ -119,51 +95,43 @@ pub fn split<'a>(map: &Map, shape: &'a [usize]) -> PyResult<(&'a [usize], usize,
     Ok((image, channels, texel))
 }
 
-/// An image as a row of channels for each texel.
-fn texels<'a, T: PyTexel>(
-    image: &'a PyReadonlyArrayDyn<'_, T>,
-    channels: usize,
-) -> PyResult<ArrayView2<'a, T>> {
-    let slice = image.as_slice()?;
-    ArrayView2::from_shape((slice.len() / channels, channels), slice)
-        .map_err(|error| PyValueError::new_err(error.to_string()))
+/// The value that a caller gave for where there is none: a number or one number a channel.
+pub fn fill(fill: Option<&Bound<'_, PyAny>>) -> PyResult<Fill> {
+    let Some(fill) = fill else {
+        return Ok(Fill::Nothing);
+    };
+    if let Ok(value) = fill.extract::<f64>() {
+        return Ok(value.into());
+    }
+    let values = fill.extract::<Vec<f64>>().map_err(|_| {
+        PyTypeError::new_err("Expected `fill` to be a number or one number a channel.")
+    })?;
+    Ok(values.into())
 }
 
-fn fill_texels<T: PyTexel>(fill: Option<&Bound<'_, PyAny>>, channels: usize) -> PyResult<Vec<T>> {
-    let Some(fill) = fill else {
-        return Ok(vec![T::from_f64(T::NOTHING); channels]);
+/// The channel of opacity among those of an image of this shape, counted from the last one where it is negative.
+fn channel(alpha: Option<i64>, shape: &[usize], channels: usize) -> PyResult<Option<usize>> {
+    let Some(alpha) = alpha else {
+        return Ok(None);
     };
-    let values = match fill.extract::<f64>() {
-        Ok(value) => vec![value; channels],
-        Err(_) => fill.extract::<Vec<f64>>().map_err(|_| {
-            PyTypeError::new_err("Expected `fill` to be a number or one number a channel.")
-        })?,
-    };
-    if values.len() != channels {
+    let count = channels as i64;
+    if channels < 2 || !(-count..count).contains(&alpha) {
         return Err(PyValueError::new_err(format!(
-            "Expected `fill` to have one number for each of {channels} channels, got {}.",
-            values.len()
+            "Expected `alpha` to be the number of one of at least 2 channels, got {alpha} for an image of shape {}.",
+            tuple(shape)
         )));
     }
-    if let Some(value) = values.iter().find(|value| !T::fits(**value)) {
-        return Err(PyValueError::new_err(format!(
-            "`fill` {value} is no value of {}.",
-            T::NAME
-        )));
-    }
-    Ok(values.into_iter().map(T::from_f64).collect())
+    Ok(Some(alpha.rem_euclid(count) as usize))
 }
 
 /// What a lookup is asked for besides its arrays.
-pub struct Lookup<'a, 'py> {
-    pub filter: &'a str,
-    pub rotation: Option<DMat3>,
-    pub fill: Option<&'a Bound<'py, PyAny>>,
+pub struct Asked<'a, 'py> {
+    /// All but the channel of opacity, whose number depends on the image.
+    pub options: Options,
+    /// That channel.
+    pub alpha: Option<i64>,
+    /// Where to put the result.
     pub out: Option<&'a Bound<'py, PyAny>>,
-    /// Whether NaN texels have no weight.
-    pub skipna: bool,
-    /// Whether texels that see more than one texel of the source are means.
-    pub antialias: bool,
 }
 
 /// `Projection.sample`.
@@ -172,10 +140,10 @@ pub fn sample<'py>(
     map: &Map,
     object: &Bound<'py, PyAny>,
     directions: &Bound<'py, PyAny>,
-    options: &Lookup<'_, 'py>,
+    asked: Asked<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let directions = reals(directions, "directions", options.out)?;
-    with_image!(image(object, options.out)?, image => sample_texels(py, map, &image, &directions, options))
+    let directions = reals(directions, "directions", asked.out)?;
+    with_image!(image(object, asked.out)?, image => sample_texels(py, map, &image, &directions, asked))
 }
 
 fn sample_texels<'py, T: PyTexel>(
@@ -183,58 +151,36 @@ fn sample_texels<'py, T: PyTexel>(
     map: &Map,
     image: &PyReadonlyArrayDyn<'py, T>,
     directions: &Reals<'py>,
-    options: &Lookup<'_, 'py>,
+    Asked {
+        options,
+        alpha,
+        out,
+    }: Asked<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let filter = Filter::find(options.filter)?;
     let (shape, channels, texel) = split(map, image.shape())?;
-    let fill = fill_texels::<T>(options.fill, channels)?;
-    let source = Source::new(map, shape, texels(image, channels)?)?;
+    let options = options.alpha(channel(alpha, image.shape(), channels)?);
+    let view = ImageView::new(map, shape, channels, image.as_slice()?)?;
+    let sampler = Sampler::new(&view, &options)?;
     with_reals!(directions, directions => {
         let mut shape = leading(directions.shape(), 3, "directions")?.to_vec();
         shape.extend_from_slice(texel);
-        let array = output::<T>(py, options.out, T::NAME, &shape)?;
+        let array = output::<T>(py, out, T::NAME, &shape)?;
         {
             let mut target = writable(&array)?;
             let out = target.as_slice_mut()?;
             disjoint(image.as_slice()?, out)?;
-            let rotation = options.rotation;
+            let failed = OnceLock::new();
             directions.each(py, out, |directions, out| {
-                source.sample(rotation, filter, &fill, directions, out);
+                if let Err(error) = sampler.sample(directions, out) {
+                    failed.get_or_init(|| error);
+                }
             })?;
+            if let Some(error) = failed.into_inner() {
+                return Err(error.into());
+            }
         }
-        finish(array, options.out.is_some())
+        finish(array, out.is_some())
     })
-}
-
-/// How an image is turned into another.
-enum Way {
-    /// Looked up, antialiased or not.
-    Looked(Filter, bool),
-    /// Looked up in a mip chain.
-    Chained(Chained),
-    /// Counted by what texels cover.
-    Statistic(Statistic),
-}
-
-impl Way {
-    fn find(filter: &str, antialias: bool) -> Result<Way, Error> {
-        if let Some(statistic) = Statistic::find(filter) {
-            return Ok(Way::Statistic(statistic));
-        }
-        if let Some(chained) = Chained::find(filter) {
-            return Ok(Way::Chained(chained));
-        }
-        let Ok(filter) = Filter::find(filter) else {
-            let names = [
-                &Filter::NAMES[..],
-                &Chained::NAMES[..],
-                &Statistic::NAMES[..],
-            ];
-            return Err(Error::unknown("filter", filter, &names.concat()));
-        };
-        // A mean of labels is no label.
-        Ok(Way::Looked(filter, antialias && filter != Filter::Nearest))
-    }
 }
 
 /// `mipmaps`: the levels of a chain but the first.
@@ -252,8 +198,8 @@ fn levels<'py, T: PyTexel>(
     image: &PyReadonlyArrayDyn<'py, T>,
 ) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let (shape, channels, texel) = split(map, image.shape())?;
-    let texels = image.as_slice()?;
-    let chain = py.detach(|| mips::chain(map, shape, texels, channels))?;
+    let view = ImageView::new(map, shape, channels, image.as_slice()?)?;
+    let chain = py.detach(|| resample::chain(&view))?;
     let mut levels = Vec::with_capacity(chain.len());
     for (mut shape, texels) in chain {
         shape.extend_from_slice(texel);
@@ -273,9 +219,9 @@ pub fn convert<'py>(
     src: &Map,
     dst: &Map,
     shape: &[usize],
-    options: &Lookup<'_, 'py>,
+    asked: Asked<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    with_image!(image(object, options.out)?, image => convert_texels(py, &image, src, dst, shape, options))
+    with_image!(image(object, asked.out)?, image => convert_texels(py, &image, src, dst, shape, asked))
 }
 
 fn convert_texels<'py, T: PyTexel>(
@@ -284,46 +230,23 @@ fn convert_texels<'py, T: PyTexel>(
     src: &Map,
     dst: &Map,
     shape: &[usize],
-    options: &Lookup<'_, 'py>,
+    Asked {
+        options,
+        alpha,
+        out,
+    }: Asked<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    // The filter's name is looked at first.
-    let way = Way::find(options.filter, options.antialias)?;
     let (source_shape, channels, texel) = split(src, image.shape())?;
-    let fill = fill_texels::<T>(options.fill, channels)?;
-    let texels = texels(image, channels)?;
-    let source = Source::new(src, source_shape, texels)?;
-    if options.skipna && !matches!(way, Way::Statistic(_)) {
-        return Err(PyValueError::new_err(format!(
-            "`skipna` needs filter 'area' or 'mode', got '{}'.",
-            options.filter
-        )));
-    }
+    let options = options.alpha(channel(alpha, image.shape(), channels)?);
+    let view = ImageView::new(src, source_shape, channels, image.as_slice()?)?;
     let mut whole = shape.to_vec();
     whole.extend_from_slice(texel);
-    let array = output::<T>(py, options.out, T::NAME, &whole)?;
+    let array = output::<T>(py, out, T::NAME, &whole)?;
     {
         let mut target = writable(&array)?;
-        let out = target.as_slice_mut()?;
-        disjoint(image.as_slice()?, out)?;
-        let rotation = options.rotation;
-        let skipna = options.skipna;
-        py.detach(|| match way {
-            Way::Statistic(statistic) => {
-                let source = area::Source {
-                    map: src,
-                    shape: source_shape,
-                    texels,
-                    skipna,
-                };
-                area::convert(source, dst, shape, rotation, statistic, &fill, out)
-            }
-            Way::Chained(filter) => {
-                trilinear::convert(&source, dst, shape, rotation, filter, &fill, out)
-            }
-            Way::Looked(filter, antialias) => {
-                lookup::convert(&source, dst, shape, rotation, filter, antialias, &fill, out)
-            }
-        })?;
+        let into = target.as_slice_mut()?;
+        disjoint(view.texels(), into)?;
+        py.detach(|| resample::convert(&view, dst, shape, &options, into))?;
     }
-    finish(array, options.out.is_some())
+    finish(array, out.is_some())
 }

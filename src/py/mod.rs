@@ -31,8 +31,8 @@ mod _core {
     use super::distribution::{PyDistribution, texel_weights};
     #[pymodule_export]
     use super::functions::{
-        convention_table, convert, get_num_threads, mipmaps, rebuild, reflect, registry, rotation,
-        set_num_threads, set_simd_level, simd_level, simd_levels,
+        convention_table, convert, filters, get_num_threads, matching_size, mipmaps, rebuild,
+        reflect, registry, rotation, set_num_threads, set_simd_level, simd_level, simd_levels,
     };
     #[pymodule_export]
     use super::healpix::{

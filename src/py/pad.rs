@@ -3,12 +3,11 @@
 use super::arrays::{disjoint, finish, output, writable};
 use super::images::{PyTexel, image, split, with_image};
 use super::projection::PyProjection;
+use crate::image::ImageView;
 use crate::map::Map;
-use crate::resample::pad as padding;
-use crate::resample::sample::Filter;
-use ndarray::ArrayView2;
+use crate::resample;
+use crate::resample::Filter;
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 /// The image with a border of `n` texels around each face.
@@ -33,17 +32,15 @@ fn padded<'py, T: PyTexel>(
     filter: Filter,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (shape, channels, texel) = split(map, image.shape())?;
-    let mut whole = padding::padded_shape(map, shape, n)?;
+    let mut whole = resample::padded_shape(map, shape, n)?;
     whole.extend_from_slice(texel);
-    let texels = image.as_slice()?;
-    let rows = ArrayView2::from_shape((texels.len() / channels, channels), texels)
-        .map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let view = ImageView::new(map, shape, channels, image.as_slice()?)?;
     let array = output::<T>(py, None, T::NAME, &whole)?;
     {
         let mut target = writable(&array)?;
         let out = target.as_slice_mut()?;
-        disjoint(texels, out)?;
-        py.detach(|| padding::pad(map, shape, rows, n, filter, out))?;
+        disjoint(view.texels(), out)?;
+        py.detach(|| resample::pad(&view, n, filter, out))?;
     }
     finish(array, true)
 }

@@ -7,7 +7,9 @@ use crate::map::{Map, MapOptions};
 use crate::py::arrays;
 use crate::py::arrays::{Float, finish, output, points, reals, with_reals, writable};
 use crate::py::images;
-use crate::py::images::Lookup;
+use crate::py::images::Asked;
+use crate::resample;
+use crate::resample::Filter;
 use glam::DMat3;
 use numpy::PyArray2;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -279,7 +281,8 @@ impl PyProjection {
     }
 
     /// What an image of this projection shows in directions.
-    #[pyo3(signature = (image, directions, /, *, filter, fill, out=None))]
+    #[pyo3(signature = (image, directions, /, *, filter, fill, out=None, alpha=None, skipna=false))]
+    #[expect(clippy::too_many_arguments, reason = "the Python signature")]
     fn sample<'py>(
         &self,
         py: Python<'py>,
@@ -288,21 +291,19 @@ impl PyProjection {
         filter: &str,
         fill: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
+        alpha: Option<i64>,
+        skipna: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        images::sample(
-            py,
-            &self.0,
-            image,
-            directions,
-            &Lookup {
-                filter,
-                rotation: None,
-                fill: Some(fill),
-                out,
-                skipna: false,
-                antialias: false,
-            },
-        )
+        let options = resample::Options::new()
+            .filter(Filter::find(filter)?)
+            .fill(images::fill(Some(fill))?)
+            .skipna(skipna);
+        let asked = Asked {
+            options,
+            alpha,
+            out,
+        };
+        images::sample(py, &self.0, image, directions, asked)
     }
 
     /// This projection with its world turned: what it showed at d it shows at `pose`·d.
@@ -411,6 +412,12 @@ impl PyProjection {
         self.0.coverage().solid_angle()
     }
 
+    /// The part of an image that holds sphere: 1, π/4 for a disk, 1/2 for a cross.
+    #[getter]
+    fn used_part(&self) -> f64 {
+        self.0.used_part()
+    }
+
     /// Whether all texels see the same solid angle.
     #[getter]
     fn equal_area(&self) -> bool {
@@ -465,7 +472,7 @@ impl PyProjection {
             map.info().name,
             MapOptions {
                 convention: map.convention(),
-                ..MapOptions::default()
+                ..MapOptions::new()
             },
         )?;
         let mut text = format!("Projection(\"{}\"", map.info().name);

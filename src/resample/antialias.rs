@@ -31,9 +31,10 @@ use crate::kernel::{Scalar, vectorize};
 use crate::number::real::Real;
 use crate::projections::projection::Outline;
 use crate::resample::coordinate_map::CoordinateMap;
+use crate::resample::filters::LookupFilter;
 use crate::resample::footprint::{Footprint, Part, measure};
 use crate::resample::polynomial::CoordinatePolynomial;
-use crate::resample::sample::{Area, Filter, Lookups, Source};
+use crate::resample::sample::{Lookups, Rectangle, Texture};
 
 /// The most places in a part of a texel.
 const MOST: usize = 64;
@@ -60,8 +61,8 @@ const SLACK: f64 = 0.15;
 const NEAR: f64 = 1.5;
 
 /// Averages for the texels of a band of the target.
-pub struct Antialias<'s, 'a, T: Texel, R> {
-    source: &'s Source<'a, T>,
+pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
+    source: &'s Texture<'a, T>,
     target: &'s Raster,
     coordinate_map: CoordinateMap<'s>,
     channels: usize,
@@ -181,10 +182,10 @@ impl Sums {
 impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     /// For a target of a source. `nothing` has a number for each channel.
     pub fn new(
-        source: &'s Source<'a, T>,
+        source: &'s Texture<'a, T>,
         target: &'s Raster,
         coordinate_map: CoordinateMap<'s>,
-        filter: Filter,
+        filter: LookupFilter,
         nothing: &'s [T::Float],
     ) -> Self {
         let channels = nothing.len();
@@ -222,9 +223,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         block: &Block,
         places: &Tile<R, 3>,
         patch: Option<(&CoordinatePolynomial<R>, usize)>,
-        area: Area,
+        area: Rectangle,
     ) {
-        if !coarse(self.source.raster(), places, block) {
+        if !coarse(&self.source.raster, places, block) {
             return;
         }
         let n = block.columns * block.rows;
@@ -275,7 +276,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         if let Some(flat) = self.flat {
             return flat;
         }
-        let raster = self.source.raster();
+        let raster = &self.source.raster;
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
         let mut footprints = [Footprint::default(); 2];
         let parts = [0, block.columns * block.rows - 1]
@@ -295,7 +296,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     /// several. False where something is in the way.
     #[inline(always)]
     fn near(&mut self, [u, v, face]: [R; 3], slopes: [R; 4], texel: u16) -> bool {
-        let raster = self.source.raster();
+        let raster = &self.source.raster;
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
         let [a, b] = [[slopes[0], slopes[1]], [slopes[2], slopes[3]]]
             .map(|side| [side[0].to_f64(), side[1].to_f64()]);
@@ -386,7 +387,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         let mut footprints = [Footprint::default(); TILE];
         measure(
             &self.coordinate_map,
-            self.source.raster(),
+            &self.source.raster,
             &parts[..n],
             &mut footprints,
         );
@@ -454,7 +455,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             *seen = !u.is_nan();
         }
         let next = 1 - self.current;
-        let area = Area {
+        let area = Rectangle {
             start: next * TILE,
             columns: TILE,
             stride: TILE,

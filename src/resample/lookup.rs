@@ -14,14 +14,14 @@ use crate::image::texels::Centers;
 use crate::kernel::Scalar;
 use crate::kernel::threads;
 use crate::kernel::tile::TILE;
-use crate::map::Map;
 use crate::projections::projection::Coverage;
 use crate::resample::antialias::Antialias;
 use crate::resample::coordinate_map::CoordinateMap;
+use crate::resample::filters::LookupFilter;
 use crate::resample::polynomial;
 use crate::resample::polynomial::{CoordinatePolynomial, CoordinatePolynomials};
-use crate::resample::sample::{Area, Filter, Lookups, Source};
-use glam::DMat3;
+use crate::resample::request::Request;
+use crate::resample::sample::{Lookups, Rectangle, Texture};
 
 /// The longest side for which f32 coordinates serve: they are off by up to 3·2⁻²³ of an image, 1/350 of a texel
 /// there.
@@ -38,35 +38,31 @@ const BLOCK: (usize, usize) = (64, 4);
 const PATCH: (usize, usize) = polynomial::BLOCK;
 const _: () = assert!(BLOCK.0 == PATCH.0 && BLOCK.0 * BLOCK.1 <= TILE);
 
-/// Fills an image of `map` with what `source` shows when turned by `rotation`. With `antialias`, texels that see more than
-/// one texel of the source are means of what they see.
-#[expect(clippy::too_many_arguments, reason = "a verb with all its options")]
-pub fn convert<T: Texel>(
-    source: &Source<'_, T>,
-    map: &Map,
-    shape: &[usize],
-    rotation: Option<DMat3>,
-    filter: Filter,
+/// Fills the image that a request asks for. With `antialias`, texels that see more than one texel of the source are means
+/// of what they see.
+pub(crate) fn convert<T: Texel>(
+    request: Request<'_, T>,
+    filter: LookupFilter,
     antialias: bool,
-    fill: &[T],
     out: &mut [T],
 ) -> Result<(), Error> {
-    let target = Raster::new(map, shape)?;
-    let coordinate_map = CoordinateMap::new(source.map(), map, rotation);
+    let target = Raster::new(request.map, request.shape)?;
+    let map = request.image.map();
+    let coordinate_map = CoordinateMap::new(map, request.map, request.rotation);
     let single = size_of::<T::Float>() == size_of::<f32>();
-    let rounds = single && !coordinate_map.same() && source.map().coverage() == Coverage::Sphere;
-    let longest = [source.raster(), &target]
+    let rounds = single && !coordinate_map.same() && map.coverage() == Coverage::Sphere;
+    let longest = [request.image.raster(), &target]
         .iter()
         .map(|raster| raster.width.max(raster.height))
         .fold(0, usize::max);
     let job = Conversion {
-        source,
+        source: &Texture::new(request.image),
         target,
         coordinate_map,
         patches: rounds && longest <= PATCHED_SIDE,
         filter,
         antialias,
-        fill,
+        fill: request.fill,
     };
     if rounds && longest <= SINGLE_SIDE {
         job.run::<f32>(out);
@@ -77,12 +73,12 @@ pub fn convert<T: Texel>(
 }
 
 struct Conversion<'s, 'a, T> {
-    source: &'s Source<'a, T>,
+    source: &'s Texture<'a, T>,
     target: Raster,
     coordinate_map: CoordinateMap<'s>,
     /// Whether polynomials serve for coordinates.
     patches: bool,
-    filter: Filter,
+    filter: LookupFilter,
     antialias: bool,
     fill: &'s [T],
 }
@@ -97,7 +93,7 @@ impl<T: Texel> Conversion<'_, '_, T> {
         let nothing = vec![T::Float::default(); channels];
         let patches = self
             .patches
-            .then(|| CoordinatePolynomials::new(self.coordinate_map, self.source.raster(), target))
+            .then(|| CoordinatePolynomials::new(self.coordinate_map, &self.source.raster, target))
             .flatten();
         threads::bands(out, width, target.texels(), PATCH.1, |first, band| {
             let mut lookups = Lookups::new(self.source, self.filter, self.fill);
@@ -118,7 +114,7 @@ impl<T: Texel> Conversion<'_, '_, T> {
                     means.next_patch();
                 }
                 for (row, block) in whole.bands(BLOCK.1, target.columns) {
-                    let area = Area {
+                    let area = Rectangle {
                         start: block.start,
                         columns: block.columns,
                         stride: target.columns,

@@ -12,8 +12,8 @@ use crate::image::raster::Raster;
 use crate::image::rim;
 use crate::image::texel::Texel;
 use crate::image::texels::solid_angles;
+use crate::image::view::ImageView;
 use crate::kernel::threads;
-use crate::map::Map;
 use crate::map::grid::GridAxis;
 use crate::number::real::Real;
 
@@ -21,29 +21,37 @@ use crate::number::real::Real;
 pub type Level<F> = (Vec<usize>, Vec<F>);
 
 /// All levels but the first, down to faces of one texel along a side (two where the grid lies on corners).
-pub fn chain<T: Texel>(
-    map: &Map,
-    shape: &[usize],
-    texels: &[T],
-    channels: usize,
-) -> Result<Vec<Level<T::Float>>, Error> {
+///
+/// # Errors
+/// None for an image that is one.
+///
+/// ```
+/// use spheremap::image::ImageView;
+/// use spheremap::Map;
+/// use spheremap::resample::chain;
+///
+/// let map = Map::new("cube")?;
+/// let texels = vec![0.25_f32; 6 * 8 * 8];
+/// let levels = chain(&ImageView::new(&map, &[6, 8, 8], 1, &texels)?)?;
+/// assert_eq!(levels.len(), 3);
+/// assert_eq!(levels[2], (vec![6, 1, 1], vec![0.25; 6]));
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn chain<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<Level<T::Float>>, Error> {
+    let (map, channels) = (image.map(), image.channels());
     let mut levels = Vec::new();
-    let mut next = half(map, shape, texels, channels)?;
+    let mut next = half(image)?;
     while let Some(level) = next {
-        next = half(map, &level.0, &level.1, channels)?;
+        next = half(&ImageView::new(map, &level.0, channels, &level.1)?)?;
         levels.push(level);
     }
     Ok(levels)
 }
 
 /// The next level of an image, if it can be made smaller.
-fn half<T: Texel>(
-    map: &Map,
-    shape: &[usize],
-    texels: &[T],
-    channels: usize,
-) -> Result<Option<Level<T::Float>>, Error> {
-    let fine = Raster::new(map, shape)?;
+fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T::Float>>, Error> {
+    let (map, shape, channels) = (image.map(), image.shape(), image.channels());
+    let (fine, texels) = (*image.raster(), image.texels());
     if fine.width.min(fine.height) < 2 {
         return Ok(None);
     }

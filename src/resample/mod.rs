@@ -1,14 +1,31 @@
 //! One image into another: lookups, antialiasing, mip chains, means by solid angle.
+//!
+//! [`convert`] is the way from one image to another, [`sample`] that from directions to values; [`Options`] say how,
+//! and [`filters`] is the table of what an option `filter` may be.
 
-pub mod antialias;
-pub mod area;
-pub mod coordinate_map;
+mod antialias;
+mod area;
+mod convert;
+mod coordinate_map;
 pub mod depth;
-pub mod footprint;
-pub mod lookup;
-pub mod mips;
-pub mod pad;
-pub mod polynomial;
-pub mod sample;
+pub mod filters;
+mod footprint;
+mod lookup;
+mod mipmapped;
+mod mips;
+mod options;
+mod pad;
+mod polynomial;
+mod request;
+mod sample;
 mod seam;
-pub mod trilinear;
+mod size;
+mod weighted;
+
+pub use convert::{convert, converted, sample};
+pub use filters::Filter;
+pub use mips::{Level, chain};
+pub use options::{Fill, Options};
+pub use pad::{pad, padded_shape};
+pub use sample::Sampler;
+pub use size::matching_size;

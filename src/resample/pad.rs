@@ -10,17 +10,19 @@
 //! disk included. Singular: on the rim of a disk a lookup would hang on a rounding, so it stays 1e-9 of the radius
 //! inside.
 
-use super::sample::{Filter, Source};
+use super::filters::Filter;
+use super::options::Options;
+use super::sample::Sampler;
 use super::seam::{Continued, Side, continued};
 use crate::error::Error;
 use crate::geometry::axes::Rotation;
 use crate::image::raster::{FaceView, Raster, tuple};
 use crate::image::texel::Texel;
+use crate::image::view::ImageView;
 use crate::kernel::threads;
 use crate::map::Map;
 use crate::number::real::Real;
 use crate::projections::projection::{Projection, Seam, Uv, Visitor};
-use ndarray::ArrayView2;
 
 /// The shape of an image of this shape with a border of `n` texels: faces that lie in one image are taken apart.
 pub fn padded_shape(map: &Map, shape: &[usize], n: usize) -> Result<Vec<usize>, Error> {
@@ -36,31 +38,32 @@ pub fn padded_shape(map: &Map, shape: &[usize], n: usize) -> Result<Vec<usize>, 
     }
 }
 
-/// Puts a border of `n` texels around each face of an image: `texels` are a row of channels each, `out` has
-/// [`padded_shape`] with as many channels. `filter` is for what lies between texels.
+/// Puts a border of `n` texels around each face of an image; `out` has [`padded_shape`] with as many channels. `filter` is
+/// for what lies between texels.
+///
+/// # Errors
+/// For an `out` of another length, and a filter that looks no direction up.
 ///
 /// ```
-/// use spheremap::map::{Map, Options};
-/// use spheremap::resample::pad::{pad, padded_shape};
-/// use spheremap::resample::sample::Filter;
+/// use spheremap::Map;
+/// use spheremap::image::ImageView;
+/// use spheremap::resample::{Filter, pad, padded_shape};
 /// let map = Map::new("latlong")?;
-/// let image = ndarray::arr2(&[[0.0], [1.0], [2.0], [3.0]]);
+/// let image = ImageView::new(&map, &[1, 4], 1, &[0.0, 1.0, 2.0, 3.0])?;
 /// let mut out = vec![0.0; padded_shape(&map, &[1, 4], 1)?.iter().product()];
-/// pad(&map, &[1, 4], image.view(), 1, Filter::Bilinear, &mut out)?;
+/// pad(&image, 1, Filter::Bilinear, &mut out)?;
 /// assert_eq!(out[6..12], [3.0, 0.0, 1.0, 2.0, 3.0, 0.0]);
 /// assert_eq!(out[..6], [1.0, 2.0, 3.0, 0.0, 1.0, 2.0]);
-/// # Ok::<(), spheremap::error::Error>(())
+/// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn pad<T: Texel>(
-    map: &Map,
-    shape: &[usize],
-    texels: ArrayView2<'_, T>,
+    image: &ImageView<'_, T>,
     n: usize,
     filter: Filter,
     out: &mut [T],
 ) -> Result<(), Error> {
-    let channels = texels.ncols();
-    let whole = padded_shape(map, shape, n)?;
+    let (map, raster, channels) = (image.map(), image.raster(), image.channels());
+    let whole = padded_shape(map, image.shape(), n)?;
     if out.len() != whole.iter().product::<usize>() * channels {
         return Err(Error::Shape(format!(
             "Expected room for {channels} channels of an image of shape {}, got {} texels.",
@@ -68,23 +71,19 @@ pub fn pad<T: Texel>(
             out.len()
         )));
     }
-    let source = Source::new(map, shape, texels)?;
     if matches!(map.layout(), None | Some("faces")) {
-        return pad_faces(&source, &whole, n, filter, out);
+        return pad_faces(image, &whole, n, filter, out);
     }
     let apart = map.with_layout("faces")?;
-    let raster = source.raster();
     let shape = [raster.faces(), raster.height, raster.width];
-    let texels = copied(&source, &Raster::new(&apart, &shape)?);
-    let rows = ArrayView2::from_shape((shape.iter().product(), channels), &texels);
-    let rows = rows.map_err(|error| Error::Shape(error.to_string()))?;
-    pad_faces(&Source::new(&apart, &shape, rows)?, &whole, n, filter, out)
+    let texels = copied(image, &Raster::new(&apart, &shape)?);
+    let image = ImageView::new(&apart, &shape, channels, &texels)?;
+    pad_faces(&image, &whole, n, filter, out)
 }
 
 /// The texels of all faces as another raster of faces of the same size stores them.
-fn copied<T: Texel>(source: &Source<'_, T>, target: &Raster) -> Vec<T> {
-    let (raster, texels) = (source.raster(), source.texels());
-    let channels = texels.len() / raster.texels();
+fn copied<T: Texel>(image: &ImageView<'_, T>, target: &Raster) -> Vec<T> {
+    let (raster, texels, channels) = (image.raster(), image.texels(), image.channels());
     let mut out = vec![T::default(); target.texels() * channels];
     for face in 0..target.faces() {
         for j in 0..target.height {
@@ -99,16 +98,15 @@ fn copied<T: Texel>(source: &Source<'_, T>, target: &Raster) -> Vec<T> {
 }
 
 fn pad_faces<T: Texel>(
-    source: &Source<'_, T>,
+    image: &ImageView<'_, T>,
     whole: &[usize],
     n: usize,
     filter: Filter,
     out: &mut [T],
 ) -> Result<(), Error> {
-    let (map, raster) = (source.map(), source.raster());
+    let (map, raster) = (image.map(), image.raster());
     let (around, seam) = (Raster::new(map, whole)?, map.seam());
-    let texels = source.texels();
-    let channels = texels.len() / raster.texels();
+    let (texels, channels) = (image.texels(), image.channels());
     let sides = [
         (raster.along_u, raster.width),
         (raster.along_v, raster.height),
@@ -143,7 +141,10 @@ fn pad_faces<T: Texel>(
         },
     );
     if !(joined && continued(seam, sides, [-1, -1]).is_some()) {
-        (0..raster.faces()).for_each(|face| look_up(source, &around, face, n, filter, out));
+        let sampler = Sampler::new(image, &Options::new().filter(filter))?;
+        for face in 0..raster.faces() {
+            look_up(image, &sampler, &around, face, n, out)?;
+        }
     }
     Ok(())
 }
@@ -175,15 +176,14 @@ fn put<T: Texel>(out: &mut [T], texels: &[T], view: &FaceView, there: Continued)
 
 /// Fills the border of a face with lookups.
 fn look_up<T: Texel>(
-    source: &Source<'_, T>,
+    image: &ImageView<'_, T>,
+    sampler: &Sampler<'_, T>,
     around: &Raster,
     face: usize,
     n: usize,
-    filter: Filter,
     out: &mut [T],
-) {
-    let (map, raster) = (source.map(), source.raster());
-    let channels = source.texels().len() / raster.texels();
+) -> Result<(), Error> {
+    let (map, raster, channels) = (image.map(), image.raster(), image.channels());
     let (mut places, mut uv) = (Vec::new(), Vec::new());
     for j in 0..around.height {
         for i in 0..around.width {
@@ -207,12 +207,12 @@ fn look_up<T: Texel>(
     } else {
         map.beyond(&uv, &mut directions);
     }
-    let fill = vec![T::from_f64(T::NOTHING); channels];
     let mut found = vec![T::default(); places.len() * channels];
-    source.sample(None, filter, &fill, &directions, &mut found);
+    sampler.sample(&directions, &mut found)?;
     for (place, found) in places.into_iter().zip(found.chunks(channels)) {
         out[place..place + channels].copy_from_slice(found);
     }
+    Ok(())
 }
 
 /// The directions that stand for places around a disk.
@@ -253,10 +253,10 @@ mod tests {
         let shape = crate::image::raster::shape_of_size(map, size);
         let texels = shape.iter().product::<usize>();
         let image: Vec<f64> = (0..texels).map(|k| ((k * 37) % 101) as f64).collect();
-        let rows = ArrayView2::from_shape((texels, 1), &image).unwrap();
+        let view = ImageView::new(map, &shape, 1, &image).unwrap();
         let whole = padded_shape(map, &shape, n).unwrap();
         let mut out = vec![f64::NAN; whole.iter().product()];
-        pad(map, &shape, rows, n, Filter::Bilinear, &mut out).unwrap();
+        pad(&view, n, Filter::Bilinear, &mut out).unwrap();
         (whole, image, out)
     }
 
@@ -301,26 +301,23 @@ mod tests {
         let image: Vec<f64> = (0..shape.iter().product::<usize>())
             .map(|k| k as f64)
             .collect();
-        let rows = ArrayView2::from_shape((image.len(), 1), &image).unwrap();
-        let apart = copied(
-            &Source::new(&cross, &shape, rows).unwrap(),
-            &Raster::new(&faces, &[6, 4, 4]).unwrap(),
-        );
+        let image = ImageView::new(&cross, &shape, 1, &image).unwrap();
+        let apart = copied(&image, &Raster::new(&faces, &[6, 4, 4]).unwrap());
         let whole = padded_shape(&cross, &shape, 1).unwrap();
         assert_eq!(whole, [6, 6, 6]);
         let (mut a, mut b) = (vec![0.0; 216], vec![0.0; 216]);
-        pad(&cross, &shape, rows, 1, Filter::Bilinear, &mut a).unwrap();
-        let rows = ArrayView2::from_shape((96, 1), &apart).unwrap();
-        pad(&faces, &[6, 4, 4], rows, 1, Filter::Bilinear, &mut b).unwrap();
+        pad(&image, 1, Filter::Bilinear, &mut a).unwrap();
+        let apart = ImageView::new(&faces, &[6, 4, 4], 1, &apart).unwrap();
+        pad(&apart, 1, Filter::Bilinear, &mut b).unwrap();
         assert_eq!(a, b);
     }
 
     #[test]
     fn too_little_room_is_an_error() {
         let map = map("latlong", None);
-        let rows = ndarray::Array2::<f32>::zeros((8, 1));
+        let image = ImageView::new(&map, &[2, 4], 1, &[0.0; 8]).unwrap();
         let mut out = [0.0; 8];
-        let result = pad(&map, &[2, 4], rows.view(), 1, Filter::Bilinear, &mut out);
+        let result = pad(&image, 1, Filter::Bilinear, &mut out);
         assert!(result.unwrap_err().to_string().contains("Expected room"));
         assert!(padded_shape(&map, &[2, 4], usize::MAX).is_err());
     }

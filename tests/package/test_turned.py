@@ -100,7 +100,7 @@ def test_sums_with_a_direction_turn(kind):
     assert np.allclose(sm.light.average_direction(sky, q), POSE @ toward, atol=ROUNDED)
     assert np.allclose(q.average_direction(sky), p.average_direction(sky, rotation=POSE))
     c = sm.sh.project(sky, p, order=3)
-    # Fits of other texels, each as exact as its 8 × 8 systems: some 1e-8 of it where texels are few.
+    # Fits to other texels, each as exact as its system of equations.
     assert np.allclose(sm.sh.project(sky, q, order=3), sm.sh.rotate(c, POSE), atol=1e-6)
     n = random_directions(20, 5)
     want = sm.light.irradiance_at(sky, n, p)

@@ -1,4 +1,4 @@
-"""The wide filters: their weights, their order, and that seams do not show."""
+"""The filters: what the table claims of them, their weights, and that seams do not show."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import DEFAULTS, each, random_directions
+from conftest import DEFAULTS, FILTERS, LOOKUPS, WIDE, each, random_directions
 
-WIDE = ("catmull-rom", "mitchell", "lanczos3")
 each_wide = pytest.mark.parametrize("filter", WIDE)
 
 
@@ -20,16 +19,39 @@ def cubic(x: np.ndarray, b: float, c: float) -> np.ndarray:
     return np.where(x < 1, near, np.where(x < 2, far, 0)) / 6
 
 
+def windowed_sinc(x: np.ndarray) -> np.ndarray:
+    """Return Lanczos' kernel of three lobes, before it is divided by its sum."""
+    return np.where(np.abs(x) < 3, np.sinc(x) * np.sinc(x / 3), 0)
+
+
+# The formulas of papers; other filters are held to theirs where they are written.
+PAPERS = {
+    "catmull-rom": lambda x: cubic(x, 0, 0.5),
+    "mitchell": lambda x: cubic(x, 1 / 3, 1 / 3),
+    "lanczos3": windowed_sinc,
+}
+
+
 def weights(filter: str, t: np.ndarray) -> np.ndarray:
     """Of the six texels about a place, t of a texel to the right of the third."""
-    x = np.arange(-2, 4) - t[..., None]
-    if filter == "lanczos3":
-        w = np.where(np.abs(x) < 3, np.sinc(x) * np.sinc(x / 3), 0)
-        return w / w.sum(-1, keepdims=True)
-    return cubic(x, *((0, 0.5) if filter == "catmull-rom" else (1 / 3, 1 / 3)))
+    w = PAPERS[filter](np.arange(-2, 4) - t[..., None])
+    return w / w.sum(-1, keepdims=True)
 
 
-@each_wide
+def bends_lines(filter: str) -> float:
+    """Return by how much of a texel a ramp of columns is bent, far from every border."""
+    image = np.tile(np.arange(64.0), (32, 1))
+    u = np.linspace(0.4, 0.6, 301)
+    got = sm.sample(
+        image,
+        sm.decode(np.stack([u, np.full_like(u, 0.5)], -1), "latlong"),
+        "latlong",
+        filter=filter,
+    )
+    return float(np.abs(got - (u * 64 - 0.5)).max())
+
+
+@pytest.mark.parametrize("filter", PAPERS)
 @pytest.mark.parametrize("channels", [1, 2, 3, 4, 7])
 @pytest.mark.parametrize("dtype", ["float64", "float32", "uint8"])
 def test_lookups_are_the_weighted_sum_of_the_papers(filter, channels, dtype):
@@ -83,10 +105,10 @@ def test_seams_are_as_good_as_the_rest(case, filter):
     u, v, _ = r.local(r.encode(d))
     reach = 1 - 2 * 4 / min(p.shape(n)[-2:])
     border = np.hypot(u, v) > reach if r.is_disk else np.maximum(np.abs(u), np.abs(v)) > reach
-    if filter != "lanczos3":
-        # Mitchell's blurs, by h²/9 f'' where bilinear errs by up to h²/8 f''. Lanczos' shifts a
-        # place by up to 1/100 of a texel, whatever the function: on a smooth one it is no match.
-        factor = {"catmull-rom": 0.7, "mitchell": 2.5}[filter]
+    if bends_lines(filter) < 1e-9:
+        # A filter that blurs errs by half its variance times f'', a bilinear one by h²/12 f'' in
+        # the mean. What bends lines (Lanczos' by up to 1/100 of a texel) is no match.
+        factor = 0.7 if FILTERS[filter]["interpolates"] else 2.5
         assert wide[~border].mean() < factor * linear[~border].mean()
     if border.any() and p.coverage == "sphere":
         # At a border the bilinear rules have the second order, and the wide ones not less.
@@ -95,13 +117,59 @@ def test_seams_are_as_good_as_the_rest(case, filter):
 
 
 @pytest.mark.parametrize("name", ["latlong", "octahedral"])
-@pytest.mark.parametrize("filter", ["catmull-rom", "lanczos3"])
-def test_interpolation_gives_back_every_texel(name, filter):
+@pytest.mark.parametrize("filter", LOOKUPS)
+def test_those_that_interpolate_give_back_every_texel(name, filter):
     p = sm.projection(name)
     image = np.random.default_rng(7).random((*p.shape(12), 3))
     got = p.sample(image, p.directions(12), filter=filter)
-    # Places are off by some ε of 24 columns; weights of neighbors are zero to that.
-    np.testing.assert_allclose(got, image, atol=1e-12)
+    # Coordinates are off by some ε of the image, and numbers differ by up to 1 a texel.
+    assert (np.abs(got - image).max() < 1e-12) == FILTERS[filter]["interpolates"]
+
+
+@pytest.mark.parametrize("filter", FILTERS)
+def test_those_that_ring_overshoot_beside_an_edge(filter):
+    image = np.zeros((32, 64))
+    image[:, 20:40] = 1
+    got = sm.convert(image, "latlong", "latlong", size=(64, 128), filter=filter)
+    # What is left of a sum of weights in rounding is no overshoot.
+    rings = got.min() < -1e-9 or got.max() > 1 + 1e-9
+    assert rings == FILTERS[filter]["ringing"]
+
+
+@pytest.mark.parametrize("filter", FILTERS)
+def test_those_for_labels_give_labels(filter):
+    values = np.array([3, 50, 120, 251], np.uint8)
+    labels = np.random.default_rng(8).choice(values, (32, 64))
+    for size in (4, 40):
+        got = sm.convert(labels, "latlong", "cube", size=size, filter=filter)
+        assert np.isin(got, values).all() == FILTERS[filter]["takes_labels"]
+
+
+@pytest.mark.parametrize("filter", FILTERS)
+@pytest.mark.parametrize("dtype", ["uint8", "float16", "float32", "float64"])
+def test_every_filter_keeps_a_constant_to_the_bit(filter, dtype):
+    image = np.full((24, 48, 3), 0.1 if dtype[0] == "f" else 137, dtype)
+    for size in (5, 20):
+        got = sm.convert(image, "latlong", "cube", size=size, filter=filter)
+        assert np.all(got == image[0, 0])
+
+
+@pytest.mark.parametrize("filter", FILTERS)
+def test_support_is_how_far_a_texel_is_seen(filter):
+    support = FILTERS[filter]["support"]
+    if support is None:
+        with pytest.raises(ValueError, match=f"'{filter}' makes texels of an image"):
+            sm.sample(np.zeros((32, 64)), [0, 0, 1], "latlong", filter=filter)
+        return
+    image = np.zeros((32, 64))
+    image[:, 30] = 1
+    x = np.linspace(-4, 4, 1601)
+    uv = np.stack([(30.5 + x) / 64, np.full_like(x, 0.5)], -1)
+    got = sm.sample(image, sm.decode(uv, "latlong"), "latlong", filter=filter)
+    # Beyond the support weights are 0 and not small.
+    seen = np.abs(x[np.abs(got) > 1e-9])
+    # To a step of the places, and a cubic's weight leaves zero slowly.
+    assert support - 0.02 < seen.max() <= support + 0.005
 
 
 def test_bicubic_is_catmull_rom():

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import DEFAULTS, GRIDS, LAYOUTS, PARAMETERS, Case, each, random_directions
+from conftest import DEFAULTS, GRIDS, LAYOUTS, NARROW, PARAMETERS, Case, each, random_directions
 
-FILTERS = ("nearest", "bilinear")
-each_filter = pytest.mark.parametrize("filter", FILTERS)
+each_filter = pytest.mark.parametrize("filter", NARROW)
 DTYPES = ("uint8", "uint16", "float16", "float32", "float64")
 # A value that no filter can hide: what lies outside the valid image.
 POISON = {"uint8": 255, "uint16": 65535, "float16": 6e4, "float32": 1e30, "float64": 1e30}

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
+    from .._names import Filter
     from .._projection import Projection
     from ..map.named import ProjectionLike
-    from ..resample.verbs import Filter
     from .camera import View
     from .finding import Ball
 

@@ -17,8 +17,8 @@ from .supersample import BLOCK, Texels, counts, means
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from .._names import Filter
     from .._projection import Projection
-    from ..resample.verbs import Filter
     from .camera import View
 
     Array = NDArray[np.float64]

@@ -19,8 +19,8 @@ from .supersample import BLOCK, counts, means
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from .._names import Filter
     from ..map.named import ProjectionLike
-    from ..resample.verbs import Filter
 
     Array = NDArray[np.float64]
 

@@ -6,7 +6,6 @@ import os
 import sys
 import time
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,6 +17,7 @@ from rich.table import Table
 
 import spheremap as sm
 from spheremap import _core, io
+from spheremap._names import ConvertFilter
 from spheremap.cli import files
 from spheremap.cli.ball import ball
 from spheremap.cli.demo import run as run_demo
@@ -39,21 +39,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Environment maps, light probes and 360° images from one projection to another.",
 )
-
-
-class Filter(StrEnum):
-    """How an image is looked up between its texels."""
-
-    nearest = "nearest"
-    bilinear = "bilinear"
-    bicubic = "bicubic"
-    catmull_rom = "catmull-rom"
-    mitchell = "mitchell"
-    lanczos3 = "lanczos3"
-    trilinear = "trilinear"
-    ewa = "ewa"
-    area = "area"
-    mode = "mode"
 
 
 FileIn = Annotated[Path, typer.Argument(metavar="FILE", help="An image file.")]
@@ -144,7 +129,7 @@ def convert(
             show_default=False,
         ),
     ] = (0.0, 0.0, 0.0),
-    filter: Annotated[Filter, typer.Option(help="The lookup.")] = Filter.bilinear,
+    filter: Annotated[ConvertFilter, typer.Option(help="The lookup.")] = "bilinear",
     fill: Annotated[float, typer.Option(metavar="X", help="Value where nothing is known.")] = 0.0,
     alias: Annotated[
         bool,
@@ -202,7 +187,7 @@ def convert(
             dst,
             size=wanted,
             rotation=None if not any(rotate) else sm.rotation(*rotate),
-            filter=filter.value,
+            filter=filter,
             fill=fill,
             antialias=not alias,
             alpha=alpha,

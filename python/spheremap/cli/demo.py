@@ -15,7 +15,6 @@ import numpy as np
 import spheremap as sm
 from spheremap import io, plot
 from spheremap.cli import files, sky
-from spheremap.map.size import used_part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -76,7 +75,7 @@ def run(
                 width,
                 height,
                 p.covered_solid_angle / (4 * math.pi),
-                height * width * used_part(p) / seconds / 1e6,
+                height * width * p.used_part / seconds / 1e6,
                 _encode_speed(p, sphere),
                 _error(back, pano, known & sm.covers(around, p)),
             )

@@ -12,7 +12,6 @@ import numpy as np
 
 from .. import _core
 from .._arrays import as_image, as_real, checked_image, spatial_axes
-from ..map.size import used_part
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -42,7 +41,7 @@ def as_light(
         )
     if array.dtype.itemsize < 4:
         array = array.astype(np.float32)
-    if used_part(projection) < 1:
+    if projection.used_part < 1:
         outside = texel_weights(projection, spatial) == 0
         if outside.any():
             array = array.copy()

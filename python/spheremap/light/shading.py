@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from .._names import Filter
     from ..map.named import ProjectionLike
-    from ..resample.verbs import Filter
 
 __all__ = ["bake_matcap", "shade_environment", "shade_matcap"]
 

@@ -11,8 +11,8 @@ from ..map.named import resolve
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from .._names import Filter
     from ..map.named import ProjectionLike
-    from .verbs import Filter
 
 __all__ = ["pad"]
 

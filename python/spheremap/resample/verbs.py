@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import _core
-from .._arrays import spatial_axes
 from ..map.named import resolve
 from ..map.size import matching_size
-from .weighted import weighted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,12 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
+    from .._names import ConvertFilter, Filter
     from ..map.named import ProjectionLike
-
-    Filter: TypeAlias = Literal[
-        "nearest", "bilinear", "bicubic", "catmull-rom", "mitchell", "lanczos3"
-    ]
-    ConvertFilter: TypeAlias = Filter | Literal["trilinear", "ewa", "area", "mode"]
 
 __all__ = ["convert", "mipmaps", "sample"]
 
@@ -53,9 +46,10 @@ def sample(
         World directions of any length.
     projection, axes, rotation
         As for `encode`: how the image maps the sphere.
-    filter : {"bilinear", "nearest", "catmull-rom", "bicubic", "mitchell", "lanczos3"}
-        ``"bicubic"`` is another name of ``"catmull-rom"``, which interpolates; ``"mitchell"`` is
-        softer and rings less [1]_. All know what lies beyond an edge: seams do not show.
+    filter : str
+        ``"bilinear"``, ``"nearest"``, ``"catmull-rom"`` (also called ``"bicubic"``), which
+        interpolates, ``"mitchell"``, which is softer and rings less [1]_, ... The documentation's
+        table has all. All know what lies beyond an edge: seams do not show.
     fill : float or sequence of float
         The value for directions that the image does not hold, or one for each channel. Black by
         default; NaN marks what is missing in an image of floats.
@@ -96,23 +90,15 @@ def sample(
     [0.71, -0.71]
     """
     p = resolve(projection, axes, rotation)
-    if (alpha is None or filter == "nearest") and not skipna:
-        return _core.Projection.sample(p, image, directions, filter=filter, fill=fill, out=out)
-    return weighted(
+    return _core.Projection.sample(
+        p,
         image,
-        lambda image, filter: _core.Projection.sample(
-            p,
-            image,
-            directions,
-            filter=filter,
-            fill=math.nan,
-        ),
-        spatial=spatial_axes(p),
+        directions,
         filter=filter,
-        alpha=alpha,
-        skipna=skipna,
         fill=fill,
         out=out,
+        alpha=alpha,
+        skipna=skipna,
     )
 
 
@@ -146,8 +132,7 @@ def convert(
         Turns the content in the world: what is at d goes to ``rotation @ d``. For the view of a
         camera, see `Projection.turned`.
     filter : str
-        ``"bilinear"``, ``"nearest"``, ``"bicubic"``, ``"catmull-rom"``, ``"mitchell"`` and
-        ``"lanczos3"`` interpolate, as in `sample`, and are averaged where `antialias` says so.
+        Those of `sample` look texels up, and are averaged where `antialias` says so.
         ``"area"`` is conservative: each texel is the mean of the source over its own solid angle,
         so that no light is lost or made. ``"mode"`` is the value that covers most of it, for
         labels. ``"trilinear"`` and ``"ewa"`` look up in `mipmaps`, as renderers do.
@@ -215,40 +200,17 @@ def convert(
         size = matching_size(np.shape(image), source, target)
     shape = target.shape(size)
     source = resolve(source, rotation=rotation)
-
-    def look(
-        image: ArrayLike,
-        filter: str,
-        fill: float | Sequence[float] = math.nan,
-        out: NDArray[Any] | None = None,
-        skipna: bool = False,
-    ) -> NDArray[Any]:
-        return _core.convert(
-            image,
-            source,
-            target,
-            shape,
-            filter=filter,  # type: ignore[arg-type]
-            fill=fill,
-            out=out,
-            skipna=skipna,
-            antialias=antialias,
-        )
-
-    if alpha is not None and filter == "mode":
-        raise ValueError("`alpha` weights colors, and filter 'mode' is for labels.")
-    plain = alpha is None or filter == "nearest"
-    if plain and (not skipna or filter in ("area", "mode")):
-        return look(image, filter, fill, out, skipna)
-    return weighted(
+    return _core.convert(
         image,
-        look,
-        spatial=spatial_axes(source),
+        source,
+        target,
+        shape,
         filter=filter,
-        alpha=alpha,
-        skipna=skipna,
         fill=fill,
         out=out,
+        skipna=skipna,
+        antialias=antialias,
+        alpha=alpha,
     )
 
 

@@ -65,6 +65,7 @@ mod traced;
 
 use crate::error::Error;
 use crate::image::texel::Texel;
+use crate::image::view::ImageView;
 use crate::kernel::threads;
 use crate::kernel::tile::prefetch_item;
 use crate::map::Map;
@@ -72,68 +73,20 @@ use crate::resample::area::lattice::Lattice;
 use crate::resample::area::statistic::Tallies;
 use crate::resample::area::sweep::{Sweep, Tally};
 use crate::resample::area::traced::density::Density;
+use crate::resample::filters::AreaFilter;
+use crate::resample::request::Request;
 use glam::DMat3;
-use ndarray::ArrayView2;
 
-/// What becomes of the values that a texel covers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Statistic {
-    /// Their mean, by solid angle.
-    Mean,
-    /// The one that covers most; of equals, the smallest. For labels.
-    Mode,
-}
-
-impl Statistic {
-    /// The names of all filters that take one.
-    pub const NAMES: [&'static str; 2] = ["area", "mode"];
-
-    /// The statistic that a filter of this name takes.
-    pub fn find(filter: &str) -> Option<Statistic> {
-        match filter {
-            "area" => Some(Statistic::Mean),
-            "mode" => Some(Statistic::Mode),
-            _ => None,
-        }
-    }
-}
-
-/// An image and how it is read.
-#[derive(Clone, Copy)]
-pub struct Source<'a, T> {
-    /// How it maps the sphere.
-    pub map: &'a Map,
-    /// Its shape, without channels.
-    pub shape: &'a [usize],
-    /// A row of channels for each texel.
-    pub texels: ArrayView2<'a, T>,
-    /// Whether NaN has no weight.
-    pub skipna: bool,
-}
-
-/// Fills an image of `map` with the statistic of what each of its texels covers of `source`, turned by
-/// `rotation`.
-pub fn convert<T: Texel>(
-    source: Source<'_, T>,
-    map: &Map,
-    shape: &[usize],
-    rotation: Option<DMat3>,
-    statistic: Statistic,
-    fill: &[T],
+/// Fills the image that a request asks for with what each of its texels covers, by `filter`. With `skipna`, NaN has no
+/// weight.
+pub(crate) fn convert<T: Texel>(
+    request: Request<'_, T>,
+    filter: AreaFilter,
+    skipna: bool,
     out: &mut [T],
 ) -> Result<(), Error> {
     let tally = Tally::default();
-    convert_by(
-        Path::Best,
-        &tally,
-        source,
-        map,
-        shape,
-        rotation,
-        statistic,
-        fill,
-        out,
-    )
+    convert_by(Path::Best, &tally, request, filter, skipna, out)
 }
 
 /// Which way cells may go.
@@ -158,33 +111,26 @@ const WIDEST: f64 = 12.0;
 /// Target cells along a side of a face, at least, on the fast path.
 const FEWEST_TARGET: usize = 64;
 
-#[expect(
-    clippy::too_many_arguments,
-    reason = "those of `convert` and what tests ask for"
-)]
 fn convert_by<T: Texel>(
     path: Path,
     tally: &Tally,
-    source: Source<'_, T>,
-    map: &Map,
-    shape: &[usize],
-    rotation: Option<DMat3>,
-    statistic: Statistic,
-    fill: &[T],
+    request: Request<'_, T>,
+    filter: AreaFilter,
+    skipna: bool,
     out: &mut [T],
 ) -> Result<(), Error> {
-    let frame = frame(source.map, map, rotation);
-    let mut from = Lattice::new(source.map, source.shape, None)?;
+    let Request {
+        image,
+        map,
+        shape,
+        rotation,
+        fill,
+    } = request;
+    let frame = frame(image.map(), map, rotation);
+    let mut from = Lattice::new(image.map(), image.shape(), None)?;
     let mut into = Lattice::new(map, shape, Some(frame))?;
-    let channels = fill.len();
+    let channels = image.channels();
     let (columns, texels) = (into.raster.columns, into.raster.texels());
-    if source.texels.ncols() != channels || source.texels.nrows() != from.raster.texels() {
-        return Err(Error::Shape(format!(
-            "Expected {} texels of {channels} channels, got {:?}.",
-            from.raster.texels(),
-            source.texels.dim()
-        )));
-    }
     let fast = match path {
         Path::Best => from.raster.texels() + texels >= LARGE,
         #[cfg(test)]
@@ -198,7 +144,7 @@ fn convert_by<T: Texel>(
     if fast {
         // The general path has texels as they are: around a blind spot it is the less exact the finer cells are.
         coarse = Some(from);
-        (from, into) = refined(Lattice::new(source.map, source.shape, None)?, into);
+        (from, into) = refined(Lattice::new(image.map(), image.shape(), None)?, into);
         varies = [Density::varies(&from), Density::varies(&into)];
         cost = into.refined * into.refined;
     }
@@ -208,7 +154,7 @@ fn convert_by<T: Texel>(
     threads::bands(out, width, texels * cost, side, |first, band| {
         let coarse = coarse.as_ref().unwrap_or(&from);
         let mut sweep = Sweep::new([&from, coarse], &into, varies, fast);
-        let mut tallies = Tallies::new(source, statistic, side * side);
+        let mut tallies = Tallies::new(image, filter, skipna, side * side);
         let rows = band.len() / width;
         into.raster.blocks(first, rows, (side, side), |block| {
             let Some((face, texel, [along, down])) = block.face else {
@@ -240,7 +186,7 @@ fn convert_by<T: Texel>(
                         (x + step).min(high[0] * parts),
                         (y + step).min(high[1] * parts),
                     ];
-                    let near = |face, low, high| fetch(&from, source.texels, face, low, high);
+                    let near = |face, low, high| fetch(&from, image, face, low, high);
                     sweep.cells(face, [x, y], end, near, |[x, y], weights| {
                         let number = (y / parts - low[1]) * across + x / parts - low[0];
                         tallies.add(number, weights);
@@ -288,17 +234,14 @@ const FETCHED: usize = 1 << 13;
 
 /// Asks for the texels of a box of source cells. Blocks of a target jump about in the source, where nothing but the
 /// corners of the next block tells what comes.
-fn fetch<T>(
+fn fetch<T: Texel>(
     from: &Lattice<'_>,
-    texels: ArrayView2<'_, T>,
+    image: &ImageView<'_, T>,
     face: usize,
     low: [usize; 2],
     high: [usize; 2],
 ) {
-    let Some(all) = texels.to_slice() else {
-        return;
-    };
-    let channels = texels.ncols();
+    let (all, channels) = (image.texels(), image.channels());
     let line = (64 / (channels * size_of::<T>()).max(1)).max(1);
     let [low, high] = [low, high].map(|at| at.map(|k| k / from.refined));
     if (high[0] - low[0]) * (high[1] - low[1]) > FETCHED {

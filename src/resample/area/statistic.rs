@@ -1,8 +1,9 @@
 //! What becomes of the values that a texel covers, added cell by cell.
 
-use super::{Source, Statistic};
 use crate::image::texel::Texel;
+use crate::image::view::ImageView;
 use crate::number::real::Real;
+use crate::resample::filters::AreaFilter;
 
 /// A weighted mean on its way.
 #[derive(Clone, Copy)]
@@ -44,8 +45,10 @@ impl Sum {
 
 /// The texels of a block of the target.
 pub(super) struct Tallies<'a, T> {
-    source: Source<'a, T>,
-    statistic: Statistic,
+    image: &'a ImageView<'a, T>,
+    filter: AreaFilter,
+    /// Whether NaN has no weight.
+    skipna: bool,
     channels: usize,
     /// Whether a texel covers anything.
     covers: Vec<bool>,
@@ -61,19 +64,25 @@ pub(super) struct Tallies<'a, T> {
 }
 
 impl<'a, T: Texel> Tallies<'a, T> {
-    pub fn new(source: Source<'a, T>, statistic: Statistic, texels: usize) -> Self {
-        let channels = source.texels.ncols();
+    pub fn new(
+        image: &'a ImageView<'a, T>,
+        filter: AreaFilter,
+        skipna: bool,
+        texels: usize,
+    ) -> Self {
+        let channels = image.channels();
         // Rounding takes means of equal numbers beyond them by parts in 1e16, which only f64 has.
-        let plain = statistic == Statistic::Mean && !source.skipna && size_of::<T>() < 8;
-        let numbers = source.texels.to_slice().filter(|_| plain);
-        let (plain, sums, lists) = match statistic {
-            Statistic::Mean if numbers.is_some() => (texels, 0, 0),
-            Statistic::Mean => (0, texels * channels, 0),
-            Statistic::Mode => (0, 0, texels),
+        let plain = filter == AreaFilter::Area && !skipna && size_of::<T>() < 8;
+        let numbers = plain.then(|| image.texels());
+        let (plain, sums, lists) = match filter {
+            AreaFilter::Area if numbers.is_some() => (texels, 0, 0),
+            AreaFilter::Area => (0, texels * channels, 0),
+            AreaFilter::Mode => (0, 0, texels),
         };
         Tallies {
-            source,
-            statistic,
+            image,
+            filter,
+            skipna,
             channels,
             covers: vec![false; texels],
             sums: vec![NONE; sums],
@@ -97,7 +106,7 @@ impl<'a, T: Texel> Tallies<'a, T> {
     #[inline(always)]
     pub fn add(&mut self, number: usize, weights: &[(usize, f64)]) {
         self.covers[number] |= !weights.is_empty();
-        if self.statistic == Statistic::Mode {
+        if self.filter == AreaFilter::Mode {
             return self.lists[number].extend_from_slice(weights);
         }
         if let Some(texels) = self.numbers {
@@ -116,9 +125,9 @@ impl<'a, T: Texel> Tallies<'a, T> {
             };
         }
         let sums = &mut self.sums[number * self.channels..][..self.channels];
-        let skipna = self.source.skipna;
+        let skipna = self.skipna;
         for &(index, weight) in weights {
-            let texel = self.source.texels.row(index);
+            let texel = self.image.texel(index);
             for (sum, texel) in sums.iter_mut().zip(texel) {
                 let value = texel.load().to_f64();
                 if !(skipna && value.is_nan()) {
@@ -134,16 +143,16 @@ impl<'a, T: Texel> Tallies<'a, T> {
             return out.copy_from_slice(fill);
         }
         for (channel, out) in out.iter_mut().enumerate() {
-            let value = match self.statistic {
-                Statistic::Mean if self.numbers.is_some() => {
+            let value = match self.filter {
+                AreaFilter::Area if self.numbers.is_some() => {
                     self.plain[number * self.channels + channel] / self.weights[number]
                 }
-                Statistic::Mean => self.sums[number * self.channels + channel].mean(),
-                Statistic::Mode => {
+                AreaFilter::Area => self.sums[number * self.channels + channel].mean(),
+                AreaFilter::Mode => {
                     self.values.clear();
                     for &(index, weight) in &self.lists[number] {
-                        let value = self.source.texels[[index, channel]].load().to_f64();
-                        if !(self.source.skipna && value.is_nan()) {
+                        let value = self.image.texel(index)[channel].load().to_f64();
+                        if !(self.skipna && value.is_nan()) {
                             self.values.push((value, weight));
                         }
                     }

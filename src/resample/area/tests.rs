@@ -38,25 +38,15 @@ fn converted(
     let image = noise(texels(from));
     let mut out = vec![0.0; texels(into)];
     let tally = Tally::default();
-    let source = Source {
-        map: source,
-        shape: from,
-        texels: ArrayView2::from_shape((image.len(), 1), &image).unwrap(),
-        skipna: false,
-    };
-    let mean = Statistic::Mean;
-    convert_by(
-        path,
-        &tally,
-        source,
-        target,
-        into,
+    let source = ImageView::new(source, from, 1, &image).unwrap();
+    let request = Request {
+        image: &source,
+        map: target,
+        shape: into,
         rotation,
-        mean,
-        &[f64::NAN],
-        &mut out,
-    )
-    .unwrap();
+        fill: &[f64::NAN],
+    };
+    convert_by(path, &tally, request, AreaFilter::Area, false, &mut out).unwrap();
     let counts = [&tally.fast, &tally.followed, &tally.general];
     (
         out,

@@ -13,10 +13,10 @@
 //!   there that hold nothing are beyond the rim again, and go on where they came from.
 //! - Where the coverage ends, the nearest texel.
 
-use super::Source;
 use super::edges::FaceEdge;
 use super::place::Support;
 use super::taps::Taps;
+use super::texture::Texture;
 use crate::image::rim::nearest_valid_texel;
 use crate::image::texel::Texel;
 use crate::map::grid::GridAxis;
@@ -31,7 +31,7 @@ const CROSSINGS: u8 = 4;
 /// Less than this part of a texel beyond a rim takes the nearest texel at once.
 const LITTLE: f64 = 1.0 / 128.0;
 
-impl<T: Texel> Source<'_, T> {
+impl<T: Texel> Texture<'_, T> {
     /// The texel nearest to a place that its own index does not give.
     pub(crate) fn nearest(&self, face: usize, [u, v]: [f64; 2]) -> usize {
         let raster = &self.raster;

@@ -195,9 +195,10 @@ impl Visitor for Across {
 
 #[cfg(test)]
 mod tests {
+    use crate::image::view::ImageView;
     use crate::map::Map;
-    use crate::resample::sample::{Filter, Source};
-    use ndarray::ArrayView2;
+    use crate::resample::convert::sample;
+    use crate::resample::options::Options;
 
     #[test]
     fn values_are_continuous_over_every_edge_and_corner() {
@@ -206,12 +207,11 @@ mod tests {
             let texels: Vec<f64> = (0..6 * n * n)
                 .map(|i| (i * 7919 % 1009) as f64 / 1009.0)
                 .collect();
-            let texels = ArrayView2::from_shape((6 * n * n, 1), &texels).unwrap();
             let shape = [6, n, n];
-            let source = Source::new(&map, &shape, texels).unwrap();
+            let image = ImageView::new(&map, &shape, 1, &texels).unwrap();
             let look = |d: [f64; 3]| {
                 let mut out = [0.0];
-                source.sample(None, Filter::Bilinear, &[0.0], &d, &mut out);
+                sample(&image, &d, &Options::new(), &mut out).unwrap();
                 out[0]
             };
             for k in 0..=200 {

@@ -14,17 +14,27 @@
 //! What did not help: a copy of the image in 2×2 tiles (a third faster on random lookups only, and the
 //! copy costs more); asking for the output's memory as well.
 
-use super::Area;
 use super::place::Places;
-use super::weights::Kernel;
 use crate::image::raster::Raster;
 use crate::image::texel::{Filtered, Four, Texel};
 use crate::kernel::tile::TILE;
 use crate::kernel::tile::prefetch_item;
 use crate::kernel::{SimdWork, run_baseline, run_simd};
+use crate::resample::filters::claims::Kernel;
 use fearless_simd::{Simd, SimdBase};
 use std::marker::PhantomData;
 use std::ops::{Add, Mul, Sub};
+
+/// The rectangle of a band of stored texels that a tile of lookups fills, row by row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rectangle {
+    /// Its first texel.
+    pub(crate) start: usize,
+    /// Texels in a row; at least one.
+    pub(crate) columns: usize,
+    /// Texels from one row to the next.
+    pub(crate) stride: usize,
+}
 
 /// Rows of SIDE texels and SLACK numbers.
 #[derive(Clone, Copy)]
@@ -280,7 +290,7 @@ pub(crate) struct Gathering<'a, T: Texel, O, E> {
     pub(crate) all_inside: bool,
     pub(crate) next: &'a Places<T::Float>,
     pub(crate) band: &'a mut [O],
-    pub(crate) area: Area,
+    pub(crate) area: Rectangle,
     pub(crate) length: usize,
     /// Answers for the places that are not inside.
     pub(crate) edge: E,
@@ -396,7 +406,7 @@ fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usi
 /// Calls `work` with the number and the place of each of `length` texels of an area.
 fn each<T>(
     band: &mut [T],
-    area: Area,
+    area: Rectangle,
     length: usize,
     channels: usize,
     mut work: impl FnMut(usize, &mut [T]),

@@ -5,8 +5,8 @@
 //! texels may lie beyond an edge; each is then what the seam says. The Gaussian e^(-2r²), cut at r = 1, is
 //! lowered to end at 0.
 
-use super::Source;
 use super::taps::Taps;
+use super::texture::Texture;
 use crate::image::texel::Texel;
 use crate::number::real::Real;
 
@@ -20,7 +20,7 @@ pub(crate) trait Level: Sync {
     fn ellipse(&self, face: usize, uv: [f64; 2], sides: [[f64; 2]; 2], out: &mut [f64]);
 }
 
-impl<T: Texel> Level for Source<'_, T> {
+impl<T: Texel> Level for Texture<'_, T> {
     fn bilinear(&self, face: usize, uv: [f64; 2], out: &mut [f64]) {
         let mut taps = Taps::new();
         self.resolve(&mut taps, face, uv, 1.0);
@@ -70,7 +70,7 @@ fn gaussian(x: f64) -> f64 {
     squared * squared - 0.135_335_283_236_612_7
 }
 
-impl<T: Texel> Source<'_, T> {
+impl<T: Texel> Texture<'_, T> {
     /// The mean of texels by their weights.
     fn mean(&self, taps: &Taps, out: &mut [f64]) {
         let list = taps.list();

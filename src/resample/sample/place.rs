@@ -38,6 +38,13 @@ pub(crate) struct Support {
 }
 
 impl Support {
+    /// The texel that holds the place.
+    pub(crate) const NEAREST: Support = Support {
+        shift: 0.5,
+        before: 0,
+        after: 0,
+    };
+
     /// A texel and the next one.
     pub(crate) const PAIR: Support = Support {
         shift: 0.0,

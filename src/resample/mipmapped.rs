@@ -12,66 +12,40 @@ use crate::error::Error;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::texels::Centers;
+use crate::image::view::ImageView;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile};
-use crate::map::Map;
 use crate::number::real::Real;
 use crate::resample::coordinate_map::CoordinateMap;
+use crate::resample::filters::MipmappedFilter;
 use crate::resample::footprint::{Footprint, Part, measure};
 use crate::resample::mips;
-use crate::resample::sample::{Level, Source};
-use glam::DMat3;
-use ndarray::ArrayView2;
+use crate::resample::request::Request;
+use crate::resample::sample::{Level, Texture};
 
 /// The most that an ellipse is longer than wide; longer ones are made wider.
 const LONGEST: f64 = 16.0;
 
-/// How a footprint is looked up in a mip chain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Chained {
-    /// Bilinear in two levels, by the footprint's longer side.
-    Trilinear,
-    /// Elliptical weighted average, by its shorter one.
-    Ewa,
-}
-
-impl Chained {
-    /// All names.
-    pub const NAMES: [&'static str; 2] = ["trilinear", "ewa"];
-
-    /// The one of this name.
-    pub fn find(filter: &str) -> Option<Chained> {
-        match filter {
-            "trilinear" => Some(Chained::Trilinear),
-            "ewa" => Some(Chained::Ewa),
-            _ => None,
-        }
-    }
-}
-
-/// Fills an image of `map` with what `source` shows when turned by `rotation`.
-pub fn convert<T: Texel>(
-    source: &Source<'_, T>,
-    map: &Map,
-    shape: &[usize],
-    rotation: Option<DMat3>,
-    filter: Chained,
-    fill: &[T],
+/// Fills the image that a request asks for.
+pub(crate) fn convert<T: Texel>(
+    request: Request<'_, T>,
+    filter: MipmappedFilter,
     out: &mut [T],
 ) -> Result<(), Error> {
-    let target = Raster::new(map, shape)?;
-    let coordinate_map = CoordinateMap::new(source.map(), map, rotation);
-    let channels = fill.len();
-    let chain = mips::chain(source.map(), source.shape(), source.texels(), channels)?;
+    let (image, fill) = (request.image, request.fill);
+    let target = Raster::new(request.map, request.shape)?;
+    let coordinate_map = CoordinateMap::new(image.map(), request.map, request.rotation);
+    let channels = image.channels();
+    let chain = mips::chain(image)?;
+    let source = Texture::new(image);
     let mut smaller = Vec::with_capacity(chain.len());
     for (shape, texels) in &chain {
-        let texels = ArrayView2::from_shape((texels.len() / channels, channels), texels)
-            .map_err(|error| Error::Shape(error.to_string()))?;
-        smaller.push(Source::new(source.map(), shape, texels)?);
+        let level = ImageView::new(image.map(), shape, channels, texels)?;
+        smaller.push(Texture::new(&level));
     }
-    let mut levels: Vec<&dyn Level> = vec![source];
+    let mut levels: Vec<&dyn Level> = vec![&source];
     levels.extend(smaller.iter().map(|level| level as &dyn Level));
-    let most = source.raster().width.max(source.raster().height) as f64;
+    let most = source.raster.width.max(source.raster.height) as f64;
     let centers = Centers::new(&target);
     let width = target.columns * channels;
     threads::bands(out, width, target.texels() * 32, 1, |first, band| {
@@ -92,7 +66,7 @@ pub fn convert<T: Texel>(
             }
             measure(
                 &coordinate_map,
-                source.raster(),
+                &source.raster,
                 &parts[..n],
                 &mut footprints,
             );
@@ -124,7 +98,7 @@ fn level(mut length: f64, levels: usize) -> (usize, f64) {
 /// Writes what a footprint shows into the first half of `values`.
 fn look(
     levels: &[&dyn Level],
-    filter: Chained,
+    filter: MipmappedFilter,
     most: f64,
     footprint: &Footprint,
     values: &mut [f64],
@@ -132,18 +106,18 @@ fn look(
     let face = footprint.source[2] as usize;
     let uv = [footprint.source[0], footprint.source[1]];
     let sides = match filter {
-        Chained::Trilinear => [[0.0; 2]; 2],
-        Chained::Ewa => rounded(footprint, most),
+        MipmappedFilter::Trilinear => [[0.0; 2]; 2],
+        MipmappedFilter::Ewa => rounded(footprint, most),
     };
     let length = match filter {
-        Chained::Trilinear => footprint.lengths()[0].max(footprint.lengths()[1]),
-        Chained::Ewa => axes(sides).1,
+        MipmappedFilter::Trilinear => footprint.lengths()[0].max(footprint.lengths()[1]),
+        MipmappedFilter::Ewa => axes(sides).1,
     };
     let (k, share) = level(length, levels.len());
     let (near, far) = values.split_at_mut(values.len() / 2);
     let one = |k: usize, out: &mut [f64]| match filter {
-        Chained::Trilinear => levels[k].bilinear(face, uv, out),
-        Chained::Ewa => {
+        MipmappedFilter::Trilinear => levels[k].bilinear(face, uv, out),
+        MipmappedFilter::Ewa => {
             let scale = 0.5_f64.powi(k as i32);
             levels[k].ellipse(face, uv, sides.map(|side| side.map(|x| x * scale)), out);
         }

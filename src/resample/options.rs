@@ -1,0 +1,167 @@
+//! What a lookup or a conversion may be asked for.
+
+use crate::error::Error;
+use crate::image::texel::Texel;
+use crate::resample::filters::Filter;
+use glam::DMat3;
+
+/// The value where an image holds nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Fill {
+    /// NaN, or 0 for integers.
+    #[default]
+    Nothing,
+    /// One number for all channels.
+    All(f64),
+    /// One number for each channel.
+    Channels(Vec<f64>),
+}
+
+impl From<f64> for Fill {
+    fn from(value: f64) -> Fill {
+        Fill::All(value)
+    }
+}
+
+impl From<Vec<f64>> for Fill {
+    fn from(values: Vec<f64>) -> Fill {
+        Fill::Channels(values)
+    }
+}
+
+impl From<&[f64]> for Fill {
+    fn from(values: &[f64]) -> Fill {
+        Fill::Channels(values.to_vec())
+    }
+}
+
+impl Fill {
+    /// It as a texel of so many channels; an error where it has another number of them or T cannot hold it.
+    pub(crate) fn texel<T: Texel>(&self, channels: usize) -> Result<Vec<T>, Error> {
+        let values = match self {
+            Fill::Nothing => return Ok(vec![T::from_f64(T::NOTHING); channels]),
+            Fill::All(value) => &vec![*value; channels],
+            Fill::Channels(values) => values,
+        };
+        if values.len() != channels {
+            return Err(Error::Shape(format!(
+                "Expected `fill` to have one number for each of {channels} channels, got {}.",
+                values.len()
+            )));
+        }
+        if let Some(value) = values.iter().find(|value| !T::fits(**value)) {
+            return Err(Error::Contradiction(format!(
+                "`fill` {value} is no value of {}.",
+                T::NAME
+            )));
+        }
+        Ok(values.iter().map(|value| T::from_f64(*value)).collect())
+    }
+}
+
+/// How an image is looked up or converted.
+///
+/// ```
+/// use spheremap::resample::{Filter, Options};
+///
+/// let options = Options::new().filter(Filter::Area).fill(0.0);
+/// assert!(options.antialias && !options.skipna);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Options {
+    /// How a value is made of texels; bilinear by default.
+    pub filter: Filter,
+    /// Turns the content in the world; none by default.
+    pub rotation: Option<DMat3>,
+    /// Whether a texel that sees more than one texel of the source is the mean of what it sees; by default it is. It does
+    /// not concern filters that are not [`antialiased`](crate::resample::filters::claims::FilterInfo::antialiased), nor
+    /// lookups of directions.
+    pub antialias: bool,
+    /// The value where there is none.
+    pub fill: Fill,
+    /// The channel that says how opaque a texel is, if there is one: the others are then means by opacity.
+    pub alpha: Option<usize>,
+    /// Whether NaN has no weight. By default it spreads to all that it touches.
+    pub skipna: bool,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            filter: Filter::Bilinear,
+            rotation: None,
+            antialias: true,
+            fill: Fill::Nothing,
+            alpha: None,
+            skipna: false,
+        }
+    }
+}
+
+impl Options {
+    /// The default ones.
+    ///
+    /// ```
+    /// use spheremap::resample::{Filter, Options};
+    /// assert_eq!(Options::new().filter, Filter::Bilinear);
+    /// ```
+    pub fn new() -> Options {
+        Options::default()
+    }
+
+    /// With another [`Options::filter`].
+    pub fn filter(mut self, filter: Filter) -> Options {
+        self.filter = filter;
+        self
+    }
+
+    /// With another [`Options::rotation`], or none.
+    pub fn rotation(mut self, rotation: impl Into<Option<DMat3>>) -> Options {
+        self.rotation = rotation.into();
+        self
+    }
+
+    /// With another [`Options::antialias`].
+    pub fn antialias(mut self, antialias: bool) -> Options {
+        self.antialias = antialias;
+        self
+    }
+
+    /// With another [`Options::fill`].
+    pub fn fill(mut self, fill: impl Into<Fill>) -> Options {
+        self.fill = fill.into();
+        self
+    }
+
+    /// With another [`Options::alpha`], or none.
+    pub fn alpha(mut self, alpha: impl Into<Option<usize>>) -> Options {
+        self.alpha = alpha.into();
+        self
+    }
+
+    /// With another [`Options::skipna`].
+    pub fn skipna(mut self, skipna: bool) -> Options {
+        self.skipna = skipna;
+        self
+    }
+
+    /// The channel of opacity, where it weights anything: labels are not averaged.
+    pub(crate) fn opacity(&self, channels: usize) -> Result<Option<usize>, Error> {
+        let Some(alpha) = self.alpha else {
+            return Ok(None);
+        };
+        if channels < 2 || alpha >= channels {
+            return Err(Error::Contradiction(format!(
+                "Expected `alpha` to be the number of one of at least 2 channels, got {alpha} for {channels}."
+            )));
+        }
+        if self.filter == Filter::Mode {
+            return Err(Error::Contradiction(
+                "`alpha` weights colors, and filter 'mode' is for labels.".to_owned(),
+            ));
+        }
+        Ok(Some(alpha).filter(|_| !self.filter.info().takes_labels))
+    }
+}

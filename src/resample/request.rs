@@ -1,0 +1,20 @@
+//! What is to be converted into what.
+
+use crate::image::view::ImageView;
+use crate::map::Map;
+use glam::DMat3;
+
+/// An image, and the one that is to be made of it.
+#[derive(Clone, Copy)]
+pub(crate) struct Request<'a, T> {
+    /// What is converted.
+    pub(crate) image: &'a ImageView<'a, T>,
+    /// How the result maps the sphere.
+    pub(crate) map: &'a Map,
+    /// Its shape, without channels.
+    pub(crate) shape: &'a [usize],
+    /// Turns the content in the world.
+    pub(crate) rotation: Option<DMat3>,
+    /// A texel where there is nothing.
+    pub(crate) fill: &'a [T],
+}

@@ -1,0 +1,234 @@
+//! Lookups tile by tile, by any filter of the table.
+
+use super::gather::{Bilinear, Gather, Gathering, Nearest, Rectangle, Separable, Stored};
+use super::place::{Places, Support};
+use super::taps::Taps;
+use super::texture::Texture;
+use crate::image::texel::{Filtered, Texel};
+use crate::kernel::Scalar;
+use crate::kernel::tile::Tile;
+use crate::number::real::Real;
+use crate::projections::projection::Outline;
+use crate::resample::filters::LookupFilter;
+use crate::resample::filters::claims::{Kernel, Visitor};
+
+/// Lookups tile by tile: the texels of one are asked for while those of the one before are weighted.
+pub(crate) struct Lookups<'s, 'a, T: Texel, O, R> {
+    source: &'s Texture<'a, T>,
+    filter: LookupFilter,
+    fill: &'s [O],
+    queue: [Queued<T::Float, R>; 2],
+    current: usize,
+}
+
+struct Queued<F, R> {
+    places: Places<F>,
+    all_inside: bool,
+    uv: Tile<R, 3>,
+    area: Rectangle,
+    length: usize,
+}
+
+impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
+    /// Lookups in an image. Where it holds nothing, the result is `fill`.
+    pub fn new(source: &'s Texture<'a, T>, filter: LookupFilter, fill: &'s [O]) -> Self {
+        let queued = || Queued {
+            places: Places::new(),
+            all_inside: false,
+            uv: Tile::new(),
+            area: Rectangle {
+                start: 0,
+                columns: 1,
+                stride: 1,
+            },
+            length: 0,
+        };
+        Lookups {
+            source,
+            filter,
+            fill,
+            queue: [queued(), queued()],
+            current: 0,
+        }
+    }
+
+    /// The canonical (u, v, face) of the next tile, to be written.
+    pub fn tile(&mut self) -> &mut Tile<R, 3> {
+        &mut self.queue[1 - self.current].uv
+    }
+
+    /// Those of the tile that was pushed last.
+    pub fn pushed(&self) -> &Tile<R, 3> {
+        &self.queue[self.current].uv
+    }
+
+    /// Finds the texels around the first `count` places of the next tile. Returns whether none of them lies at an edge or
+    /// nowhere.
+    pub fn place(&mut self, count: usize) -> bool {
+        let source = self.source;
+        let reach = self.filter.visit(GetSupport);
+        let next = &mut self.queue[1 - self.current];
+        next.all_inside = next.places.set(
+            (&source.raster, source.channels),
+            reach,
+            source.safe(reach),
+            &next.uv,
+            count,
+        );
+        if source.raster.outline == Outline::Shape {
+            next.all_inside = next
+                .places
+                .leave_out_rim(&source.raster, reach, &next.uv, count);
+        }
+        next.length = count;
+        next.all_inside
+    }
+
+    /// Looks the places that were found up, into an area of `band`: at the next call.
+    pub fn push(&mut self, band: &mut [O], area: Rectangle) {
+        self.queue[1 - self.current].area = area;
+        self.gather(band);
+        self.current = 1 - self.current;
+    }
+
+    /// Does what is left to do.
+    pub fn finish(&mut self, band: &mut [O]) {
+        self.gather(band);
+        self.queue[self.current].length = 0;
+    }
+
+    /// Weights the texels of the current tile, and asks for those of the next.
+    fn gather(&self, band: &mut [O]) {
+        self.filter.visit(Weigh(self, band));
+    }
+
+    fn weigh<G: Gather<T>>(&self, band: &mut [O]) {
+        let source = self.source;
+        let tile = &self.queue[self.current];
+        let next = &self.queue[1 - self.current].places;
+        let work = Gathering {
+            stored: Stored {
+                raster: &source.raster,
+                texels: source.texels,
+                channels: source.channels,
+            },
+            places: &tile.places,
+            all_inside: tile.all_inside,
+            next,
+            band,
+            area: tile.area,
+            length: tile.length,
+            edge: |k: usize, out: &mut [O]| {
+                let [u, v, face] = tile.uv.at(k).map(Real::to_f64);
+                if u.is_nan() {
+                    out.copy_from_slice(self.fill);
+                } else {
+                    at_edge(source, self.filter, face as usize, [u, v], out);
+                }
+            },
+        };
+        work.run::<G>();
+    }
+}
+
+/// Which texels a filter needs.
+struct GetSupport;
+
+impl Visitor for GetSupport {
+    type Output = Support;
+    fn nearest(self) -> Support {
+        Support::NEAREST
+    }
+    fn bilinear(self) -> Support {
+        Support::PAIR
+    }
+    fn separable<K: Kernel<TAPS>, const TAPS: usize>(self) -> Support {
+        Support {
+            shift: 0.0,
+            before: TAPS / 2 - 1,
+            after: TAPS / 2,
+        }
+    }
+}
+
+/// Weights the texels of the current tile into a band.
+struct Weigh<'l, 's, 'a, T: Texel, O, R>(&'l Lookups<'s, 'a, T, O, R>, &'l mut [O]);
+
+impl<T: Texel, O: Filtered<T>, R: Scalar> Visitor for Weigh<'_, '_, '_, T, O, R> {
+    type Output = ();
+    fn nearest(self) {
+        self.0.weigh::<Nearest>(self.1);
+    }
+    fn bilinear(self) {
+        self.0.weigh::<Bilinear>(self.1);
+    }
+    fn separable<K: Kernel<TAPS>, const TAPS: usize>(self) {
+        self.0.weigh::<Separable<K, TAPS>>(self.1);
+    }
+}
+
+/// Looks a place up that lies at an edge.
+#[cold]
+#[inline(never)]
+fn at_edge<T: Texel, O: Filtered<T>>(
+    source: &Texture<'_, T>,
+    filter: LookupFilter,
+    face: usize,
+    uv: [f64; 2],
+    out: &mut [O],
+) {
+    filter.visit(AtEdge {
+        source,
+        face,
+        uv,
+        out,
+    });
+}
+
+struct AtEdge<'l, 'a, T, O> {
+    source: &'l Texture<'a, T>,
+    face: usize,
+    uv: [f64; 2],
+    out: &'l mut [O],
+}
+
+impl<T: Texel, O: Filtered<T>> Visitor for AtEdge<'_, '_, T, O> {
+    type Output = ();
+    fn nearest(self) {
+        let index = self.source.nearest(self.face, self.uv) * self.source.channels;
+        for (out, &texel) in self.out.iter_mut().zip(&self.source.texels[index..]) {
+            *out = O::exact(texel);
+        }
+    }
+    fn bilinear(self) {
+        let mut taps = Taps::new();
+        self.source.resolve(&mut taps, self.face, self.uv, 1.0);
+        self.source.weigh(&taps, self.out);
+    }
+    fn separable<K: Kernel<TAPS>, const TAPS: usize>(self) {
+        let mut taps = Taps::new();
+        let kernel = K::weights;
+        self.source.window(&mut taps, self.face, self.uv, kernel);
+        self.source.weigh(&taps, self.out);
+    }
+}
+
+impl<T: Texel> Texture<'_, T> {
+    /// The sum of texels by their weights, which add up to 1.
+    fn weigh<O: Filtered<T>>(&self, taps: &Taps, out: &mut [O]) {
+        let heaviest = taps
+            .list()
+            .iter()
+            .fold((0, 0.0), |a, b| if b.1 > a.1 { *b } else { a })
+            .0;
+        for (k, out) in out.iter_mut().enumerate() {
+            let base = self.texels[heaviest * self.channels + k].load();
+            let mut sum = T::Float::ZERO;
+            for &(index, weight) in taps.list() {
+                let texel = self.texels[index * self.channels + k].load();
+                sum = sum + T::Float::new(weight) * (texel - base);
+            }
+            *out = O::filtered(base + sum);
+        }
+    }
+}

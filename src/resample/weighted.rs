@@ -1,0 +1,228 @@
+//! Texels with weights of their own: alpha, and NaN that counts for nothing.
+//!
+//! A weighted mean is the quotient of two plain ones: of the values times their weights, and of the weights. So every
+//! filter can have weights, and knows its seams as without. Both are looked up at once, as channels of one image of
+//! floats, and rounded once.
+//!
+//! - By opacity alone, the weight of every color is the opacity, which is a channel already: no more is looked up than
+//!   without. What is transparent has no color; black is as good as any, and is not NaN.
+//! - Where NaN has no weight, each channel has weights of its own. A quotient of two sums in which weights are negative may
+//!   be anything: beside a hole, filters that ring give way to the four nearest texels.
+
+use crate::error::Error;
+use crate::image::texel::Texel;
+use crate::image::view::ImageView;
+use crate::kernel::threads;
+use crate::number::real::Real;
+
+/// Texels that a thread takes at a time.
+const CHUNK: usize = 1 << 12;
+
+/// An image's values times their weights, and these weights.
+pub(crate) struct Weighted<T: Texel> {
+    /// For each texel the products of all channels; then, where there are holes, the weights of all channels, or, where
+    /// opacity is not finite, a one, which tells such a mean from what lies outside.
+    texels: Vec<T::Float>,
+    channels: usize,
+    width: usize,
+    alpha: Option<usize>,
+    holes: bool,
+}
+
+/// What is looked up.
+#[derive(Clone, Copy)]
+pub(crate) struct Looks {
+    /// How many texels of a result.
+    pub(crate) count: usize,
+    /// Whether the filter has negative weights.
+    pub(crate) ringing: bool,
+}
+
+impl<T: Texel> Weighted<T> {
+    /// That of an image; none where all its texels weigh the same.
+    pub(crate) fn new(
+        image: &ImageView<'_, T>,
+        alpha: Option<usize>,
+        skipna: bool,
+    ) -> Option<Self> {
+        let channels = image.channels();
+        let is_nan = |x: &T| x.load().is_nan();
+        let holes = skipna && T::NOTHING.is_nan() && image.texels().iter().any(is_nan);
+        if !holes && alpha.is_none() {
+            return None;
+        }
+        let opacities = alpha.iter().flat_map(|alpha| {
+            let texels = image.texels().chunks_exact(channels);
+            texels.map(|texel| texel[*alpha].load().to_f64())
+        });
+        let width = if holes {
+            2 * channels
+        } else if T::NOTHING.is_nan() && opacities.into_iter().any(|x| !x.is_finite()) {
+            channels + 1
+        } else {
+            channels
+        };
+        let count = image.raster().texels();
+        let mut weighted = Weighted {
+            texels: vec![T::Float::default(); count * width],
+            channels,
+            width,
+            alpha,
+            holes,
+        };
+        let mut texels = std::mem::take(&mut weighted.texels);
+        threads::rows(&mut texels, CHUNK * width, count, |chunk, out| {
+            for (k, out) in out.chunks_exact_mut(width).enumerate() {
+                weighted.weigh(image.texel(chunk * CHUNK + k), out);
+            }
+        });
+        weighted.texels = texels;
+        Some(weighted)
+    }
+
+    /// Writes a texel's products and weights.
+    fn weigh(&self, texel: &[T], out: &mut [T::Float]) {
+        let (zero, one) = (T::Float::ZERO, T::Float::ONE);
+        let value = |c: usize| {
+            let value = texel[c].load();
+            if self.holes && value.is_nan() {
+                (zero, zero)
+            } else {
+                (value, one)
+            }
+        };
+        let opacity = self.alpha.map_or(one, |alpha| {
+            let (value, held) = value(alpha);
+            value * held
+        });
+        let (products, weights) = out.split_at_mut(self.channels);
+        for (c, product) in products.iter_mut().enumerate() {
+            let (value, held) = value(c);
+            let weight = if self.alpha.is_some_and(|alpha| alpha != c) {
+                held * opacity
+            } else {
+                held
+            };
+            // Infinity that counts for nothing is nothing.
+            *product = if weight == zero { zero } else { value * weight };
+            if self.holes {
+                weights[c] = weight;
+            }
+        }
+        if !self.holes {
+            weights.fill(one);
+        }
+    }
+
+    /// It as an image in the map of the one that it was made of.
+    pub(crate) fn image<'w>(
+        &'w self,
+        of: &ImageView<'w, T>,
+    ) -> Result<ImageView<'w, T::Float>, Error> {
+        ImageView::new(of.map(), of.shape(), self.width, &self.texels)
+    }
+
+    /// What a lookup is to give where the image holds nothing.
+    pub(crate) fn nothing(&self) -> Vec<T::Float> {
+        vec![T::Float::NAN; self.width]
+    }
+
+    /// Writes means. `look` looks texels of [`Weighted::image`] up: by the filter, or, where it is told so, by the four
+    /// nearest texels.
+    pub(crate) fn mean(
+        &self,
+        looks: Looks,
+        fill: &[T],
+        out: &mut [T],
+        mut look: impl FnMut(bool, &mut [T::Float]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let mut seen = vec![T::Float::default(); looks.count * self.width];
+        look(false, &mut seen)?;
+        self.each(&mut seen, |_, seen| self.divide(seen));
+        if self.holes && looks.ringing && self.any_beside_hole(&seen) {
+            let mut near = vec![T::Float::default(); seen.len()];
+            look(true, &mut near)?;
+            self.each(&mut near, |_, near| self.divide(near));
+            self.each(&mut seen, |k, seen| {
+                for c in 0..self.channels {
+                    if self.beside_hole(seen, c) {
+                        seen[c] = near[k * self.width + c];
+                    }
+                }
+            });
+        }
+        let channels = self.channels;
+        threads::rows(out, CHUNK * channels, looks.count, |chunk, out| {
+            let seen = seen[chunk * CHUNK * self.width..].chunks_exact(self.width);
+            for (out, seen) in out.chunks_exact_mut(channels).zip(seen) {
+                self.store(seen, fill, out);
+            }
+        });
+        Ok(())
+    }
+
+    /// Calls `work` with the number of each texel and what was looked up there.
+    fn each(&self, seen: &mut [T::Float], work: impl Fn(usize, &mut [T::Float]) + Sync) {
+        let count = seen.len() / self.width;
+        threads::rows(seen, CHUNK * self.width, count, |chunk, seen| {
+            for (k, seen) in seen.chunks_exact_mut(self.width).enumerate() {
+                work(chunk * CHUNK + k, seen);
+            }
+        });
+    }
+
+    /// The mean weight of a channel; NaN where the image holds nothing.
+    fn share(&self, seen: &[T::Float], c: usize) -> T::Float {
+        match self.alpha {
+            _ if self.holes => seen[self.channels + c],
+            Some(alpha) if alpha != c => seen[alpha],
+            _ if self.width > self.channels => seen[self.channels],
+            _ if seen[c].is_nan() => T::Float::NAN,
+            _ => T::Float::ONE,
+        }
+    }
+
+    /// Makes means of sums; the weights stay.
+    fn divide(&self, seen: &mut [T::Float]) {
+        for c in 0..self.channels {
+            let share = self.share(seen, c);
+            // Opacity itself, which others are divided by, has the weight 1 and stays.
+            seen[c] = if share == T::Float::ZERO {
+                T::Float::NAN
+            } else {
+                seen[c] / share
+            };
+        }
+    }
+
+    fn beside_hole(&self, seen: &[T::Float], c: usize) -> bool {
+        self.share(seen, self.alpha.unwrap_or(c)) != T::Float::ONE
+    }
+
+    fn any_beside_hole(&self, seen: &[T::Float]) -> bool {
+        let mut texels = seen.chunks_exact(self.width);
+        texels.any(|seen| (0..self.channels).any(|c| self.beside_hole(seen, c)))
+    }
+
+    /// Rounds a texel of means.
+    fn store(&self, seen: &[T::Float], fill: &[T], out: &mut [T]) {
+        let zero = T::Float::ZERO;
+        let missing = match self.alpha {
+            Some(alpha) => self.holes && self.share(seen, alpha) <= zero,
+            None => false,
+        };
+        for (c, out) in out.iter_mut().enumerate() {
+            let share = self.share(seen, c);
+            let is_color = self.alpha.is_some_and(|alpha| alpha != c);
+            *out = if share.is_nan() {
+                fill[c]
+            } else if missing {
+                T::store(T::Float::NAN)
+            } else if is_color && share <= zero {
+                T::store(zero)
+            } else {
+                T::store(seen[c])
+            };
+        }
+    }
+}

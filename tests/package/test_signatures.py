@@ -1,4 +1,4 @@
-"""The rules of docs/python-api.md, held over every public signature."""
+"""The rules of docs/architecture.md, held over every public signature."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ import math
 import sys
 from pathlib import Path
 
+import spheremap as sm
 from spheremap import _core
 from spheremap.map.table import HEAD, NOTE, figures
 
@@ -190,7 +191,7 @@ def conventions_page(registry: list[dict], conventions: list[dict]) -> str:
             continue
         body = []
         for c in rows:
-            p = _core.projection(c["kind"], convention=c["name"])
+            p = sm.projection(c["kind"], convention=c["name"])
             values = ", ".join(f"{k} = {v:g}" for k, v in c["parameters"].items())
             laid = " ".join(x for x in (c["layout"], values) if x)
             picture = f"images/conventions/{c['kind']}-{c['name']}.png"

@@ -421,9 +421,11 @@ def test_matcaps():
     want = sm.light.irradiance_at(env, n[inside] @ pose.T, "latlong") / np.pi
     # The mean of a texel of 0.2 rad is not its middle: 0.2²/24 of a curvature of some units.
     np.testing.assert_allclose(diffuse[inside], want, atol=0.02)
-    assert np.isnan(mirror[0, 0]).all()
-    rough = sm.light.bake_matcap(env, material="rough", size=16, roughness=0.8)
-    assert np.nanstd(rough) < np.nanstd(mirror)
+    assert (mirror[0, 0] == 0).all()
+    marked = sm.light.bake_matcap(env, material="mirror", size=32, pose=pose, fill=np.nan)
+    assert np.isnan(marked[0, 0]).all() and np.array_equal(marked[inside], mirror[inside])
+    rough = sm.light.bake_matcap(env, material="rough", size=16, roughness=0.8, fill=np.nan)
+    assert np.nanstd(rough) < np.nanstd(marked)
 
 
 def test_matcap_follows_the_camera():

@@ -161,7 +161,7 @@ def test_few_places_and_no_light():
 def test_bad_input():
     image = np.ones((4, 8, 3))
     for bad in (0, -1, 1.5, "two", None, [1, 2]):
-        with pytest.raises(ValueError, match="`n` to be an integer of at least 1"):
+        with pytest.raises(ValueError, match="`count` to be an integer of at least 1"):
             sm.light.lights(image, "latlong", count=bad)
     with pytest.raises(ValueError, match=r"unknown method 'mean'; there are 'median' and"):
         sm.light.lights(image, "latlong", count=2, method="mean")

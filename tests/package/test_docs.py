@@ -61,7 +61,9 @@ def test_the_links_lead_somewhere(page: Path) -> None:
             assert anchor in {heading(x) for x in lines if x.startswith("#")}, link
 
 
-@pytest.mark.parametrize("script", ["generate_docs.py", "generate_names.py"])
+@pytest.mark.parametrize(
+    "script", ["generate_docs.py", "generate_names.py", "generate_projection.py"]
+)
 def test_generated_files_are_up_to_date(script: str) -> None:
     command = [sys.executable, str(ROOT / "tools" / script), "--check"]
     run = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -123,7 +123,7 @@ def test_out_and_the_given_image():
         ({"alpha": 4}, "Expected `alpha` to be the number of one of at least 2 channels, got 4"),
         ({"alpha": -5}, "Expected `alpha`"),
         ({"alpha": 1, "filter": "mode"}, "filter 'mode' is for labels"),
-        ({"alpha": 3, "out": np.empty((2, 2))}, "Expected `out` to be float32 of shape"),
+        ({"alpha": 3, "out": np.empty((2, 2), np.float32)}, "Expected `out` to have shape"),
     ],
 )
 def test_bad_options(options, message):

@@ -183,6 +183,7 @@ Filter: TypeAlias = Literal[
     "bicubic",
     "mitchell",
     "lanczos3",
+    "gaussian",
 ]
 
 ConvertFilter: TypeAlias = Literal[
@@ -192,6 +193,7 @@ ConvertFilter: TypeAlias = Literal[
     "bicubic",
     "mitchell",
     "lanczos3",
+    "gaussian",
     "trilinear",
     "ewa",
     "area",

@@ -104,6 +104,7 @@ filters! {
         catmull_rom::CatmullRom,
         mitchell::Mitchell,
         lanczos3::Lanczos3,
+        gaussian::Gaussian,
     }
     mipmapped {
         trilinear::Trilinear,

@@ -490,9 +490,10 @@ class Projection(_core.Projection):
             World directions of any length.
         axes, rotation
             As for `encode`: how the image maps the sphere.
-        filter : {"bilinear", "nearest", "catmull-rom", "bicubic", "mitchell", "lanczos3"}
-            ``"bicubic"`` is another name of ``"catmull-rom"``, which interpolates; ``"mitchell"``
-            is softer and rings less. All know what lies beyond an edge: seams do not show.
+        filter : str
+            ``"bilinear"``, ``"nearest"``, ``"catmull-rom"`` (also called ``"bicubic"``), which
+            interpolates, ``"mitchell"``, which is softer and rings less, ... The documentation's
+            table has all. All know what lies beyond an edge: seams do not show.
         fill : float or sequence of float
             The value for directions that the image does not hold, or one for each channel. Black by
             default; NaN marks what is missing in an image of floats.
@@ -571,8 +572,7 @@ class Projection(_core.Projection):
             Turns the content in the world: what is at d goes to ``rotation @ d``. For the view of a
             camera, see `Projection.turned`.
         filter : str
-            ``"bilinear"``, ``"nearest"``, ``"bicubic"``, ``"catmull-rom"``, ``"mitchell"`` and
-            ``"lanczos3"`` interpolate, as in `sample`, and are averaged where `antialias` says so.
+            Those of `sample` look texels up, and are averaged where `antialias` says so.
             ``"area"`` is conservative: each texel is the mean of the source over its own solid
             angle, so that no light is lost or made. ``"mode"`` is the value that covers most of it,
             for labels. ``"trilinear"`` and ``"ewa"`` look up in `mipmaps`, as renderers do.

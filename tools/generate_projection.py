@@ -105,7 +105,7 @@ class Projection(_core.Projection):
 
         >>> import spheremap as sm
         >>> camera = sm.projection("perspective", fov=75).turned(sm.rotation(-90, 0, 0))
-        >>> camera.decode([0.5, 0.5]).round(6).tolist()
+        >>> (camera.decode([0.5, 0.5]).round(6) + 0.0).tolist()
         [1.0, 0.0, 0.0]
         """
         return super().turned(pose)

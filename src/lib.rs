@@ -33,7 +33,7 @@
 //! |---|---|
 //! | directions to image coordinates and back, derivatives, densities | [`Map`] |
 //! | the projections, by type and as a list of claims | [`projections`] |
-//! | how programs lay out their maps | [`conventions`] |
+//! | how programs lay out their maps, and what turns one into another | [`conventions`], [`compare`] |
 //! | one image into another, look-ups, mipmaps | [`image`], [`resample`] |
 //! | irradiance, prefiltering, importance sampling | [`light`], [`light::sh`] |
 //! | unit vectors in a few bits | [`pack`] |
@@ -91,7 +91,7 @@ mod py;
 pub use error::Error;
 pub use glam;
 pub use kernel::Scalar;
-pub use map::{Element, Grid, Map, MapOptions, conventions};
+pub use map::{Element, Grid, Map, MapOptions, compare, conventions};
 pub use ndarray;
 
 /// What a program of a few lines needs: `use spheremap::prelude::*`.

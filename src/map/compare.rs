@@ -50,12 +50,12 @@ impl Comparison {
 /// Tells what turns the first map into the second.
 ///
 /// ```
-/// use spheremap::map::{Map, Options, compare::compare};
+/// use spheremap::{Map, compare::compare};
 /// let map = |name| Map::new(name);
 /// let found = compare(&map("latlong:skylibs")?, &map("latlong:filament")?)?;
 /// assert_eq!(found.matrix, Some([[1, 0, 0], [0, 1, 0], [0, 0, -1]]));
 /// assert_eq!(found.differences[0], "mirrored (z changes sign)");
-/// # Ok::<(), spheremap::error::Error>(())
+/// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn compare(a: &Map, b: &Map) -> Result<Comparison, Error> {
     if a.info().name != b.info().name || a.parameters() != b.parameters() {

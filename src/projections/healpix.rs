@@ -24,6 +24,9 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub struct Healpix;
 
+/// √(2/3): the sine of the angle from a pole over the distance to it.
+const SQRT_2_3: f64 = 0.816_496_580_927_726;
+
 const LAYOUTS: &[LayoutSpec] = &[
     LayoutSpec {
         name: "faces",
@@ -137,7 +140,13 @@ impl Projection for Healpix {
         let beyond = (one - belt_z) * (one + belt_z);
         let belt_sine = R::choose(cap, one, beyond).sqrt();
         let sine = R::choose(cap, cap_sine, belt_sine);
-        [sine * cos, sine * sin, R::choose(cap, cap_z, belt_z)]
+        // At the poles, where the tips of four faces meet, the derivatives are those along the middle of the face.
+        let pole = cap & from_pole.vanishes();
+        let slope = R::new(SQRT_2_3);
+        let turn = quarter * R::new(PI);
+        let x = (sine * cos).with_slope_of(pole, || (from_pole * cos - turn * sin) * slope);
+        let y = (sine * sin).with_slope_of(pole, || (from_pole * sin + turn * cos) * slope);
+        [x, y, R::choose(cap, cap_z, belt_z)]
     }
 
     fn beyond(self, uv: Uv<f64>) -> Uv<f64> {

@@ -43,13 +43,13 @@ impl Depth {
 /// A wall at z = 2, seen by a camera of 90° whose corner texels look past (±1/2, ±1/2, 1):
 ///
 /// ```
-/// use spheremap::map::{Map, Options};
+/// use spheremap::Map;
 /// use spheremap::resample::depth::{Depth, convert_depth};
 /// let mut wall = [2.0; 4];
 /// let camera = Map::new("perspective")?;
 /// convert_depth(&camera, &[2, 2], Depth::Distance, &mut wall)?;
 /// assert!((wall[0] - 2.0 * 1.5_f64.sqrt()).abs() < 1e-14);
-/// # Ok::<(), spheremap::error::Error>(())
+/// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn convert_depth<R: Scalar>(
     map: &Map,

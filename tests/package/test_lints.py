@@ -329,8 +329,8 @@ def test_american_words_are_left_alone(text):
 
 
 def test_phrases_are_found():
-    assert spelling.british("half a percent") == ["per cent"]
-    assert spelling.british("percentile of a percent; once percenter") == []
+    assert spelling.british("half a per cent") == ["per cent"]
+    assert spelling.british("percentile of a percent; once per center") == []
 
 
 # Tolerances ---------------------------------------------------------------------------------------

@@ -461,12 +461,12 @@ def best_packing(bits: int, /, *, hemisphere: bool = False, standard: bool = Fal
         raise TypeError(f"Expected `bits` to be an integer, got {type(bits).__name__}.")
     if not 8 <= bits <= 64:
         raise ValueError(f"Expected `bits` to be between 8 and 64, got {bits}.")
-    ours = {"woct"} if standard else set()
-    slow = {"fibonacci", "rings"}
     found = [
         about
-        for name, family, size, _, fields in _table()
-        if size <= bits and size > bits - 8 and fields is None and family not in ours | slow
+        for name, _, size, _, fields in _table()
+        if size <= bits and size > bits - 8 and fields is None
+        for facts in [_core.Packer(name).about()]
+        if not facts["slow"] and (facts["standard"] or not standard)
         for about in [packing(name)]
         if about.exact is None and (hemisphere or not about.hemisphere)
     ]

@@ -50,19 +50,14 @@ def centers(n: int, cells: int, corners: bool) -> NDArray[np.float64]:
     return places
 
 
-def row_blocks(
-    p: Projection, shape: tuple[int, ...]
-) -> Iterator[tuple[slice, NDArray[Any], NDArray[Any]]]:
+def row_blocks(p: Projection, shape: tuple[int, ...]) -> Iterator[tuple[slice, NDArray[Any]]]:
     """Yield an image's texels by blocks of its rows, those of all faces in turn.
 
-    Each is a slice of the rows, the directions of its texels of shape (rows, columns, 3), and the
-    coordinates of the middles of their faces, of shape (rows, columns, 2 or 3).
+    Each is a slice of the rows, and the directions of its texels of shape (rows, columns, 3).
     """
     height, width = shape[-2:]
     (cells_v, cells_u), (corners_v, corners_u) = cells(p), on_corners(p)
     u, v = centers(width, cells_u, corners_u), centers(height, cells_v, corners_v)
-    middle_u = (np.arange(width) // (width // cells_u) + 0.5) / cells_u
-    middle_v = (np.arange(height) // (height // cells_v) + 0.5) / cells_v
     # Texels on the edges of joined faces lie on two at once; only the core tells them apart.
     shared = cells_u * cells_v > 1 and (corners_u or corners_v)
     whole = p.directions(shape).reshape(-1, width, 3) if shared else None
@@ -71,9 +66,8 @@ def row_blocks(
     for first in range(0, rows, step):
         stored = np.arange(first, min(first + step, rows))
         part = slice(first, first + len(stored))
-        uv, middle = np.empty((2, len(stored), width, len(shape)))
+        uv = np.empty((len(stored), width, len(shape)))
         uv[..., 0], uv[..., 1] = u, v[stored % height, None]
-        middle[..., 0], middle[..., 1] = middle_u, middle_v[stored % height, None]
         if len(shape) == 3:
-            uv[..., 2] = middle[..., 2] = (stored // height)[:, None]
-        yield part, p.decode(uv) if whole is None else whole[part], middle
+            uv[..., 2] = (stored // height)[:, None]
+        yield part, p.decode(uv) if whole is None else whole[part]

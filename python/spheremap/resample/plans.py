@@ -166,7 +166,7 @@ class RemapPlan:
         )
         maps = tuple(np.empty(self.shape, dtype) for _ in range(spatial_axes(self.src)))
         flat = [one.reshape(-1, self.shape[-1]) for one in maps]
-        for rows, directions, _ in row_blocks(self.dst, self.shape):
+        for rows, directions in row_blocks(self.dst, self.shape):
             at = self.src.encode(directions)
             flat[0][rows] = texel(at[..., 0], width, cells_u, corners_u)
             flat[1][rows] = texel(at[..., 1], height, cells_v, corners_v)

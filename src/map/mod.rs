@@ -339,7 +339,7 @@ impl Map {
     /// The part of an image that holds sphere, in closed form: 1, π/4 for a disk, 1/2 for a cross.
     ///
     /// ```
-    /// use spheremap::Map;
+    /// use spheremap::{Map, MapOptions};
     ///
     /// let cross = MapOptions::new().layout("cross");
     /// assert_eq!(Map::with("cube", cross)?.used_part(), 0.5);

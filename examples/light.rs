@@ -24,7 +24,7 @@ fn main() -> Result<(), Error> {
     println!("irradiance  {irradiance:.3?} above, beside, below");
 
     // Nine coefficients hold the irradiance of any light to about a percent of the largest.
-    let light = sh::project(&map, &shape, &sky, 1, 2)?;
+    let light = sh::project(&map, &shape, &sky, 1, 2, sh::Samples::Means)?;
     let cosine = sh::lobes::find("cosine")?.factors(0.0, 2)?;
     let smooth = sh::scale_degrees(&light, 1, &cosine)?;
     let mut nine = [0.0; 3];

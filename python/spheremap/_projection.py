@@ -504,8 +504,8 @@ class Projection(_core.Projection):
             are then means by opacity: colors of transparent texels do not bleed. They are straight
             (not premultiplied) before and after; where nothing is opaque they are 0.
         skipna : bool
-            Whether NaN texels have no weight. By default they spread to every value that they
-            touch.
+            Whether NaN and infinite values have no weight. By default they spread to every
+            value that they touch.
 
         Returns
         -------
@@ -582,8 +582,8 @@ class Projection(_core.Projection):
         out : ndarray, optional
             Where to put the result.
         skipna : bool
-            Whether NaN texels have no weight. By default they spread to every texel that they
-            touch.
+            Whether NaN and infinite values have no weight. By default they spread to every
+            texel that they touch.
         antialias : bool
             Whether a texel that sees more than one texel of the source is the mean of what it sees,
             and not one lookup. Texels that see less are not changed by it. It does not concern
@@ -1322,6 +1322,7 @@ class Projection(_core.Projection):
         /,
         *,
         order: int,
+        texels: Literal["means", "points"] = "means",
         axes: str | None = None,
         rotation: Any | None = None,
         skipna: bool = False,
@@ -1334,6 +1335,9 @@ class Projection(_core.Projection):
             As for `light.integrate`.
         order : int
             The highest degree l, from 0 to 64: order 2 has 9 coefficients.
+        texels : {"means", "points"}
+            What a texel is: the mean over its solid angle, as in photos, renderings and what
+            ``convert(filter="area")`` writes, or the value at its center, as `evaluate` gives.
         axes, rotation
             As for `encode`.
 
@@ -1365,7 +1369,9 @@ class Projection(_core.Projection):
         """
         from .sh import project
 
-        return project(image, self, order=order, axes=axes, rotation=rotation, skipna=skipna)
+        return project(
+            image, self, order=order, texels=texels, axes=axes, rotation=rotation, skipna=skipna
+        )
 
     def sun(
         self,

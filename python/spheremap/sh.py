@@ -38,6 +38,7 @@ def project(
     projection: ProjectionLike,
     *,
     order: int,
+    texels: Literal["means", "points"] = "means",
     axes: str | None = None,
     rotation: Any | None = None,
     skipna: bool = False,
@@ -50,6 +51,9 @@ def project(
         As for `light.integrate`.
     order : int
         The highest degree l, from 0 to 64: order 2 has 9 coefficients.
+    texels : {"means", "points"}
+        What a texel is: the mean over its solid angle, as in photos, renderings and what
+        ``convert(filter="area")`` writes, or the value at its center, as `evaluate` gives.
     axes, rotation
         As for `encode`.
 
@@ -69,12 +73,15 @@ def project(
 
     Notes
     -----
-    An image that holds no more than `order` gives its coefficients to rounding (1e-12), on every
-    projection of the whole sphere: no degree leaks into another. Where texels lie on rings, as in a
-    latlong, sums use Fejér's first rule (Clenshaw and Curtis's where rows lie on the poles), which
-    is exact for all products of degrees below the number of rows. Elsewhere the coefficients are
-    those of the least squares fit of two degrees more. What a partial coverage does not hold is
-    black, and sums are plain.
+    Coefficients are those of the least squares fit of two degrees more, each texel with its exact
+    solid angle. Of means, order 0 is the integral of the image over √4π, to rounding: no light is
+    lost, wherever it is. Of points, an image that holds no more than `order` gives its coefficients
+    to rounding (1e-12), on every projection of the whole sphere: no degree leaks into another.
+    Where texels lie on rings, as in a latlong, their sums then use Fejér's first rule (Clenshaw and
+    Curtis's where rows lie on the poles), which is exact for all products of degrees below the
+    number of rows. The two differ in order 0 alone by what degree 2 leaks into the sum of means:
+    0.92/H² of it at most for a latlong of H rows. What a partial coverage does not hold is black,
+    and sums are plain.
 
     Examples
     --------
@@ -85,7 +92,9 @@ def project(
     """
     resolved = resolve(projection, axes, rotation)
     pixels = checked_image(image, skipna=skipna)
-    found = _core.sh_project(pixels, resolved, _order(order))
+    if texels not in ("means", "points"):
+        raise ValueError(f"Expected `texels` to be 'means' or 'points', got {texels!r}.")
+    found = _core.sh_project(pixels, resolved, _order(order), texels == "points")
     return found if has_channels(pixels, resolved) else found[:, 0]
 
 

@@ -7,6 +7,7 @@
 use crate::error::Error;
 use crate::image::raster::Raster;
 use crate::image::texels::solid_angles;
+use crate::kernel::threads;
 use crate::map::Map;
 
 /// The texel that holds the value of texel (i, j) of a face: itself, or the nearest whose center lies in
@@ -37,6 +38,38 @@ pub fn nearest_valid_texel(raster: &Raster, i: usize, j: usize) -> (usize, usize
     nearest.map_or((i, j), |(_, b, a)| (a as usize, b as usize))
 }
 
+/// A texel of a face that lies across the rim: it covers some of the sphere and holds no value.
+#[derive(Clone, Copy, Debug)]
+pub struct Across {
+    /// Where it is.
+    pub texel: [usize; 2],
+    /// The texel that its part counts with.
+    pub owner: [usize; 2],
+}
+
+/// All texels across the rim of a face, by rows, for which `covers(i, j)`. Where no texel of the image holds a value, each
+/// is its own owner and none is listed.
+pub fn across(raster: &Raster, covers: impl Fn(usize, usize) -> bool + Sync) -> Vec<Across> {
+    if !raster.has_rim() {
+        return Vec::new();
+    }
+    let mut rows = vec![Vec::new(); raster.height];
+    threads::rows(&mut rows, 1, raster.width * raster.height * 4, |j, row| {
+        for i in 0..raster.width {
+            if !raster.holds(i as isize, j as isize) && covers(i, j) {
+                let (a, b) = nearest_valid_texel(raster, i, j);
+                if (a, b) != (i, j) {
+                    row[0].push(Across {
+                        texel: [i, j],
+                        owner: [a, b],
+                    });
+                }
+            }
+        }
+    });
+    rows.concat()
+}
+
 /// The solid angle that each stored texel stands for; 0 where it holds no value. They sum to the
 /// coverage.
 pub fn weights(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), Error> {
@@ -47,15 +80,10 @@ pub fn weights(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), Error>
     }
     for face in 0..map.info().faces {
         let view = raster.view(face);
-        for j in 0..raster.height {
-            for i in 0..raster.width {
-                let here = view.index(i, j);
-                if out[here] > 0.0 && !raster.holds(i as isize, j as isize) {
-                    let (a, b) = nearest_valid_texel(&raster, i, j);
-                    out[view.index(a, b)] += out[here];
-                    out[here] = 0.0;
-                }
-            }
+        let covers = |i, j| out[view.index(i, j)] > 0.0;
+        for Across { texel, owner } in across(&raster, covers) {
+            let part = std::mem::take(&mut out[view.index(texel[0], texel[1])]);
+            out[view.index(owner[0], owner[1])] += part;
         }
     }
     Ok(())

@@ -15,7 +15,7 @@
 use crate::error::Error;
 use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
-use crate::image::rim;
+use crate::image::rim::{self, Across};
 use crate::image::texel::Texel;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile};
@@ -271,23 +271,9 @@ fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
             *weight = map.solid_angle(Rect { u0, u1, v0, v1 });
         }
     });
-    if !raster.has_rim() {
-        return weights;
-    }
-    let mut moved = Vec::new();
-    for j in 0..h {
-        for i in 0..w {
-            if weights[j * w + i] > 0.0 && !raster.holds(i as isize, j as isize) {
-                moved.push((i, j));
-            }
-        }
-    }
-    for (i, j) in moved {
-        let (a, b) = rim::nearest_valid_texel(raster, i, j);
-        if (a, b) != (i, j) {
-            let weight = std::mem::take(&mut weights[j * w + i]);
-            weights[b * w + a] += weight;
-        }
+    for Across { texel, owner } in rim::across(raster, |i, j| weights[j * w + i] > 0.0) {
+        let weight = std::mem::take(&mut weights[texel[1] * w + texel[0]]);
+        weights[owner[1] * w + owner[0]] += weight;
     }
     weights
 }

@@ -1,4 +1,4 @@
-//! Spherical harmonics as functions of the module: float64 arrays in, float64 arrays out. `spheremap._sh` checks
+//! Spherical harmonics as functions of the module: float64 arrays in, float64 arrays out. `spheremap.sh` checks
 //! numbers and restores shapes.
 
 use super::images::{image, split, with_image};
@@ -13,18 +13,24 @@ use pyo3::prelude::*;
 
 /// Coefficients of an image in the orthonormal real basis: ((order + 1)², C).
 #[pyfunction]
-#[pyo3(signature = (object, projection, order, /))]
+#[pyo3(signature = (object, projection, order, points, /))]
 pub fn sh_project<'py>(
     py: Python<'py>,
     object: &Bound<'py, PyAny>,
     projection: &PyProjection,
     order: usize,
+    points: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
     let map = &projection.0;
+    let samples = if points {
+        sh::Samples::Points
+    } else {
+        sh::Samples::Means
+    };
     with_image!(image(object, None)?, image => {
         let (shape, channels, _) = split(map, image.shape())?;
         let pixels = image.as_slice()?;
-        let found = py.detach(|| sh::project(map, shape, pixels, channels, order))?;
+        let found = py.detach(|| sh::project(map, shape, pixels, channels, order, samples))?;
         filled(py, &[sh::count(order), channels], |out| {
             out.copy_from_slice(&found);
             Ok(())

@@ -83,7 +83,7 @@ pub struct Options {
     pub fill: Fill,
     /// The channel that says how opaque a texel is, if there is one: the others are then means by opacity.
     pub alpha: Option<usize>,
-    /// Whether NaN has no weight. By default it spreads to all that it touches.
+    /// Whether NaN and infinity have no weight. By default they spread to all that they touch.
     pub skipna: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Texels with weights of their own: alpha, and NaN that counts for nothing.
+//! Texels with weights of their own: alpha, and numbers that are not finite and count for nothing.
 //!
 //! A weighted mean is the quotient of two plain ones: of the values times their weights, and of the weights. So every
 //! filter can have weights, and knows its seams as without. Both are looked up at once, as channels of one image of
@@ -6,7 +6,7 @@
 //!
 //! - By opacity alone, the weight of every color is the opacity, which is a channel already: no more is looked up than
 //!   without. What is transparent has no color; black is as good as any, and is not NaN.
-//! - Where NaN has no weight, each channel has weights of its own. A quotient of two sums in which weights are negative may
+//! - Where what is not finite has no weight, each channel has weights of its own. A quotient of two sums in which weights are negative may
 //!   be anything: beside a hole, filters that ring give way to the four nearest texels.
 
 use crate::error::Error;
@@ -46,8 +46,8 @@ impl<T: Texel> Weighted<T> {
         skipna: bool,
     ) -> Option<Self> {
         let channels = image.channels();
-        let is_nan = |x: &T| x.load().is_nan();
-        let holes = skipna && T::NOTHING.is_nan() && image.texels().iter().any(is_nan);
+        let is_hole = |x: &T| !x.load().to_f64().is_finite();
+        let holes = skipna && T::NOTHING.is_nan() && image.texels().iter().any(is_hole);
         if !holes && alpha.is_none() {
             return None;
         }
@@ -85,7 +85,7 @@ impl<T: Texel> Weighted<T> {
         let (zero, one) = (T::Float::ZERO, T::Float::ONE);
         let value = |c: usize| {
             let value = texel[c].load();
-            if self.holes && value.is_nan() {
+            if self.holes && !value.to_f64().is_finite() {
                 (zero, zero)
             } else {
                 (value, one)

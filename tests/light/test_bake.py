@@ -304,5 +304,8 @@ def test_the_command_bakes_and_lists(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert code(["bake", str(tmp_path / "sky.exr"), str(tmp_path / "only"), "--sh"]) == 0
     assert [f.name for f in (tmp_path / "only").iterdir()] == ["sh.json"]
     assert code(["bake", str(tmp_path / "sky.exr"), str(out), "--size", "8", "--levels", "9"]) == 2
+    # A small size has fewer levels than the default, and nobody asked for more.
+    assert code(["bake", str(tmp_path / "sky.exr"), str(out), "--specular", "--size", "4"]) == 0
+    assert [level.shape[1] for level in read_dds(out / "specular.dds")] == [4, 2, 1]
     assert code(["bake", str(tmp_path / "none.exr"), str(out)]) == 1
     assert code(["bake", str(tmp_path / "sky.exr"), str(out / "sh.json")]) == 1

@@ -317,3 +317,20 @@ def test_real_suns(data_folder):
         if sun is not None:
             back = sm.light.add_sun(dull, sun, p)
             np.testing.assert_allclose(integral(p, back.astype(float)), want, rtol=SINGLE)
+
+
+def test_a_moat_takes_nothing_from_a_sun():
+    # What is darker than the surround had a negative weight: 19.4° off, and less than no red.
+    sky = np.full((400, 800, 3), [2.4, 0.6, 0.1])
+    sky[197:204, 400:409] = 0.4
+    sky[200, 400:409] = 3
+    sky[200, 400] = 15
+    sun = sm.light.sun(sky, "latlong")
+    assert sun is not None and sun.irradiance.min() >= 0
+    peak = sm.directions("latlong", 400)[200, 400]
+    assert np.arccos(sun.direction @ peak) <= sun.reach
+    dull, taken = sm.light.remove_sun(sky, "latlong")
+    assert (dull <= sky).all()
+    lost = sm.light.integrate(sky, "latlong") - sm.light.integrate(dull, "latlong")
+    # Differences of sums of 320,000 doubles.
+    np.testing.assert_allclose(lost, taken.irradiance, rtol=1e-9, atol=0)

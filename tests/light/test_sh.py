@@ -45,7 +45,9 @@ def test_band_limited_images_give_their_coefficients(case: Case, order: int, siz
     p = case.make()
     c = coefficients(order, 3)
     # Rounding of sums and a small solve: the 1e-12 that `project` states, ten times.
-    assert np.abs(sm.sh.project(shown(p, size, c), p, order=order) - c).max() < 1e-11
+    assert (
+        np.abs(sm.sh.project(shown(p, size, c), p, order=order, texels="points") - c).max() < 1e-11
+    )
 
 
 @each(WHOLE)
@@ -55,7 +57,7 @@ def test_no_degree_leaks_into_the_mean(case: Case) -> None:
         c = np.zeros(((degree + 1) ** 2, 1))
         c[-1] = 1.0
         # Some thousand doubles that cancel: some tens of ε.
-        assert abs(sm.sh.project(shown(p, 24, c), p, order=0)[0, 0]) < 1e-13
+        assert abs(sm.sh.project(shown(p, 24, c), p, order=0, texels="points")[0, 0]) < 1e-13
 
 
 @pytest.mark.parametrize("grid", ["centers", "corners", "corners-v"])
@@ -65,24 +67,24 @@ def test_rings_of_every_grid(grid: str, shape: tuple[int, int]) -> None:
     c = coefficients(15, 1)
     image = np.ascontiguousarray(sm.sh.evaluate(c, p.directions(shape)))
     # The rounding that `project` states.
-    assert np.abs(sm.sh.project(image, p, order=15) - c).max() < 1e-12
+    assert np.abs(sm.sh.project(image, p, order=15, texels="points") - c).max() < 1e-12
 
 
 def test_a_high_order_on_rings() -> None:
     c = coefficients(64, 1)
     image = sm.sh.evaluate(c, sm.directions("latlong", 129))
     # Order 64 takes 64 steps of a recurrence: ten times the rounding that low orders have.
-    assert np.abs(sm.sh.project(image, "latlong", order=64) - c).max() < 1e-11
+    assert np.abs(sm.sh.project(image, "latlong", order=64, texels="points") - c).max() < 1e-11
 
 
 def test_an_image_holds_so_much_and_no_more() -> None:
     with pytest.raises(ValueError, match=r"\(8, 16\) holds .* up to order 3, got `order` 4"):
         sm.sh.project(np.ones((8, 16)), "latlong", order=4)
     with pytest.raises(ValueError, match="holds spherical harmonics up to order"):
-        sm.sh.project(np.ones((6, 2, 2)), "cube", order=5)
+        sm.sh.project(np.ones((6, 2, 2)), "cube", order=5, texels="points")
     for order in (-1, 65, 1.5):
         with pytest.raises(ValueError, match="whole number from 0 to 64"):
-            sm.sh.project(np.ones((8, 16)), "latlong", order=order)  # type: ignore[arg-type]
+            sm.sh.project(np.ones((8, 16)), "latlong", order=order, texels="points")  # type: ignore[arg-type]
 
 
 def test_part_of_a_sphere_is_black_beyond() -> None:
@@ -114,7 +116,12 @@ def test_rotation_agrees_with_a_turned_image() -> None:
     turned = sm.projection("octahedral").directions(24, rotation=None) @ r
     image = sm.sh.evaluate(c, turned)
     # The rounding that `project` and `rotate` state, 1e-12, ten times.
-    assert np.abs(sm.sh.project(image, "octahedral", order=5) - sm.sh.rotate(c, r)).max() < 1e-11
+    assert (
+        np.abs(
+            sm.sh.project(image, "octahedral", order=5, texels="points") - sm.sh.rotate(c, r)
+        ).max()
+        < 1e-11
+    )
 
 
 @pytest.mark.parametrize(
@@ -265,3 +272,30 @@ def test_conventions_come_back(row: dict[str, str], channels: tuple[int, ...]) -
 def test_bad_coefficients(bad: np.ndarray, options: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         sm.sh.convert(bad, **options)
+
+
+def test_order_0_of_means_is_the_light():
+    # Fejér's weight of the ring beside a pole is 12 % above its solid angle, at any size.
+    for name in ("latlong", "octahedral", "hammer"):
+        image = np.zeros(sm.projection(name).shape(32))
+        image[0, image.shape[1] // 2] = 1 if name != "hammer" else 0
+        image[5, 20] = 3
+        light = sm.light.integrate(image, name)
+        got = sm.sh.project(image, name, order=4)[0]
+        # Sums of doubles in two orders.
+        assert abs(got * np.sqrt(4 * np.pi) / light - 1) < 1e-12
+    with pytest.raises(ValueError, match="'means' or 'points', got 'mean'"):
+        sm.sh.project(np.ones((8, 16)), "latlong", order=1, texels="mean")  # type: ignore[arg-type]
+
+
+def test_means_and_points_differ_in_order_0_alone():
+    rng = np.random.default_rng(3)
+    for name in ("latlong", "octahedral"):
+        p = sm.projection(name)
+        c = rng.normal(size=(16,))
+        image = shown(p, 32, c)
+        means, points = (sm.sh.project(image, p, order=3, texels=x) for x in ("means", "points"))
+        # The fit's stated 1e-12, with room for the largest coefficient.
+        assert np.abs(means - points)[1:].max() < 1e-11
+        # What degree 2 leaks: up to 0.92/H² of a coefficient, of three or so.
+        assert np.abs(means - points)[0] < 3 * 0.92 / 32**2 * np.abs(c).max()

@@ -50,7 +50,11 @@ def convert(
     rotation: Any,
     finer: int,
 ) -> Array:
-    """Supersample. `src` covers the sphere, and both have one face and texel centers."""
+    """Supersample. `src` covers the sphere, and both have one face and texel centers.
+
+    What a target texel with its center outside covers counts with the nearest one inside, whose
+    mean both have.
+    """
     rows, columns = shape
     uv = dst.texel_uv((rows * finer, columns * finer))
     weight = np.where(dst.valid(uv), dst.density(uv), 0.0)
@@ -64,5 +68,10 @@ def convert(
     def blocks(x: Array) -> Array:
         return x.reshape(rows, finer, columns, finer).sum((1, 3))
 
-    total = blocks(weight)
-    return blocks(weight * value) / np.where(total > 0, total, 1.0)
+    owner = nearest_inside(dst, shape).reshape(-1)
+    covers = blocks(weight).reshape(-1) > 0
+    total, light = np.zeros(owner.size), np.zeros(owner.size)
+    np.add.at(total, owner, blocks(weight).reshape(-1))
+    np.add.at(light, owner, blocks(weight * value).reshape(-1))
+    mean = light[owner] / np.where(total > 0, total, 1.0)[owner]
+    return np.where(covers, mean, 0.0).reshape(shape)

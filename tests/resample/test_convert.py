@@ -276,3 +276,14 @@ def test_real_probe_correlates_with_no_flip(data_folder):
     a, b = np.sum(np.minimum(light, 5) * w), np.sum(np.minimum(probe.mean(-1), 5) * v)
     # The noise of point sampling: a probe of 10⁶ texels looked up at 32 768 places.
     assert a == pytest.approx(b, rel=0.02)
+
+
+@pytest.mark.parametrize("filter", ["bilinear", "trilinear", "area", "mode"])
+def test_skipna_leaves_out_infinity_as_well(filter):
+    image = np.ones((16, 32, 2), np.float32)
+    image[4, 5], image[9, 9, 1], image[8, 8] = np.inf, np.nan, -np.inf
+    out = sm.convert(image, "latlong", "cube", size=12, filter=filter, skipna=True)
+    # Whatever holds nothing finite is NaN; nothing else differs from 1 by more than rounding.
+    assert not np.isinf(out).any() and np.isnan(out).mean() < 0.1
+    assert np.abs(out[np.isfinite(out)] - 1).max() < 1e-6
+    assert np.array_equal(sm.light.mean(image, "latlong", skipna=True), [1, 1])

@@ -140,7 +140,7 @@ def convert(
         typer.Option(metavar="N", help="Weight colors by this channel, from 0; -1 for the last."),
     ] = None,
     skipna: Annotated[
-        bool, typer.Option("--skipna", help="Leave NaN texels out of every mean.")
+        bool, typer.Option("--skipna", help="Leave NaN and infinite texels out of every mean.")
     ] = False,
     preview: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Write a tone-mapped picture as well.")
@@ -220,7 +220,10 @@ def bake(
     ] = False,
     sh: Annotated[bool, typer.Option("--sh", help="Spherical harmonics.")] = False,
     size: Annotated[int, typer.Option(min=1, metavar="N", help="Face of the specular cube.")] = 256,
-    levels: Annotated[int, typer.Option(min=1, metavar="N", help="Its mips.")] = 6,
+    levels: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Its mips: 6, or as many as the size has."),
+    ] = None,
     diffuse_size: Annotated[
         int, typer.Option(min=1, metavar="N", help="Face of the diffuse cube.")
     ] = 32,
@@ -241,7 +244,7 @@ def bake(
     check_projection(from_)
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"cannot write {str(folder)!r}: it is no folder")
-    if size >> (levels - 1) < 1:
+    if levels is not None and size >> (levels - 1) < 1:
         raise UsageError(f"--size {size} has at most {size.bit_length()} levels, got {levels}")
     everything = not (diffuse or specular or sh)
     with progress() as step:

@@ -98,7 +98,7 @@ def bake(
     specular: bool = True,
     sh: bool = True,
     size: int = 256,
-    levels: int = 6,
+    levels: int | None = None,
     diffuse_size: int = 32,
     order: int = 2,
     samples: int = 1024,

@@ -108,7 +108,7 @@ def prefilter_chain(
     dst: ProjectionLike,
     *,
     size: int = 256,
-    levels: int = 6,
+    levels: int | None = None,
     rotation: Any | None = None,
     roughness: Sequence[float] | None = None,
     distribution: Distribution = "ggx",
@@ -123,8 +123,8 @@ def prefilter_chain(
         As for `prefilter`; all levels are sampled.
     size : int
         Of level 0; each further level has half of it.
-    levels : int
-        How many there are.
+    levels : int, optional
+        How many there are: 6 by default, or as many as `size` can be halved.
     roughness : sequence of float, optional
         One number a level, in place of k/(levels - 1).
 
@@ -147,6 +147,8 @@ def prefilter_chain(
     >>> [level.shape for level in chain]
     [(6, 16, 16, 3), (6, 8, 8, 3), (6, 4, 4, 3)]
     """
+    if levels is None:
+        levels = min(6, int(size).bit_length())
     if levels < 1 or size >> (levels - 1) < 1:
         raise ValueError(f"Expected `levels` from 1 to {int(size).bit_length()}, got {levels}.")
     if roughness is None:

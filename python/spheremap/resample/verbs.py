@@ -60,7 +60,8 @@ def sample(
         then means by opacity: colors of transparent texels do not bleed. They are straight (not
         premultiplied) before and after; where nothing is opaque they are 0.
     skipna : bool
-        Whether NaN texels have no weight. By default they spread to every value that they touch.
+        Whether NaN and infinite values have no weight. By default they spread to every
+        value that they touch.
 
     Returns
     -------
@@ -142,7 +143,8 @@ def convert(
     out : ndarray, optional
         Where to put the result.
     skipna : bool
-        Whether NaN texels have no weight. By default they spread to every texel that they touch.
+        Whether NaN and infinite values have no weight. By default they spread to every
+        texel that they touch.
     antialias : bool
         Whether a texel that sees more than one texel of the source is the mean of what it sees,
         and not one lookup. Texels that see less are not changed by it. It does not concern

@@ -14,12 +14,13 @@
 //! analysis of the residual over all texels (two passes over the image a step).
 
 use super::count::count;
-use super::rings;
+use super::rings::{self, Rings};
 use crate::image::texel::Texel;
 use crate::kernel::threads;
 use crate::light::sh::basis;
 use crate::light::sh::basis::{Basis, Points, Sums};
 use crate::light::texels::Texels;
+use std::sync::Arc;
 
 /// Plain sums Σ flux · Y.
 pub fn sums(texels: &Texels, flux: &[f64], channels: usize, order: usize) -> Vec<f64> {
@@ -53,26 +54,53 @@ pub fn sums(texels: &Texels, flux: &[f64], channels: usize, order: usize) -> Vec
     basis::add_parts(&parts, per)
 }
 
-/// The coefficients of the least squares fit up to `order`; none where the texels do not determine them.
-pub fn fitted<T: Texel>(
-    texels: &Texels,
-    image: &[T],
-    channels: usize,
-    order: usize,
-) -> Option<Vec<f64>> {
-    let n = texels.weight.iter().filter(|w| **w > 0.0).count();
-    let wide = order + 2;
-    let high = if 4 * count(wide) <= n { wide } else { order };
-    let flux = texels.flux(image, channels, false);
-    let right = sums(texels, &flux, channels, high);
-    let moments = texels.moments(high, || {
-        // In the same blocks, one row each: a constant image.
-        sums(texels, &texels.weight, 1, 2 * high)
-    });
-    let operator = Operator::new(&moments, high);
-    let mut solution = solve(&operator, &right, channels)?;
-    solution.truncate(count(order) * channels);
-    Some(solution)
+/// The sums that a fit needs.
+pub struct Normal {
+    /// The order of the fit.
+    pub high: usize,
+    /// Σ w L Y up to that order.
+    pub right: Vec<f64>,
+    /// Σ w Y up to twice that order.
+    pub moments: Arc<Vec<f64>>,
+}
+
+impl Normal {
+    /// Those of texels that lie anywhere.
+    pub fn new<T: Texel>(texels: &Texels, image: &[T], channels: usize, order: usize) -> Normal {
+        let n = texels.weight.iter().filter(|w| **w > 0.0).count();
+        let wide = order + 2;
+        let high = if 4 * count(wide) <= n { wide } else { order };
+        let flux = texels.flux(image, channels, false);
+        let right = sums(texels, &flux, channels, high);
+        let moments = texels.moments(high, || {
+            // In the same blocks, one row each: a constant image.
+            sums(texels, &texels.weight, 1, 2 * high)
+        });
+        Normal {
+            high,
+            right,
+            moments,
+        }
+    }
+
+    /// Those of texels on rings.
+    pub fn of_rings<T: Texel>(rings: &Rings, image: &[T], channels: usize, order: usize) -> Normal {
+        let high = (order + 2).min(rings.highest());
+        let weights = rings.solid_angles();
+        Normal {
+            high,
+            right: rings.analyze(image, channels, high, &weights),
+            moments: Arc::new(rings.analyze_one(2 * high, &weights)),
+        }
+    }
+
+    /// The coefficients of the least squares fit up to `order`; none where the texels do not determine them.
+    pub fn fitted(&self, channels: usize, order: usize) -> Option<Vec<f64>> {
+        let operator = Operator::new(&self.moments, self.high);
+        let mut solution = solve(&operator, &self.right, channels)?;
+        solution.truncate(count(order) * channels);
+        Some(solution)
+    }
 }
 
 struct Operator {

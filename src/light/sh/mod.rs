@@ -37,6 +37,16 @@ use crate::projections::projection::Coverage;
 /// The highest order that images are analyzed to.
 pub const HIGHEST: usize = 64;
 
+/// What the texels of an image are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Samples {
+    /// Each is the mean over its solid angle, as in photos and renderings: order 0 is ∫ L dω/√4π, to rounding.
+    #[default]
+    Means,
+    /// Each is the value at its center: no degree leaks into another, order 0 included.
+    Points,
+}
+
 /// The coefficients of an image: (order + 1)² rows of one number a channel.
 ///
 /// # Errors
@@ -46,7 +56,7 @@ pub const HIGHEST: usize = 64;
 /// use spheremap::{Map, light::sh};
 /// let map = Map::new("latlong")?;
 /// let white = vec![1.0_f32; 16 * 32];
-/// let coefficients = sh::project(&map, &[16, 32], &white, 1, 2)?;
+/// let coefficients = sh::project(&map, &[16, 32], &white, 1, 2, sh::Samples::Means)?;
 /// assert_eq!(coefficients.len(), sh::count(2));
 /// let mean = (4.0 * std::f64::consts::PI).sqrt(); // of the constant 1, times Y_0,0
 /// assert!((coefficients[0] - mean).abs() < 1e-12);
@@ -58,6 +68,7 @@ pub fn project<T: Texel>(
     image: &[T],
     channels: usize,
     order: usize,
+    samples: Samples,
 ) -> Result<Vec<f64>, Error> {
     if order > HIGHEST {
         return Err(Error::Contradiction(format!(
@@ -75,7 +86,13 @@ pub fn project<T: Texel>(
         if order > highest {
             return Err(too_high(shape, order, highest));
         }
-        let own = rings.analyze(image, channels, order);
+        let own = match samples {
+            Samples::Points => rings.analyze(image, channels, order, &rings.exact()),
+            Samples::Means => {
+                let normal = fit::Normal::of_rings(&rings, image, channels, order);
+                kept(&normal, channels, order).ok_or_else(|| too_high(shape, order, highest / 2))?
+            }
+        };
         return rotate(&own, channels, order, &rings.frame);
     }
     let texels = texels(map, shape)?;
@@ -88,7 +105,19 @@ pub fn project<T: Texel>(
     if count(order) > n {
         return Err(too_high(shape, order, highest.saturating_sub(1)));
     }
-    fit::fitted(&texels, image, channels, order).ok_or_else(|| too_high(shape, order, highest / 2))
+    let normal = fit::Normal::new(&texels, image, channels, order);
+    let found = match samples {
+        Samples::Points => normal.fitted(channels, order),
+        Samples::Means => kept(&normal, channels, order),
+    };
+    found.ok_or_else(|| too_high(shape, order, highest / 2))
+}
+
+/// The fit, but for order 0: that is the sum over the texels, which keeps the light.
+fn kept(normal: &fit::Normal, channels: usize, order: usize) -> Option<Vec<f64>> {
+    let mut found = normal.fitted(channels, order)?;
+    found[..channels].copy_from_slice(&normal.right[..channels]);
+    Some(found)
 }
 
 fn too_high(shape: &[usize], order: usize, highest: usize) -> Error {

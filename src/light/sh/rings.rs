@@ -3,7 +3,9 @@
 //! Along a ring, Σ f cos mφ and Σ f sin mφ; across the rings, Fejér's first rule where they lie at (j + ½)π/H, and
 //! Clenshaw and Curtis's where they lie at jπ/(H - 1), poles included (Waldvogel 2006 for both). With the weights
 //! w_j = (2/H) (1 - 2 Σ cos(2kθ_j)/(4k² - 1)) the sum over H rings is exact for all
-//! polynomials of cos θ of a degree below H; the exact solid angles of the rings are not, and leak.
+//! polynomials of cos θ of a degree below H; the exact solid angles of the rings are not, and leak. But they are what light
+//! is measured by: w_0 is 12 % above the solid angle of the ring beside the pole, however many rings there are. So images
+//! of points are summed with w_j, and those of means with the solid angles, of which a fit (`fit`) takes the leaks.
 
 use super::basis::{Basis, Points, Sums};
 use super::count::count;
@@ -120,8 +122,34 @@ impl Rings {
         ((self.across.n - 1) / 2).min((self.along.parts.max(1) - 1) / 2)
     }
 
-    /// The coefficients in the image's own frame.
-    pub fn analyze<T: Texel>(&self, image: &[T], channels: usize, order: usize) -> Vec<f64> {
+    /// The weights with which sums over an image of points are exact.
+    pub fn exact(&self) -> Vec<f64> {
+        quadrature(self.across)
+    }
+
+    /// The exact solid angles of the rings, over 2π.
+    pub fn solid_angles(&self) -> Vec<f64> {
+        let Spacing { n, parts, .. } = self.across;
+        let edge = |k: usize| {
+            // Between two rings; the first and the last end at the poles.
+            let twice = if self.across.on_ends() {
+                (2 * k).saturating_sub(1)
+            } else {
+                2 * k
+            };
+            f64::sin_cos_half_turns(twice.min(2 * parts) as f64 / (2 * parts) as f64).1
+        };
+        (0..n).map(|k| edge(k) - edge(k + 1)).collect()
+    }
+
+    /// The coefficients in the image's own frame, with these weights of the rings.
+    pub fn analyze<T: Texel>(
+        &self,
+        image: &[T],
+        channels: usize,
+        order: usize,
+        weights: &[f64],
+    ) -> Vec<f64> {
         let h = self.across.n;
         let parts = order + 1;
         // For each ring, m, part (cosine, sine) and channel.
@@ -137,10 +165,26 @@ impl Rings {
                 tables.sums(image, channels, out);
             },
         );
+        self.sum(&fourier, channels, order, weights)
+    }
+
+    /// The same of a constant 1.
+    pub fn analyze_one(&self, order: usize, weights: &[f64]) -> Vec<f64> {
+        let parts = order + 1;
+        let mut fourier = vec![0.0; self.across.n * parts * 2];
+        for ring in fourier.chunks_exact_mut(2 * parts) {
+            ring[0] = self.along.parts as f64;
+        }
+        self.sum(&fourier, 1, order, weights)
+    }
+
+    /// The coefficients from the Fourier sums of each ring.
+    fn sum(&self, fourier: &[f64], channels: usize, order: usize, weights: &[f64]) -> Vec<f64> {
+        let (h, parts) = (self.across.n, order + 1);
         let padded = h.next_multiple_of(LANES);
         let (mut z, mut power) = (vec![0.0; padded], vec![0.0; padded]);
         let mut sin = vec![0.0; padded];
-        for (ring, weight) in quadrature(self.across).into_iter().enumerate() {
+        for (ring, weight) in weights.iter().enumerate() {
             (sin[ring], z[ring]) = f64::sin_cos_half_turns(self.across.place(ring));
             power[ring] = weight * 2.0 * PI / self.along.parts as f64;
         }

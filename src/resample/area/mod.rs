@@ -20,11 +20,12 @@
 //!
 //! - A target texel that the source covers in part is the mean over the covered part, and the energy
 //!   that is kept is that of the covered part. One that the source does not cover takes `fill`.
-//! - A target texel cut by a disk's rim is the mean over what of it is sphere, even where its center lies
-//!   outside the disk: its solid angle is not zero, and what it holds belongs to the sum.
-//! - A source texel whose center lies outside the disk holds no value (photographers print credits
-//!   there). What of the sphere it covers is given to the nearest texel whose center lies inside.
-//! - NaN spreads to every texel that it touches, unless it is skipped: then its weight is 0.
+//! - A texel across a rim, whose center lies outside the valid image, holds no value that any reader counts (photographers
+//!   print credits there). What of the sphere it covers belongs to the nearest texel whose center lies inside, in the source
+//!   and in the target: that one is the mean over both parts. So sums over the texels that hold values keep the light.
+//! - In the target a texel across the rim repeats its owner's value. So sums over all texels by their own solid angles keep
+//!   the light as well, and an image seen by a program that knows no rim has no dark edge.
+//! - NaN and infinity spread to every texel that they touch, unless they are skipped: then their weight is 0.
 //!
 //! # Three paths
 //!
@@ -64,6 +65,9 @@ mod tests;
 mod traced;
 
 use crate::error::Error;
+use crate::geometry::solid_angle::Rect;
+use crate::image::raster::Raster;
+use crate::image::rim::{self, Across};
 use crate::image::texel::Texel;
 use crate::image::view::ImageView;
 use crate::kernel::threads;
@@ -77,7 +81,7 @@ use crate::resample::filters::AreaFilter;
 use crate::resample::request::Request;
 use glam::DMat3;
 
-/// Fills the image that a request asks for with what each of its texels covers, by `filter`. With `skipna`, NaN has no
+/// Fills the image that a request asks for with what each of its texels covers, by `filter`. With `skipna`, what is not finite has no
 /// weight.
 pub(crate) fn convert<T: Texel>(
     request: Request<'_, T>,
@@ -149,6 +153,7 @@ fn convert_by<T: Texel>(
         cost = into.refined * into.refined;
     }
     let parts = into.refined;
+    let rim = Rim::new(&into.raster);
     let side = (sweep::BLOCK / parts).max(1);
     let width = columns * channels;
     threads::bands(out, width, texels * cost, side, |first, band| {
@@ -193,6 +198,19 @@ fn convert_by<T: Texel>(
                     });
                 }
             }
+            for Across { texel, owner } in rim.owned_within(low, high) {
+                let number = (owner[1] - low[1]) * across + owner[0] - low[0];
+                let [x, y] = texel.map(|k| k * parts);
+                sweep.cells(
+                    face,
+                    [x, y],
+                    [x + parts, y + parts],
+                    |_, _, _| (),
+                    |_, weights| {
+                        tallies.add(number, weights);
+                    },
+                );
+            }
             for row in 0..block.rows {
                 for column in 0..block.columns {
                     let [i, j] = at(column, row);
@@ -204,7 +222,41 @@ fn convert_by<T: Texel>(
         });
         sweep.count(tally);
     });
+    for face in 0..into.raster.faces() {
+        let view = into.raster.view(face);
+        for Across { texel, owner } in &rim.across {
+            let [to, from] = [texel, owner].map(|[i, j]| view.index(*i, *j) * channels);
+            out.copy_within(from..from + channels, to);
+        }
+    }
     Ok(())
+}
+
+/// The target's texels across its rim, by owner.
+struct Rim {
+    across: Vec<Across>,
+}
+
+impl Rim {
+    fn new(raster: &Raster) -> Rim {
+        let mut across = rim::across(raster, |i, j| {
+            let ((u0, u1), (v0, v1)) = (raster.along_u.cell(i), raster.along_v.cell(j));
+            raster.solid_angle(Rect { u0, u1, v0, v1 }) > 0.0
+        });
+        across.sort_by_key(|Across { texel, owner }| (owner[1], owner[0], texel[1], texel[0]));
+        Rim { across }
+    }
+
+    /// Those whose owners lie in a rectangle.
+    fn owned_within(&self, low: [usize; 2], high: [usize; 2]) -> impl Iterator<Item = Across> + '_ {
+        (low[1]..high[1]).flat_map(move |row| {
+            let first = |column| {
+                self.across
+                    .partition_point(|Across { owner, .. }| (owner[1], owner[0]) < (row, column))
+            };
+            self.across[first(low[0])..first(high[0])].iter().copied()
+        })
+    }
 }
 
 /// Both lattices as the fast path needs them.

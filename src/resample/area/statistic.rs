@@ -47,7 +47,7 @@ impl Sum {
 pub(super) struct Tallies<'a, T> {
     image: &'a ImageView<'a, T>,
     filter: AreaFilter,
-    /// Whether NaN has no weight.
+    /// Whether what is not finite has no weight.
     skipna: bool,
     channels: usize,
     /// Whether a texel covers anything.
@@ -130,7 +130,7 @@ impl<'a, T: Texel> Tallies<'a, T> {
             let texel = self.image.texel(index);
             for (sum, texel) in sums.iter_mut().zip(texel) {
                 let value = texel.load().to_f64();
-                if !(skipna && value.is_nan()) {
+                if !skipna || value.is_finite() {
                     sum.add(value, weight);
                 }
             }
@@ -152,7 +152,7 @@ impl<'a, T: Texel> Tallies<'a, T> {
                     self.values.clear();
                     for &(index, weight) in &self.lists[number] {
                         let value = self.image.texel(index)[channel].load().to_f64();
-                        if !(self.skipna && value.is_nan()) {
+                        if !self.skipna || value.is_finite() {
                             self.values.push((value, weight));
                         }
                     }

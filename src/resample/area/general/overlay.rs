@@ -30,6 +30,9 @@ pub(in crate::resample::area) const BLIND: f64 = 1e-3;
 /// goes straight from the one's cell to the other's.
 const NEAR: f64 = 1e-4;
 
+/// Up to this part of a cell's border a target cell may touch its corner alone, or all of it but a corner.
+const CORNER: f64 = 1e-4;
+
 /// A place of the traced border.
 #[derive(Clone, Copy)]
 struct Sample {
@@ -434,7 +437,17 @@ impl<'l, 'a> Overlay<'l, 'a> {
         let mut steps = std::mem::take(&mut self.touched[k].steps);
         steps.sort_by(|a, b| a.0.total_cmp(&b.0));
         let end = self.touched[k].cell.parts().len() as f64;
-        let start = self.start(&steps, end, k, target);
+        let (start, share) = self.start(&steps, end, k, target);
+        if share.min(1.0 - share) < CORNER && self.holds(target, k) != (share > 0.5) {
+            // At a corner, as where many meridians meet, rounding may exchange the places where the target's border enters
+            // and leaves: then what seems in is out.
+            if share > 0.5 {
+                return 0.0;
+            }
+            self.spread(k, target, |_, _| true);
+            let t = &self.touched[k];
+            return whole(source, &t.cell, t.anchor, t.tolerance);
+        }
         let held = |from: f64, to: f64, inside: f64, this: &mut Self| {
             if inside < 0.5 || to <= from {
                 return 0.0;
@@ -465,8 +478,9 @@ impl<'l, 'a> Overlay<'l, 'a> {
         area
     }
 
-    /// Whether the border's first place lies in the target cell (1) or not (0).
-    fn start(&self, steps: &[Step], end: f64, k: usize, target: &LatticeCell) -> f64 {
+    /// Whether the border's first place lies in the target cell (1) or not (0), and how much of the border does; NaN
+    /// where nothing but a place on it tells.
+    fn start(&self, steps: &[Step], end: f64, k: usize, target: &LatticeCell) -> (f64, f64) {
         // Where a place is along the border, by length: a side on a pole has none.
         let cell = &self.touched[k].cell;
         let ends = |part: &Part| {
@@ -483,25 +497,32 @@ impl<'l, 'a> Overlay<'l, 'a> {
             let k = (place as usize).min(cell.parts().len() - 1);
             lengths[k] + (place - k as f64) * (lengths[k + 1] - lengths[k])
         };
-        // How much of the border would be neither in nor out.
-        let wrong = |start: f64| {
-            let (mut wrong, mut from, mut inside) = (0.0, 0.0, start);
+        // How much of the border would be neither in nor out, and how much in.
+        let parts_of = |start: f64| {
+            let (mut wrong, mut held, mut from, mut inside) = (0.0, 0.0, 0.0, start);
             for &(place, change) in steps.iter().chain(&[(end, 0.0)]) {
                 if !(-0.5..=1.5).contains(&inside) {
                     wrong += length(place) - length(from);
+                } else if inside > 0.5 {
+                    held += length(place) - length(from);
                 }
                 from = place;
                 inside += change;
             }
-            wrong
+            (wrong, held)
         };
         if steps.is_empty() {
             // The target cell lies inside this one.
-            return 0.0;
+            return (0.0, f64::NAN);
         }
-        let (out, inside) = (wrong(0.0), wrong(1.0));
-        if (out - inside).abs() > 1e-2 * perimeter {
-            return f64::from(u8::from(inside < out));
+        let (out, inside) = (parts_of(0.0), parts_of(1.0));
+        if (out.0 - inside.0).abs() > 1e-2 * perimeter {
+            let (start, (_, held)) = if inside.0 < out.0 {
+                (1.0, inside)
+            } else {
+                (0.0, out)
+            };
+            return (start, held / perimeter);
         }
         // The border's steps undo each other within rounding: the middle of the rest of it tells.
         let mut longest = (-1.0, 0.0);
@@ -521,7 +542,7 @@ impl<'l, 'a> Overlay<'l, 'a> {
         let uv = self.source.place(cell, &parts[k], t);
         let spot = self.target.locate(self.source.decode(cell.face, uv));
         let holds = spot.is_some_and(|spot| spot.face == target.face && spot.at == target.at);
-        f64::from(u8::from(holds))
+        (f64::from(u8::from(holds)), f64::NAN)
     }
 
     /// Takes in a cell that the border does not touch.
@@ -763,15 +784,18 @@ mod tests {
                         let rotation =
                             turned.then(|| crate::geometry::axes::from_angles(33.0, -20.0, 71.0));
                         let frame = crate::resample::area::frame(&source, &target, rotation);
-                        let shape = shape_of_size(&source, 20);
-                        let from = Lattice::new(&source, &shape, None).unwrap();
-                        let shape = shape_of_size(&target, 17);
-                        let into = Lattice::new(&target, &shape, Some(frame)).unwrap();
-                        let (rows, columns) = worst(&from, &into);
-                        assert!(
-                            rows < 1e-6 && columns < 1e-6,
-                            "{a} {b} {turned} {rows:e} {columns:e}"
-                        );
+                        // The same sizes as well: unturned, their poles and some of their edges coincide.
+                        for (n, m) in [(20, 17), (13, 13)] {
+                            let shape = shape_of_size(&source, n);
+                            let from = Lattice::new(&source, &shape, None).unwrap();
+                            let shape = shape_of_size(&target, m);
+                            let into = Lattice::new(&target, &shape, Some(frame)).unwrap();
+                            let (rows, columns) = worst(&from, &into);
+                            assert!(
+                                rows < 1e-6 && columns < 1e-6,
+                                "{a} {n} {b} {m} {turned} {rows:e} {columns:e}"
+                            );
+                        }
                     }
                 }
             }

@@ -1,0 +1,122 @@
+"""Light is kept by every measure: what a conversion by area writes, every reader reads."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import spheremap as sm
+from conftest import GRIDS, NAMES
+from scipy.spatial.transform import Rotation
+
+# The stated bound of what a sun of one texel may lose in a conversion by area.
+KEPT = 1e-6
+SUNS = 200
+
+
+def suns(p: sm.Projection, size: int, count: int, seed: int) -> np.ndarray:
+    """Return as many suns of one texel of light 1, a channel each: half along rims and edges."""
+    weight = sm.light.weights(p, size)
+    own = sm.solid_angle(p, size)
+    rng = np.random.default_rng(seed)
+    held = np.argwhere(weight > 0)
+    last = np.array(weight.shape) - 1
+    at_edge = ((held[:, -2:] == 0) | (held[:, -2:] == last[-2:])).any(axis=1)
+    beside = at_edge | (weight > own * (1 + 1e-9))[tuple(held.T)]
+    border, inner = rng.permutation(held[beside]), rng.permutation(held[~beside])
+    chosen = np.concatenate([border[: count // 2], inner, border[count // 2 :]])[:count]
+    image = np.zeros((*weight.shape, len(chosen)))
+    for channel, at in enumerate(chosen):
+        image[(*at, channel)] = 1 / weight[tuple(at)]
+    return image
+
+
+def measures(image: np.ndarray, p: sm.Projection) -> dict[str, np.ndarray]:
+    """Return the light of each channel, by every measure that takes many channels."""
+    dims, channels = image.ndim - 1, image.shape[-1]
+    return {
+        "solid_angle": np.tensordot(p.solid_angle(image.shape[:-1]), image, dims),
+        "weights": np.tensordot(sm.light.weights(p, image.shape[:-1]), image, dims),
+        "integrate": sm.light.integrate(image, p),
+        "energy": sm.light.energy(image, p, luminance=np.ones(channels)).integral,
+        "sh": sm.sh.project(image, p, order=0)[0] * np.sqrt(4 * np.pi),
+    }
+
+
+def check(a: sm.Projection, n: int, b: sm.Projection, m: int, seed: int, *, turned: bool) -> None:
+    rotation = Rotation.random(random_state=seed).as_matrix() if turned else None
+    image = suns(a, n, SUNS, seed)
+    out = sm.convert(image, a, b, size=m, filter="area", rotation=rotation)
+    found = measures(out, b)
+    if b.coverage == "sphere":
+        again = sm.convert(out, b, "latlong", size=m, filter="area")
+        found["area"] = sm.light.integrate(again, "latlong")
+    # One of each sun is there, but where the two do not both see the whole sphere.
+    whole = a.coverage == b.coverage == "sphere"
+    light = np.ones(image.shape[-1]) if whole else found["integrate"]
+    for name, got in found.items():
+        worst = int(np.abs(got - light).argmax())
+        assert abs(got[worst] - light[worst]) <= KEPT * max(light.max(), 1), (name, worst)
+
+
+def pairs() -> list[tuple[str, str]]:
+    # A ring: each projection is source once and target once; every other pair is a slow test.
+    return [*pairwise(NAMES), (NAMES[-1], NAMES[0])]
+
+
+@pytest.mark.parametrize(("a", "b"), pairs())
+@pytest.mark.parametrize("turned", [False, True])
+def test_every_measure_finds_the_light_of_every_sun(a, b, turned):
+    check(sm.projection(a), 15, sm.projection(b), 13, 1, turned=turned)
+
+
+@pytest.mark.parametrize("name", ["hammer", "mollweide", "sinusoidal", "angular", "sphere"])
+def test_maps_with_rims(name):
+    p = sm.projection(name)
+    check(sm.projection("latlong"), 64, p, 42, 2, turned=False)
+    check(p, 31, sm.projection("cube"), 21, 3, turned=True)
+    # The same sizes: poles and edges coincide.
+    check(p, 20, sm.projection("latlong"), 20, 3, turned=False)
+
+
+@pytest.mark.parametrize("grid", GRIDS[1:])
+@pytest.mark.parametrize(
+    "name", ["latlong", "hammer", "sinusoidal", "angular", "cube", "octahedral"]
+)
+def test_grids_with_texels_on_the_edges(grid, name):
+    p = sm.projection(name, grid=grid)
+    check(sm.projection("latlong"), 16, p, 9, 4, turned=True)
+    check(p, 15, sm.projection("cube"), 7, 5, turned=False)
+
+
+@pytest.mark.parametrize("name", ["hammer", "mollweide", "sinusoidal", "angular"])
+def test_distributions_hold_the_light_of_rims(name):
+    p = sm.projection(name)
+    image = suns(p, 15, SUNS, 6).sum(axis=-1)
+    out = sm.convert(image, p, "sinusoidal", size=13, filter="area")
+    total = sm.light.Distribution(out, "sinusoidal").integral
+    # Tables of cells are float32; their sums are not.
+    assert abs(total / sm.light.integrate(image, p) - 1) <= KEPT
+
+
+def test_a_texel_across_the_rim_repeats_its_owner():
+    p = sm.projection("hammer")
+    image = np.random.default_rng(7).random((30, 60))
+    out = sm.convert(image, "latlong", p, size=24, filter="area")
+    own, weight = p.solid_angle(24), sm.light.weights(p, 24)
+    across = (own > 0) & (weight == 0)
+    assert across.any()
+    held = weight > 0
+    rows, columns = np.nonzero(held)
+    for j, i in np.argwhere(across):
+        nearest = np.argmin((rows - j) ** 2 + (columns - i) ** 2)
+        assert out[j, i] == out[rows[nearest], columns[nearest]]
+    assert not out[(own == 0) & ~held].any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("a", NAMES)
+def test_every_pair(a):
+    for k, b in enumerate(NAMES):
+        check(sm.projection(a), 9 + k % 4, sm.projection(b), 8 + k % 5, k, turned=bool(k % 2))

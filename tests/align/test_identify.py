@@ -154,3 +154,111 @@ def test_a_real_probe_mirrored_rolled_and_resampled(data_folder, mirrored):
     side = -1 if mirrored else 1
     # The search has texels of 2.8°; a parabola through its peak is good to 1/14 of one.
     assert np.degrees(np.arctan2(view[0], view[2])) == pytest.approx(side * 60, abs=0.2)
+
+
+CUBE = sm.convert(SOURCE, "latlong", "cube", size=64)
+
+
+def provoked(way: str) -> np.ndarray:
+    """Return the cube with something wrong that a score over all faces forgives."""
+    image = CUBE.copy()
+    if way == "swapped":
+        image[[4, 5]] = image[[5, 4]]
+    elif way == "turned":
+        image[2], image[3] = np.rot90(image[2]), np.rot90(image[3])
+    elif way == "half turn":
+        image[2] = np.rot90(image[2], 2)
+    elif way == "upside down":
+        image = image[:, ::-1].copy()
+    elif way == "one mirrored":
+        image[0] = image[0, :, ::-1]
+    return image
+
+
+@pytest.mark.parametrize(
+    ("way", "words"),
+    [
+        ("swapped", "face +z shows -z; face -z shows +z"),
+        ("turned", "face +y shows +y turned by 90°; face -y shows -y turned by 90°"),
+        ("half turn", "face +y shows +y turned by 180°"),
+        ("upside down", "each shows its own side mirrored and turned by 180°"),
+        ("one mirrored", "face +x shows +x mirrored"),
+    ],
+)
+def test_a_face_that_does_not_fit_is_named(way, words):
+    result = sm.align.identify(SOURCE, provoked(way), "latlong", "cube")
+    assert not result.certain and result.best is None
+    assert words in result.reason, result.reason
+
+
+@pytest.mark.parametrize(
+    ("given", "true"),
+    [
+        ("mollweide", "latlong"),
+        ("latlong", "mollweide"),
+        ("hammer", "sinusoidal"),
+        ("cube_equiangular", "cube"),
+        ("cube", "cube_equiangular"),
+        ("angular", "sphere"),
+    ],
+)
+def test_the_kind_that_fits_is_named_where_the_given_one_does_not(given, true):
+    image = sm.convert(SOURCE, "latlong", true, size=120)
+    result = sm.align.identify(SOURCE, image, "latlong", given)
+    assert not result.certain
+    assert f"image_b fits as '{true}'" in result.reason and f"not as '{given}'" in result.reason
+    assert result.candidates[0].kind == true and f"as {true}" in str(result.candidates[0])
+
+
+def test_the_first_image_may_be_of_another_kind():
+    image = sm.convert(SOURCE, "latlong", "mollweide", size=120)
+    result = sm.align.identify(image, CUBE, "latlong", "cube")
+    assert not result.certain and "image_a fits as 'mollweide'" in result.reason
+
+
+@pytest.mark.parametrize("row", ["py360convert-list", "equilib-list", "unreal", "cmft"])
+def test_faces_in_the_order_of_a_row(row):
+    # A cube as another program stores it, taken for one of ours.
+    p = sm.projection("cube", convention=row)
+    image = sm.convert(SOURCE, "latlong", p, size=64)
+    result = sm.align.identify(SOURCE, image, "latlong", "cube")
+    assert result.certain, str(result)
+    assert result.best.score > 0.98
+    assert f"cube:{row}" in result.rows or f"cube:{row}" in result.reason, str(result)
+    d = sm.directions("octahedral", 40).reshape(-1, 3)
+    want, got = sm.sample(SOURCE, d, "latlong"), seen_through(result.best, image, d)
+    assert np.corrcoef(np.log1p(want).ravel(), np.log1p(got).ravel())[0, 1] > 0.97
+
+
+def test_rows_of_the_table_end_the_answer():
+    result = sm.align.identify(SOURCE, CUBE, "latlong", "cube")
+    assert "cube:opengl" in result.rows
+    assert str(result).splitlines()[-1].startswith("as in the table: cube:")
+    turned = sm.convert(
+        SOURCE, "latlong", sm.projection("cube").turned(sm.rotation(20, 0, 0)), size=64
+    )
+    assert sm.align.identify(SOURCE, turned, "latlong", "cube").rows == ()
+
+
+@pytest.mark.parametrize("name", ["venice", "studio", "park", "night"])
+def test_real_scenes_do_not_mislead(data_folder, name):
+    image = openimageio_oracle.read(data_folder / f"{name}.exr")[..., :3]
+    cube = sm.convert(image, "latlong", "cube", size=96)
+    assert sm.align.identify(image, cube, "latlong", "cube").certain
+    turned = cube.copy()
+    turned[2] = np.rot90(turned[2])
+    for wrong in (cube[[0, 1, 2, 3, 5, 4]], cube[:, ::-1], turned):
+        assert not sm.align.identify(image, wrong, "latlong", "cube").certain
+
+
+@pytest.mark.slow
+def test_no_unrelated_scenes_are_related(data_folder):
+    names = ("venice", "studio", "park", "night")
+    scenes = {n: openimageio_oracle.read(data_folder / f"{n}.exr")[..., :3] for n in names}
+    for name, image in scenes.items():
+        cube = sm.convert(image, "latlong", "cube", size=96)
+        for other, unrelated in scenes.items():
+            if other > name:
+                assert not sm.align.identify(image, unrelated, "latlong", "latlong").certain
+                assert not sm.align.identify(unrelated, cube, "latlong", "cube").certain
+                assert not sm.align.identify(cube, unrelated[::-1], "cube", "latlong").certain

@@ -6,20 +6,27 @@ vertical takes one to another, so 12 are left that no yaw relates, and for each 
 circular correlation along the rows answers for all yaws at once. The best are then refined on
 points over the whole sphere, first in yaw and then, for one, in the grid, at the full resolution
 of the images.
+
+A score over the whole sphere forgives a wrong face or a wrong kind. So the best is looked at once
+more, part by part; where parts do not fit, other kinds of the same shape and other orders of faces
+are tried (`kinds`, `parts`).
 """
 
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..map.named import projection, resolve
-from ..map.variants import axes_matrix, changed
+from ..map.named import conventions, projection, resolve
+from ..map.variants import axes_matrix, axes_text, changed
 from ..map.verbs import rotation
 from ..resample.verbs import convert, sample
+from .kinds import alike
+from .parts import SIDES, Arrangement, arranged, correlation, misfits
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -40,6 +47,12 @@ _FINER = 8
 # for the grid of the best one, which is a matter of half a texel.
 _POINTS = 10_000
 _MANY_POINTS = 40_000
+# Below this nothing fits, below the second at most a part; above the third nothing else is tried.
+_NOTHING, _PARTLY, _CLEAN = 0.3, 0.8, 0.995
+# What a kind leaves unexplained in small panoramas, of what the given one does, to be looked at.
+_WORTH = 0.75
+# Yaws nearer to 0 than this, in degrees, are none.
+_STRAIGHT = 0.5
 
 
 @dataclass(frozen=True)
@@ -60,6 +73,8 @@ class Candidate:
         The map of the second image with these axes and this grid.
     mirrored : bool
         Whether one image is the mirror image of the other.
+    kind : str or None
+        The projection of one of the images where it is another than what it was taken for.
     """
 
     axes: str
@@ -68,6 +83,7 @@ class Candidate:
     score: float
     projection: Projection
     mirrored: bool
+    kind: str | None = None
 
     @property
     def rotation(self) -> Array:
@@ -77,6 +93,7 @@ class Candidate:
     def __str__(self) -> str:
         words = f'axes "{self.axes}", yaw {self.yaw:+.2f}°'
         words += f", grid {self.grid}" if self.grid else ""
+        words += f", as {self.kind}" if self.kind else ""
         return f"{self.score:+.4f}  {words}{', mirrored' if self.mirrored else ''}"
 
 
@@ -92,11 +109,15 @@ class Identification:
         Why, in words.
     candidates : tuple of Candidate
         The best first.
+    rows : tuple of str
+        The rows of `conventions` that say what the first candidate does, were the world of the
+        first image theirs: ``"cube:opengl"``, ...
     """
 
     certain: bool
     reason: str
     candidates: tuple[Candidate, ...]
+    rows: tuple[str, ...] = ()
 
     @property
     def best(self) -> Candidate | None:
@@ -105,7 +126,8 @@ class Identification:
 
     def __str__(self) -> str:
         head = self.reason if self.certain else f"cannot tell: {self.reason}"
-        return "\n".join([head, *map(str, self.candidates)])
+        tail = [f"as in the table: {', '.join(self.rows)}"] if self.rows else []
+        return "\n".join([head, *map(str, self.candidates), *tail])
 
 
 def identify(
@@ -124,9 +146,10 @@ def identify(
     image_a, image_b : array_like, shape (H, W), (H, W, C), or with faces (F, N, N, ...)
         The same scene, each in any projection, at any size, exposure and color.
     a, b : Projection or str, optional
-        The maps of both. `a` is believed with all that it says; of `b` the projection, the layout
-        and the order of faces are, and the axes and the grid are looked for. By default each is
-        what its shape suggests: 2:1 a latlong, 1:1 an angular map, else a cube.
+        The maps of both. `a` is believed with all that it says; of `b` the projection and the
+        layout are, and the axes and the grid are looked for, and where faces do not fit, their
+        order. By default each is what its shape suggests: 2:1 a latlong, 1:1 an angular map, else
+        a cube.
     count : int
         How many candidates to return at most.
 
@@ -134,7 +157,9 @@ def identify(
     -------
     Identification
         Ranked candidates with scores. ``certain`` is False where two of them fit about as well, as
-        in a scene without features, or where none fits.
+        in a scene without features, where none fits, where the best fits in part alone (below a
+        score of 0.8, or with a face that does not correlate to 0.9, or to what the faces mostly
+        do), or where another kind of image fits better; ``reason`` then says which.
 
     Raises
     ------
@@ -145,6 +170,10 @@ def identify(
     -----
     ``candidate.projection`` and ``candidate.rotation`` go into `convert` and `sample`: image b seen
     through them shows what image a shows.
+
+    Images of one scene, clean and of the kinds that are given, score above 0.98. Below 0.995, or
+    where a face does not fit, kinds of the same shape are tried in place of the given ones, and all
+    orders of six faces with all quarter turns, among them those of the table.
 
     Negative texels count as black, texels outside a disk and those that are not finite do not count
     at all.
@@ -164,15 +193,7 @@ def identify(
     if first.values.shape[-1] != second.values.shape[-1]:
         first.to_gray()
         second.to_gray()
-    panorama, weight = first.panorama()
-    found: list[tuple[float, str, float]] = []
-    cube, valid = second.faces()
-    for axes in _classes():
-        scores = _scores(panorama, weight, *_seen(cube, valid, second, axes))
-        for k in _peaks(scores):
-            found.append((scores[k], axes, _vertex(scores, k)))
-    found.sort(key=lambda entry: -entry[0])
-    found = _distinct(found)[: max(count, 2)]
+    found = _ranked(first, second)[: max(count, 2)]
     if not found:
         return Identification(False, "one of the images has no features", ())
     points = _Points(first, second, _POINTS)
@@ -181,7 +202,122 @@ def identify(
     candidates[0] = _Points(first, second, _MANY_POINTS).with_grid(candidates[0])
     candidates.sort(key=lambda c: -c.score)  # more points may tell two that fit badly apart
     certain, reason = _verdict(candidates)
-    return Identification(certain, reason, tuple(candidates[:count]))
+    if candidates[0].score >= _NOTHING:
+        certain, reason, candidates = _looked_at_again(first, second, certain, reason, candidates)
+    rows = _rows(candidates[0]) if certain else ()
+    return Identification(certain, reason, tuple(candidates[:count]), rows)
+
+
+def _ranked(first: _Image, second: _Image) -> list[tuple[float, str, float]]:
+    """Return the axes and yaws that small panoramas favor, with their scores, the best first."""
+    panorama, weight = first.panorama
+    found: list[tuple[float, str, float]] = []
+    cube, valid = second.faces
+    for axes in _classes():
+        scores = _scores(panorama, weight, *_seen(cube, valid, second, axes))
+        for k in _peaks(scores):
+            found.append((scores[k], axes, _vertex(scores, k)))
+    found.sort(key=lambda entry: -entry[0])
+    return _distinct(found)
+
+
+def _looked_at_again(
+    first: _Image, second: _Image, certain: bool, reason: str, candidates: list[Candidate]
+) -> tuple[bool, str, list[Candidate]]:
+    """Return the verdict once the best candidate was looked at part by part."""
+    best = candidates[0]
+    points = _Points(first, second, _MANY_POINTS)
+    wrong = points.misfits(best)
+    if best.score >= _CLEAN and not wrong:
+        return certain, reason, candidates
+    kind = _other_kind(first, second, candidates)
+    if kind is not None:
+        which, given, better = kind
+        words = f"{which} fits as '{better.kind}', score {better.score:.4f}, not as '{given}'"
+        return False, f"{words}, score {best.score:.4f}", [better, *candidates]
+    found = _other_order(first, second, candidates)
+    if found is not None:
+        for name, p in found.rows():
+            fresh = points.candidate_of(p, found.yaw)
+            if not points.misfits(fresh) and fresh.score > best.score:
+                words = f"one way fits, with faces stored as in {name}, score {fresh.score:.4f}"
+                return True, words, [fresh, *candidates]
+        order = "; ".join(found.words)
+        return False, f"faces are in an order that no row of the table has: {order}", candidates
+    if wrong:
+        words = f"faces {_list(wrong)} do not" if wrong[1:] else f"face {wrong[0]} does not"
+        return False, f"fits in part: {words}", candidates
+    if best.score < _PARTLY:
+        return False, f"fits in part, score {best.score:.4f}", candidates
+    return certain, reason, candidates
+
+
+def _list(words: list[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def _other_kind(
+    first: _Image, second: _Image, candidates: list[Candidate]
+) -> tuple[str, str, Candidate] | None:
+    """Return the kind of one of the images that leaves half as much unexplained, if there is one.
+
+    That is: of which image, what was given, and how it fits.
+    """
+    best = candidates[0]
+    usual = _ranked(first, second)[0][0]
+    found: list[tuple[float, str, str, Candidate]] = []
+    for image, which in ((second, "image_b"), (first, "image_a")):
+        for other in alike(image.map):
+            taken = image.taken_as(other)
+            pair = (taken, second) if image is first else (first, taken)
+            tried = _ranked(*pair)[:2]
+            # Small panoramas tell already whether a kind is worth a closer look.
+            if not tried or 1 - tried[0][0] > _WORTH * (1 - usual):
+                continue
+            points = _Points(*pair, _POINTS)
+            results = [points.candidate(axes, *points.refined(axes, yaw)) for _, axes, yaw in tried]
+            top = max(results, key=lambda c: c.score)
+            top = replace(top, kind=other.name)
+            if 1 - top.score < 0.5 * (1 - best.score) and not points.misfits(top):
+                found.append((top.score, which, image.map.name, top))
+        if found:
+            # The first image is believed where the second explains it.
+            break
+    if not found:
+        return None
+    _, which, given, candidate = max(found, key=lambda entry: entry[0])
+    return which, given, candidate
+
+
+def _other_order(first: _Image, second: _Image, candidates: list[Candidate]) -> Arrangement | None:
+    """Return the order of the faces of a cube that fits, if one does."""
+    p = second.map
+    best: Arrangement | None = None
+    for yaw in sorted({0.0, *(c.yaw for c in candidates)}):
+        found = arranged(partial(first.look, projection=first.map), second.values, p, yaw)
+        if found is not None and (best is None or found.score > best.score):
+            best = found
+    if best is None or not best.fits or 1 - best.score > 0.5 * (1 - candidates[0].score):
+        return None
+    return best
+
+
+def _rows(best: Candidate) -> tuple[str, ...]:
+    """Return the rows of the table by which an image lies as the candidate says."""
+    if abs(best.yaw) > _STRAIGHT:
+        return ()
+    p, size = best.projection, 6
+    wanted = changed(p, grid=best.grid or "centers").directions(size)
+    found = []
+    for row in conventions(p.name):
+        q = projection(p.name, convention=row["name"])
+        if best.grid not in (None, q.grid) or q.parameters != p.parameters:
+            continue
+        own = changed(q, grid=best.grid or "centers").directions(size)
+        # To rounding.
+        if own.shape == wanted.shape and np.allclose(own, wanted, atol=1e-9, equal_nan=True):
+            found.append(f"{p.name}:{row['name']}")
+    return tuple(found)
 
 
 class _Image:
@@ -217,6 +353,12 @@ class _Image:
             toned = np.log1p(np.maximum(values, 0) / level)
         return np.where(known, toned, np.float32(np.nan))
 
+    def taken_as(self, p: Projection) -> _Image:
+        """Return the same texels in another map."""
+        other = object.__new__(_Image)
+        other.map, other.values = p, self.values
+        return other
+
     def to_gray(self) -> None:
         self.values = self.values.mean(axis=-1, keepdims=True)
 
@@ -224,13 +366,14 @@ class _Image:
         values = sample(self.values, d, projection, rotation=turn, fill=np.nan)
         return np.asarray(values, np.float64)
 
+    @cached_property
     def panorama(self) -> tuple[Array, Array]:
-        """Return the image as a small panorama in the world of its map, and where it is known."""
-        cube, valid = self.faces()
-        return _seen(cube, valid, self, self.map.axes)
+        """The image as a small panorama in the world of its map, and where it is known."""
+        return _seen(*self.faces, self, self.map.axes)
 
+    @cached_property
     def faces(self) -> tuple[Array, Array]:
-        """Return the image on a small cube in its view frame, and the known share of each texel."""
+        """The image on a small cube in its view frame, and the known share of each texel."""
         n = _ROWS // 2
         p = changed(self.map, axes="+x +y +z")
         fine = convert(
@@ -337,16 +480,6 @@ def _distinct(found: list[tuple[float, str, float]]) -> list[tuple[float, str, f
     return kept
 
 
-def _correlation(x: Array, y: Array) -> float:
-    known = np.isfinite(x).all(axis=-1) & np.isfinite(y).all(axis=-1)
-    x, y = x[known], y[known]
-    if len(x) < 100:
-        return -1.0
-    x, y = x - x.mean(axis=0), y - y.mean(axis=0)
-    spread = np.sqrt(np.sum(x * x) * np.sum(y * y))
-    return float(np.sum(x * y) / spread) if spread > 0 else -1.0
-
-
 def _even(p: Projection, d: Array, turn: Array | None) -> NDArray[np.bool_]:
     """Tell where a map, in a direction or across it, is not much coarser than it mostly is."""
     slopes = np.asarray(p.jacobian(p.encode(d, rotation=turn)))
@@ -370,7 +503,38 @@ class _Points:
 
     def score(self, p: Projection, yaw: float) -> float:
         shown = self.second.look(self.directions, p, np.asarray(rotation(yaw, 0, 0)))
-        return _correlation(self.seen[self.keep], shown[self.keep])
+        return correlation(self.seen[self.keep], shown[self.keep])
+
+    def misfits(self, found: Candidate) -> list[str]:
+        """Return the names of the parts of the second image that do not show the same."""
+        p, turn = found.projection, found.rotation
+        if p.faces == 1:
+            return []
+        uv = np.asarray(p.encode(self.directions, rotation=turn))
+        names = SIDES if p.faces == len(SIDES) else tuple(map(str, range(p.faces)))
+        part = np.nan_to_num(uv[:, 2]).astype(np.intp)
+        shown = self.second.look(self.directions, p, turn)
+        known = np.isfinite(uv[:, 0])
+        wrong = misfits(self.seen[known], shown[known], part[known], len(names))
+        return [names[k] for k in wrong]
+
+    def candidate_of(self, p: Projection, yaw: float) -> Candidate:
+        """Return how a map of the second image fits, turned by about so much."""
+        self.without_stretched(p, yaw)
+        yaw, score = self.best_yaw(p, yaw)
+        mirrored = p.mirrored != self.first.map.mirrored
+        return Candidate(p.axes, float(np.round(yaw, 3)) + 0.0, None, score, p, mirrored)
+
+    def best_yaw(self, p: Projection, yaw: float) -> tuple[float, float]:
+        """Return the yaw near this one that fits best, and how well."""
+        best, step = self.score(p, yaw), 360 / _COLUMNS
+        while step > 0.01:
+            step /= 2
+            for angle in (yaw - step, yaw + step):
+                value = self.score(p, angle)
+                if value > best:
+                    best, yaw = value, angle
+        return yaw, best
 
     def without_stretched(self, p: Projection, yaw: float) -> None:
         """Leave out where a map, about so turned, stretches: all it shows there is blurred."""
@@ -381,14 +545,7 @@ class _Points:
         """Return the yaw near this one that fits best, and how well."""
         p = changed(self.second.map, axes=axes)
         self.without_stretched(p, yaw)
-        best, step = self.score(p, yaw), 360 / _COLUMNS
-        while step > 0.01:
-            step /= 2
-            for angle in (yaw - step, yaw + step):
-                value = self.score(p, angle)
-                if value > best:
-                    best, yaw = value, angle
-        return yaw, best
+        return self.best_yaw(p, yaw)
 
     def candidate(self, axes: str, yaw: float, score: float, grid: str | None = None) -> Candidate:
         axes, yaw = _reduced(axes, yaw)
@@ -421,18 +578,13 @@ def _reduced(axes: str, yaw: float) -> tuple[str, float]:
     """Put the quarter turns of a yaw into the axes."""
     quarters = int(np.floor((yaw + 45) / 90))
     turn = np.rint(np.asarray(rotation(90 * (quarters % 4), 0, 0)))
-    matrix = axes_matrix(axes) @ turn.T
-    words = []
-    for row in matrix:
-        k = int(np.flatnonzero(row)[0])
-        words.append(("-" if row[k] < 0 else "+") + "xyz"[k])
     yaw = yaw - 90 * quarters
-    return " ".join(words), float(np.round(yaw, 3)) + 0.0
+    return axes_text(axes_matrix(axes) @ turn.T), float(np.round(yaw, 3)) + 0.0
 
 
 def _verdict(candidates: list[Candidate]) -> tuple[bool, str]:
     best = candidates[0]
-    if best.score < 0.3:
+    if best.score < _NOTHING:
         return False, f"nothing fits; the best score is {best.score:.2f}"
     if len(candidates) == 1:
         return True, "one way fits"

@@ -33,3 +33,12 @@ def axes_matrix(axes: str) -> NDArray[np.float64]:
     for k, word in enumerate(axes.split()):
         matrix[k, "xyz".index(word[1])] = -1.0 if word[0] == "-" else 1.0
     return matrix
+
+
+def axes_text(matrix: NDArray[np.float64]) -> str:
+    """Return the axes of which a signed permutation is the matrix."""
+    words = []
+    for row in matrix:
+        k = int(np.flatnonzero(np.rint(row))[0])
+        words.append(("-" if row[k] < 0 else "+") + "xyz"[k])
+    return " ".join(words)

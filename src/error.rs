@@ -81,6 +81,17 @@ pub enum Error {
     /// Options that contradict each other.
     #[error("{0}")]
     Contradiction(String),
+    /// Whoever runs a call stopped it.
+    #[error("The call was stopped.")]
+    Stopped,
+    /// What a call needs beside its inputs and outputs does not fit.
+    #[error(
+        "There is no room for {bytes} bytes of memory that this takes beside its inputs and outputs."
+    )]
+    Memory {
+        /// How much it was.
+        bytes: usize,
+    },
 }
 
 impl Error {

@@ -39,7 +39,7 @@
 //! | unit vectors in a few bits | [`pack`] |
 //! | pixel numbers of HEALPix | [`healpix`] |
 //! | axes and rotations | [`geometry`] |
-//! | how many threads, which instructions | [`threads`], [`simd`] |
+//! | how many threads, which instructions, stopping a call | [`threads`], [`simd`], [`interrupt`] |
 //!
 //! # Frames
 //!
@@ -121,6 +121,16 @@ pub mod prelude {
 /// ```
 pub mod simd {
     pub use crate::kernel::{force_level, level, levels};
+}
+
+/// Calls that can be stopped between two pieces of work.
+///
+/// ```
+/// use spheremap::{Error, interrupt};
+/// assert_eq!(interrupt::stoppable(|| false, || 7), Ok::<i32, Error>(7));
+/// ```
+pub mod interrupt {
+    pub use crate::kernel::interrupt::stoppable;
 }
 
 /// How many threads large calls use; any number gives the same bits.

@@ -54,6 +54,17 @@ def blocks(array: NDArray[Any], single: bool) -> Iterator[Reals]:
         yield _converted(view, single)
 
 
+# Axes that an array may have here: NumPy's own limit before 2.0.
+_MOST_AXES = 32
+
+
+def common_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the shape that arrays are broadcast to."""
+    if max(map(len, shapes)) > _MOST_AXES:
+        raise ValueError(f"Expected arrays of at most {_MOST_AXES} axes.")
+    return np.broadcast_shapes(*shapes)
+
+
 def as_pair(view: object, normal: object, out: object) -> tuple[NDArray[Any], NDArray[Any], bool]:
     """Return both as arrays of one shape, by numpy's broadcasting, for `paired_blocks`.
 
@@ -66,7 +77,7 @@ def as_pair(view: object, normal: object, out: object) -> tuple[NDArray[Any], ND
         if array.shape[-1:] != (3,):
             raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
         _check_apart(array, out)
-    shape = np.broadcast_shapes(a.shape, b.shape)
+    shape = common_shape(a.shape, b.shape)
     return np.broadcast_to(a, shape), np.broadcast_to(b, shape), all(singles)
 
 

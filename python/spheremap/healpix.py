@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _core
-from ._arrays import as_real
+from ._arrays import as_real, common_shape
 from .map.named import resolve
 
 if TYPE_CHECKING:
@@ -189,7 +189,7 @@ def ang2pix(
     (183, 682)
     """
     a, b = (_real(x, name) for x, name in ((theta, "theta"), (phi, "phi")))
-    angles = np.empty((*np.broadcast_shapes(a.shape, b.shape), 2))
+    angles = np.empty((*common_shape(a.shape, b.shape), 2))
     angles[..., 0], angles[..., 1] = a, b
     return _core.healpix_ang2pix(_nside(nside), angles, nest=nest, lonlat=lonlat)
 

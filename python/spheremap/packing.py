@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _core
-from ._arrays import index_text
+from ._arrays import common_shape, index_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -617,7 +617,7 @@ def pack_frame(
         raise ValueError(f"Expected `tangents` to have shape (..., 3) or (..., 4), got {t.shape}.")
     if invalid not in ("raise", "zero"):
         raise ValueError(f"Expected `invalid` to be 'raise' or 'zero', got '{invalid}'.")
-    shape = np.broadcast_shapes(n.shape[:-1], t.shape[:-1])
+    shape = common_shape(n.shape[:-1], t.shape[:-1])
     whole = np.ones((*shape, 4))
     whole[..., : t.shape[-1]] = t
     n = np.require(np.broadcast_to(n, (*shape, 3)), np.float64, ["C", "A"])

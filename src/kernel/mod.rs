@@ -17,6 +17,8 @@
 //! everything below `run` (one missing made a kernel five times slower). Streaming stores did not help:
 //! below the cache's size they cost more than half.
 
+pub mod interrupt;
+pub mod memory;
 pub mod pages;
 pub mod threads;
 pub mod tile;

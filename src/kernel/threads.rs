@@ -13,8 +13,11 @@
 //!
 //! Without the feature `rayon` there is no pool, and all work is done on the caller's thread.
 
+use crate::kernel::interrupt::Watch;
 #[cfg(feature = "rayon")]
 use rayon::ThreadPool;
+#[cfg(feature = "rayon")]
+use std::sync::atomic::AtomicBool;
 use std::sync::atomic::{AtomicUsize, Ordering};
 #[cfg(feature = "rayon")]
 use std::sync::{Arc, Mutex, PoisonError};
@@ -38,7 +41,7 @@ struct Pool {
 #[cfg(feature = "rayon")]
 static POOL: Mutex<Option<Pool>> = Mutex::new(None);
 
-/// How many threads large calls use: what was set, else `SPHEREMAP_NUM_THREADS`, else one a core.
+/// How many threads large calls use: what was set, else `SPHEREMAP_NUM_THREADS`, else one a core; at most four a core.
 ///
 /// ```
 /// assert!(spheremap::threads::count() >= 1);
@@ -50,8 +53,8 @@ pub fn count() -> usize {
                 .ok()
                 .and_then(|text| text.trim().parse().ok())
                 .filter(|threads| *threads > 0)
-                .or_else(|| std::thread::available_parallelism().ok().map(usize::from))
-                .unwrap_or(1);
+                .unwrap_or_else(cores)
+                .min(most());
             THREADS.store(threads, Ordering::Relaxed);
             threads
         }
@@ -59,7 +62,16 @@ pub fn count() -> usize {
     }
 }
 
-/// Sets how many threads large calls use; at least one.
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Four a core: more wait for each other, and thousands take minutes to start.
+fn most() -> usize {
+    4 * cores()
+}
+
+/// Sets how many threads large calls use; at least one, and at most four a core.
 ///
 /// ```
 /// use spheremap::threads;
@@ -67,7 +79,7 @@ pub fn count() -> usize {
 /// assert_eq!(threads::count(), 2);
 /// ```
 pub fn set_count(threads: usize) {
-    THREADS.store(threads.max(1), Ordering::Relaxed);
+    THREADS.store(threads.clamp(1, most()), Ordering::Relaxed);
 }
 
 /// The pool of this process, one thread short of what is asked for, or none where that is one or threads cannot be had.
@@ -129,27 +141,46 @@ pub fn blocks<A: Sync, B: Send>(
 fn share<I: Iterator<Item: Send> + Send>(points: usize, items: I, work: impl Fn(I::Item) + Sync) {
     let pool = (points >= PARALLEL_FROM).then(pool).flatten();
     let Some(pool) = pool else {
-        return items.for_each(work);
+        return one_by_one(items, work);
     };
     let items = Mutex::new(items);
     let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let all = || {
-        while let Some(item) = next() {
-            work(item);
-        }
-    };
+    let stop = AtomicBool::new(false);
+    let mut watch = Watch::new();
     pool.in_place_scope(|scope| {
         for _ in 0..pool.current_num_threads() {
-            scope.spawn(|_| all());
+            scope.spawn(|_| {
+                while !stop.load(Ordering::Relaxed)
+                    && let Some(item) = next()
+                {
+                    work(item);
+                }
+            });
         }
-        all();
+        while !watch.stops()
+            && let Some(item) = next()
+        {
+            work(item);
+        }
+        stop.store(watch.stops(), Ordering::Relaxed);
     });
+}
+
+/// Calls `work` on each item, until the call is to stop.
+fn one_by_one<T>(items: impl Iterator<Item = T>, work: impl Fn(T)) {
+    let mut watch = Watch::new();
+    for item in items {
+        if watch.stops() {
+            return;
+        }
+        work(item);
+    }
 }
 
 /// Calls `work` on each item: there are no other threads.
 #[cfg(not(feature = "rayon"))]
 fn share<I: Iterator<Item: Send> + Send>(_: usize, items: I, work: impl Fn(I::Item) + Sync) {
-    items.for_each(work);
+    one_by_one(items, work);
 }
 
 /// Calls `work(number, row)` on each row of `width` items, spread over threads where there are

@@ -42,16 +42,23 @@ pub fn integrate<T: Texel>(
 ) -> Result<Vec<f64>, Error> {
     let texels = texels(map, shape)?;
     expect_length("image", image.len(), texels.stored * channels)?;
-    let moments = moments(&texels, image, channels);
+    let moments = moments(&texels, image, channels)?;
     Ok(moments[..channels].iter().map(|m| m[0]).collect())
 }
 
 /// The moments of every channel of an image and, last, of the constant 1.
-pub fn moments<T: Texel>(texels: &Texels, image: &[T], channels: usize) -> Vec<Moments> {
+///
+/// # Errors
+/// There is no memory for it.
+pub fn moments<T: Texel>(
+    texels: &Texels,
+    image: &[T],
+    channels: usize,
+) -> Result<Vec<Moments>, Error> {
     let rows = channels + 1;
-    let flux = texels.flux(image, channels, true);
+    let flux = texels.flux(image, channels, true)?;
     let all = block_moments(texels, &flux, rows);
-    (0..rows).map(|row| tree(&all[row..], rows)).collect()
+    Ok((0..rows).map(|row| tree(&all[row..], rows)).collect())
 }
 
 /// The sum of every `rows`-th of the moments, as a tree.

@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::image::rim;
 use crate::image::texel::Texel;
 use crate::image::texels::directions;
+use crate::kernel::memory::expect_room;
 use crate::map::Map;
 use crate::number::real::Real;
 use glam::DMat3;
@@ -46,6 +47,9 @@ impl Lit {
                 image.len()
             )));
         }
+        // All of this, growing by doubling, and what finding lights and suns among it takes.
+        let per_texel = 160 + 32 * channels;
+        expect_room::<u8>(stored.saturating_mul(per_texel))?;
         let (mut solid_angle, mut toward) = (vec![0.0; stored], vec![0.0; 3 * stored]);
         rim::weights(map, shape, &mut solid_angle)?;
         directions(map, shape, rotation, &mut toward)?;

@@ -390,8 +390,7 @@ pub fn under<T: Texel>(
         return Ok(());
     }
     let whole = map.coverage() == Coverage::Sphere;
-    sums_under(&texels, image, channels, lobe, whole, normals, out);
-    Ok(())
+    sums_under(&texels, image, channels, lobe, whole, normals, out)
 }
 
 /// The light of `image` under the lobe about each direction (three numbers of unit length each); NaN for a
@@ -406,9 +405,9 @@ fn sums_under<T: Texel>(
     whole: bool,
     normals: &[f64],
     out: &mut [f64],
-) {
+) -> Result<(), Error> {
     let rows = channels + 1;
-    let flux = texels.flux(image, channels, true);
+    let flux = texels.flux(image, channels, true)?;
     let moments = block_moments(texels, &flux, rows);
     let normals = normals.as_chunks::<3>().0;
     // At least a few parts for the threads to share; each direction is by itself.
@@ -461,6 +460,7 @@ fn sums_under<T: Texel>(
             }
         }
     });
+    Ok(())
 }
 
 #[expect(clippy::too_many_arguments, reason = "one inner step of `under`")]

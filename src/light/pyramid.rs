@@ -15,6 +15,7 @@ use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::SimdWork;
+use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::light::texels::texels;
 use crate::map::Map;
@@ -85,6 +86,8 @@ impl Pyramid {
                 }
             })
         };
+        // Four numbers twice, and what a smaller version of them takes.
+        expect_room::<[u8; 96]>(image.len() / channels)?;
         let mut values: Vec<[f64; 4]> = (0..image.len() / channels).map(four).collect();
         let mut shape = shape.to_vec();
         while values.len() > 8 * LARGEST * LARGEST {

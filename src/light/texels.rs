@@ -17,6 +17,8 @@ use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
 use crate::image::rim::{self, Across};
 use crate::image::texel::Texel;
+use crate::kernel::interrupt;
+use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile};
 use crate::map::Map;
@@ -110,12 +112,16 @@ impl Texels {
         }
         let (w, h) = (raster.width, raster.height);
         let faces = map.face_layout().faces;
+        expect_room::<f64>(w * h)?;
         let weights = face_weights(map, &raster);
         let (across, down) = (w.div_ceil(SIDE), h.div_ceil(SIDE));
         let turn = map.view_rotation(None).inverse();
 
         // Every block has room for all its texels first, and is closed up afterward.
         let room = SIDE * SIDE;
+        // What is made first, and what is closed up of it while both are there: five numbers each, in vectors that grow
+        // by doubling.
+        expect_room::<[f64; 15]>(faces * across * down * room)?;
         let mut points = vec![[0.0_f64; 5]; faces * across * down * room];
         threads::rows(&mut points, room, faces * w * h, |number, points| {
             let face = number / (across * down);
@@ -165,6 +171,7 @@ impl Texels {
                 texels.push(&block[..n]);
             }
         }
+        interrupt::check()?;
         Ok(texels)
     }
 
@@ -203,9 +210,18 @@ impl Texels {
 
     /// Radiance times solid angle, channel by channel within each block: the numbers of channel c of
     /// a block lie at `channels * start + c * length`. A last channel is the weight alone, if asked for.
-    pub fn flux<T: Texel>(&self, image: &[T], channels: usize, with_weight: bool) -> Vec<f64> {
+    ///
+    /// # Errors
+    /// There is no memory for it.
+    pub fn flux<T: Texel>(
+        &self,
+        image: &[T],
+        channels: usize,
+        with_weight: bool,
+    ) -> Result<Vec<f64>, Error> {
         use crate::number::real::Real;
         let rows = channels + usize::from(with_weight);
+        expect_room::<f64>(rows * self.x.len())?;
         let mut flux = vec![0.0; rows * self.x.len()];
         let mut parts = Vec::with_capacity(self.blocks.len());
         let mut rest = flux.as_mut_slice();
@@ -232,7 +248,7 @@ impl Texels {
                 }
             }
         });
-        flux
+        Ok(flux)
     }
 
     /// What `make` finds for an order, kept with the texels.
@@ -245,7 +261,9 @@ impl Texels {
             return Arc::clone(found);
         }
         let made = Arc::new(make());
-        lock().push((order, Arc::clone(&made)));
+        if interrupt::check().is_ok() {
+            lock().push((order, Arc::clone(&made)));
+        }
         made
     }
 

@@ -1,5 +1,6 @@
 //! numpy arrays in and out.
 
+use super::stopping::released;
 use crate::error::Error;
 use crate::geometry::axes;
 use crate::image::raster::tuple;
@@ -139,7 +140,7 @@ impl<'py, T: Float> Points<'py, T> {
             Points::Plain(array) => {
                 let input = array.as_slice()?;
                 disjoint(input, output)?;
-                run(py, input.len(), || work(input, output));
+                run(py, input.len(), || work(input, output))?;
             }
             Points::Other(array) => {
                 let width = array.shape().last().copied().unwrap_or(1).max(1);
@@ -150,7 +151,7 @@ impl<'py, T: Float> Points<'py, T> {
                     let block = converted::<T>(&block?)?;
                     let input = block.as_slice()?;
                     let output = output.next(input.len() / width * items)?;
-                    run(py, input.len(), || work(input, output));
+                    run(py, input.len(), || work(input, output))?;
                 }
             }
         }
@@ -181,11 +182,15 @@ impl<'a, T> Parts<'a, T> {
 
 /// Lets other Python threads run meanwhile, where there is enough work: giving the interpreter up and
 /// taking it back costs more than a few dozen points.
-pub fn run<T: Send>(py: Python<'_>, numbers: usize, work: impl FnOnce() -> T + Send) -> T {
+pub fn run<T: Send>(
+    py: Python<'_>,
+    numbers: usize,
+    work: impl FnOnce() -> T + Send,
+) -> PyResult<T> {
     if numbers < 512 {
-        work()
+        Ok(work())
     } else {
-        py.detach(work)
+        released(py, work)
     }
 }
 
@@ -196,9 +201,10 @@ fn new_array<'py, T: Element>(
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
     const SMALL: usize = 1 << 12;
+    // An array without items may still be larger than numpy allows.
     let items = shape
         .iter()
-        .try_fold(1_usize, |items, n| items.checked_mul(*n));
+        .try_fold(1_usize, |items, n| items.checked_mul((*n).max(1)));
     if items.is_some_and(|items| items <= SMALL) && shape.len() <= 32 {
         return Ok(PyArrayDyn::<T>::zeros(py, shape, false));
     }

@@ -2,6 +2,7 @@
 
 use super::arrays::writable;
 use super::projection::{PyProjection, size};
+use super::stopping::stoppable;
 use crate::resample::depth::{self, Depth};
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -22,12 +23,12 @@ pub fn convert_depth<'py>(
     let (map, shape) = (&projection.0, size(&projection.0, shape)?);
     if let Ok(array) = array.cast::<PyArrayDyn<f32>>() {
         return in_place(array, |out| {
-            py.detach(|| depth::convert_depth(map, &shape, target, out))
+            stoppable(py, || depth::convert_depth(map, &shape, target, out))
         });
     }
     if let Ok(array) = array.cast::<PyArrayDyn<f64>>() {
         return in_place(array, |out| {
-            py.detach(|| depth::convert_depth(map, &shape, target, out))
+            stoppable(py, || depth::convert_depth(map, &shape, target, out))
         });
     }
     Err(PyTypeError::new_err(
@@ -37,10 +38,10 @@ pub fn convert_depth<'py>(
 
 fn in_place<T: numpy::Element>(
     array: &Bound<'_, PyArrayDyn<T>>,
-    work: impl FnOnce(&mut [T]) -> Result<(), crate::error::Error>,
+    work: impl FnOnce(&mut [T]) -> PyResult<()>,
 ) -> PyResult<()> {
     if !array.is_c_contiguous() || !array.data().is_aligned() {
         return Err(PyValueError::new_err("Expected `out` to be C-contiguous."));
     }
-    Ok(work(writable(array)?.as_slice_mut()?)?)
+    work(writable(array)?.as_slice_mut()?)
 }

@@ -1,6 +1,7 @@
 //! The class `Distribution`: an importance distribution in the core, and the weights of texels.
 
 use super::projection::{PyProjection, size};
+use super::stopping::stoppable;
 use crate::image::rim;
 use crate::light::distribution::{Distribution, Radiance};
 use crate::py::arrays::fits;
@@ -52,8 +53,9 @@ impl PyDistribution {
         let channels = texel.iter().product();
         let (image, light) = (luminance.shape(), luminance.as_slice()?);
         let map = &projection.0;
-        let distribution =
-            py.detach(|| Distribution::new(map, image, None, light, &values, channels))?;
+        let distribution = stoppable(py, || {
+            Distribution::new(map, image, None, light, &values, channels)
+        })?;
         Ok(PyDistribution {
             distribution,
             texel,
@@ -133,7 +135,7 @@ impl PyDistribution {
             disjoint(d, p)?;
             disjoint(d, w)?;
             disjoint(p, w)?;
-            run(py, input.len(), || self.distribution.sample(input, d, p, w))?;
+            run(py, input.len(), || self.distribution.sample(input, d, p, w))??;
         }
         let mut results = vec![
             finish(directions, out[0].is_some())?,
@@ -159,7 +161,7 @@ pub fn texel_weights<'py>(
     {
         let mut target = writable(&array)?;
         let out = target.as_slice_mut()?;
-        py.detach(|| rim::weights(&projection.0, &shape, out))?;
+        stoppable(py, || rim::weights(&projection.0, &shape, out))?;
     }
     finish(array, false)
 }

@@ -1,6 +1,7 @@
 //! The module's functions.
 
 use super::projection::{PyProjection, size};
+use super::stopping::stoppable;
 use crate::geometry::axes;
 use crate::kernel;
 use crate::kernel::threads;
@@ -174,7 +175,7 @@ fn reflect_arrays<'py, T: Float>(
         let (view, normal) = (view.as_slice()?, normal.as_slice()?);
         disjoint(view, out)?;
         disjoint(normal, out)?;
-        py.detach(|| crate::light::reflect(view, normal, out))?;
+        stoppable(py, || crate::light::reflect(view, normal, out))?;
     }
     finish(array, out.is_some())
 }
@@ -197,7 +198,7 @@ fn reflect_blocks<'py, T: Float>(
             let (view, normal) = (converted::<T>(&view)?, converted::<T>(&normal)?);
             let (view, normal) = (view.as_slice()?, normal.as_slice()?);
             let out = output.next(view.len())?;
-            run(py, out.len(), || crate::light::reflect(view, normal, out))?;
+            run(py, out.len(), || crate::light::reflect(view, normal, out))??;
         }
     }
     finish(array, out.is_some())

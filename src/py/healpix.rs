@@ -132,7 +132,7 @@ fn each<'py, B: Element>(
         let mut target = writable(&array)?;
         let (input, target) = (input.as_slice()?, target.as_slice_mut()?);
         disjoint(input, target)?;
-        run(py, input.len(), || work(input, target));
+        run(py, input.len(), || work(input, target))?;
     }
     finish(array, out.is_some())
 }

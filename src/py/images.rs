@@ -3,6 +3,7 @@
 use super::arrays::{
     Reals, contiguous, disjoint, finish, helper, leading, output, reals, with_reals, writable,
 };
+use super::stopping::stoppable;
 use crate::image::ImageView;
 use crate::image::raster::tuple;
 use crate::image::texel::Texel;
@@ -199,7 +200,7 @@ fn levels<'py, T: PyTexel>(
 ) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let (shape, channels, texel) = split(map, image.shape())?;
     let view = ImageView::new(map, shape, channels, image.as_slice()?)?;
-    let chain = py.detach(|| resample::chain(&view))?;
+    let chain = stoppable(py, || resample::chain(&view))?;
     let mut levels = Vec::with_capacity(chain.len());
     for (mut shape, texels) in chain {
         shape.extend_from_slice(texel);
@@ -246,7 +247,7 @@ fn convert_texels<'py, T: PyTexel>(
         let mut target = writable(&array)?;
         let into = target.as_slice_mut()?;
         disjoint(view.texels(), into)?;
-        py.detach(|| resample::convert(&view, dst, shape, &options, into))?;
+        stoppable(py, || resample::convert(&view, dst, shape, &options, into))?;
     }
     finish(array, out.is_some())
 }

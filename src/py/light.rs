@@ -4,6 +4,7 @@
 use super::arrays::{finish, output, writable};
 use super::images::{image, split, with_image};
 use super::projection::{PyProjection, size};
+use super::stopping::stoppable;
 use crate::light::lobe::Lobe;
 use crate::light::prefilter::{Distribution, Source};
 use crate::light::{dfg as table, integrate, lobe as lobes, texels};
@@ -21,7 +22,7 @@ pub fn filled<'py>(
     {
         let mut target = writable(&array)?;
         let out = target.as_slice_mut()?;
-        py.detach(|| work(out))?;
+        stoppable(py, || work(out))?;
     }
     finish(array, true)
 }
@@ -65,7 +66,7 @@ pub fn moments<'py>(
         let pixels = image.as_slice()?;
         filled(py, &[channels + 1, 4], |out| {
             let texels = texels::texels(map, shape)?;
-            let moments = integrate::moments(&texels, pixels, channels);
+            let moments = integrate::moments(&texels, pixels, channels)?;
             out.copy_from_slice(moments.as_flattened());
             Ok(())
         })
@@ -118,7 +119,7 @@ pub fn prefilter<'py>(
     with_image!(image(object, None)?, image => {
         let (shape, channels, _) = split(map, image.shape())?;
         let pixels = image.as_slice()?;
-        let source = py.detach(|| Source::new(map, shape, pixels, channels))?;
+        let source = stoppable(py, || Source::new(map, shape, pixels, channels))?;
         let mut levels = Vec::new();
         for (shape, alpha) in shapes.iter().zip(&alphas) {
             let mut whole = shape.clone();
@@ -127,7 +128,7 @@ pub fn prefilter<'py>(
             {
                 let mut out = writable(&array)?;
                 let out = out.as_slice_mut()?;
-                py.detach(|| source.filter(target, shape, distribution, *alpha, samples, out))?;
+                stoppable(py, || source.filter(target, shape, distribution, *alpha, samples, out))?;
             }
             levels.push(finish(array, true)?);
         }

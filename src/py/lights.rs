@@ -5,6 +5,7 @@ use super::arrays::{finish, output, writable};
 use super::images::{PyTexel, image, split, with_image};
 use super::light::filled;
 use super::projection::PyProjection;
+use super::stopping::{released, stoppable};
 use crate::light::energy as report;
 use crate::light::lights::{self as cut, Method};
 use crate::light::lit::Lit;
@@ -47,7 +48,7 @@ fn lit<T: PyTexel>(
         )));
     }
     let texels = image.as_slice()?;
-    Ok(py.detach(|| Lit::new(map, shape, texels, luminance, None))?)
+    stoppable(py, || Lit::new(map, shape, texels, luminance, None))
 }
 
 /// At most `n` directional lights, brightest first: (N, 3) directions, (N, C) irradiances and (N,) solid angles.
@@ -66,7 +67,7 @@ pub fn lights<'py>(
     let lit = with_image!(image(object, None)?, image => {
         lit(py, projection, &image, weights)?
     });
-    let found = py.detach(|| cut::lights(&lit, n, method))?;
+    let found = stoppable(py, || cut::lights(&lit, n, method))?;
     let directions = filled(py, &[found.len(), 3], |out| {
         for (out, light) in out.chunks_mut(3).zip(&found) {
             out.copy_from_slice(&light.direction);
@@ -101,7 +102,7 @@ pub fn sun<'py>(
     let lit = with_image!(image(object, None)?, image => {
         lit(py, projection, &image, weights)?
     });
-    let found = py.detach(|| suns::find(&lit));
+    let found = released(py, || suns::find(&lit))?;
     Ok(found.map(|sun| sun_as_tuple(py, sun)))
 }
 
@@ -163,7 +164,7 @@ fn changed<'py, T: PyTexel>(
         let mut target = writable(&array)?;
         let (out, image) = (target.as_slice_mut()?, image.as_slice()?);
         out.copy_from_slice(image);
-        py.detach(|| work(out))?;
+        stoppable(py, || work(out))?;
     }
     finish(array, true)
 }
@@ -192,8 +193,7 @@ pub fn energy<'py>(
     let lit = with_image!(image(object, None)?, image => {
         lit(py, projection, &image, weights)?
     });
-    let found = py
-        .detach(|| report::energy(&lit))
+    let found = released(py, || report::energy(&lit))?
         .ok_or_else(|| PyValueError::new_err("The image holds no sphere."))?;
     Ok((
         found.solid_angle,

@@ -17,6 +17,7 @@ mod pack;
 mod pad;
 mod projection;
 mod sh;
+mod stopping;
 
 use pyo3::prelude::*;
 
@@ -64,6 +65,11 @@ mod _core {
 
 impl From<crate::error::Error> for PyErr {
     fn from(error: crate::error::Error) -> PyErr {
-        pyo3::exceptions::PyValueError::new_err(error.to_string())
+        match error {
+            crate::error::Error::Memory { .. } => {
+                pyo3::exceptions::PyMemoryError::new_err(error.to_string())
+            }
+            _ => pyo3::exceptions::PyValueError::new_err(error.to_string()),
+        }
     }
 }

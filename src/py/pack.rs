@@ -1,5 +1,6 @@
 //! Packed unit vectors: codes of any unsigned dtype.
 
+use super::stopping::stoppable;
 use crate::pack;
 use crate::pack::frame::FramePacking;
 use crate::pack::{Invalid, Packing, Rounding, Store};
@@ -180,7 +181,7 @@ fn unpack_codes<'py, T: Number, W: Word>(
         let d = target.as_slice_mut()?;
         let codes = input.as_slice()?;
         disjoint(codes, d)?;
-        arrays::run(py, d.len(), || packing.unpack(codes, d))?;
+        arrays::run(py, d.len(), || packing.unpack(codes, d))??;
     }
     finish(array, out.is_some())
 }
@@ -284,7 +285,7 @@ impl PyPacker {
             {
                 let mut target = writable(&array)?;
                 let (codes, out) = (input.as_slice()?, target.as_slice_mut()?);
-                arrays::run(py, out.len(), || self.0.canonical(codes, out))?;
+                arrays::run(py, out.len(), || self.0.canonical(codes, out))??;
             }
             // Always an array: the caller may look at its fields.
             Ok(array.into_any())
@@ -323,7 +324,7 @@ pub fn pack_frames<'py>(
         let mut target = writable(&array)?;
         let (normals, tangents) = (normals.as_slice()?, tangents.as_slice()?);
         let codes = target.as_slice_mut()?;
-        py.detach(|| packing.pack(normals, tangents, codes))?
+        stoppable(py, || packing.pack(normals, tangents, codes))?
     };
     Ok((array.into_any(), first))
 }
@@ -343,7 +344,7 @@ pub fn unpack_frames<'py>(
     {
         let mut target = writable(&array)?;
         let (codes, out) = (codes.as_slice()?, target.as_slice_mut()?);
-        py.detach(|| packing.unpack(codes, out))?;
+        stoppable(py, || packing.unpack(codes, out))?;
     }
     Ok(array.into_any())
 }

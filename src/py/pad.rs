@@ -3,6 +3,7 @@
 use super::arrays::{disjoint, finish, output, writable};
 use super::images::{PyTexel, image, split, with_image};
 use super::projection::PyProjection;
+use super::stopping::stoppable;
 use crate::image::ImageView;
 use crate::map::Map;
 use crate::resample;
@@ -40,7 +41,7 @@ fn padded<'py, T: PyTexel>(
         let mut target = writable(&array)?;
         let out = target.as_slice_mut()?;
         disjoint(view.texels(), out)?;
-        py.detach(|| resample::pad(&view, n, filter, out))?;
+        stoppable(py, || resample::pad(&view, n, filter, out))?;
     }
     finish(array, true)
 }

@@ -1,5 +1,6 @@
 //! The class `Projection`: a map, with its verbs as methods.
 
+use super::stopping::stoppable;
 use crate::geometry::axes;
 use crate::image::raster::{LONGEST_SIDE, Raster, shape_of_size};
 use crate::image::texels;
@@ -47,6 +48,9 @@ fn wants_f32(dtype: &Bound<'_, PyAny>) -> PyResult<bool> {
     }
 }
 
+/// Axes that the shape of anything has, at most.
+const MOST_AXES: usize = 32;
+
 /// A size (one number) or a whole shape.
 pub fn size<'py>(map: &Map, size: &Bound<'py, PyAny>) -> PyResult<Vec<usize>> {
     let shape = match size.extract::<i64>() {
@@ -55,6 +59,12 @@ pub fn size<'py>(map: &Map, size: &Bound<'py, PyAny>) -> PyResult<Vec<usize>> {
             return Err(PyValueError::new_err(format!(
                 "Expected a size of at least 1, got {n}."
             )));
+        }
+        // A list of a trillion numbers is not read to its end.
+        Err(_) if size.len().is_ok_and(|n| n > MOST_AXES) => {
+            return Err(PyTypeError::new_err(
+                "Expected a size: one integer, or a shape as a tuple of integers.",
+            ));
         }
         Err(_) => size
             .extract::<Vec<i64>>()
@@ -109,7 +119,7 @@ impl PyProjection {
         {
             let mut target = writable(&array)?;
             let out = target.as_slice_mut()?;
-            py.detach(|| texels::directions(&self.0, shape, None, out))?;
+            stoppable(py, || texels::directions(&self.0, shape, None, out))?;
         }
         finish(array, false)
     }
@@ -249,7 +259,7 @@ impl PyProjection {
         {
             let mut target = writable(&array)?;
             let out = target.as_slice_mut()?;
-            py.detach(|| texels::solid_angles(&self.0, &shape, out))?;
+            stoppable(py, || texels::solid_angles(&self.0, &shape, out))?;
         }
         finish(array, false)
     }

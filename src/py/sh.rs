@@ -4,6 +4,7 @@
 use super::images::{image, split, with_image};
 use super::light::{directions, filled};
 use super::projection::PyProjection;
+use super::stopping::stoppable;
 use crate::light::sh;
 use crate::light::sh::conventions::{self, CONVENTIONS, Storage};
 use crate::light::sh::{lobes, windows};
@@ -30,7 +31,7 @@ pub fn sh_project<'py>(
     with_image!(image(object, None)?, image => {
         let (shape, channels, _) = split(map, image.shape())?;
         let pixels = image.as_slice()?;
-        let found = py.detach(|| sh::project(map, shape, pixels, channels, order, samples))?;
+        let found = stoppable(py, || sh::project(map, shape, pixels, channels, order, samples))?;
         filled(py, &[sh::count(order), channels], |out| {
             out.copy_from_slice(&found);
             Ok(())

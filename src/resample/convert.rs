@@ -63,7 +63,7 @@ pub fn convert<T: Texel>(
         rotation: options.rotation,
         fill: &fill,
     };
-    let Some(weighted) = Weighted::new(image, opacity, skipna) else {
+    let Some(weighted) = Weighted::new(image, opacity, skipna)? else {
         return plain(request, options.filter, options, within, out);
     };
     let image = weighted.image(image)?;

@@ -13,6 +13,7 @@ use crate::image::rim;
 use crate::image::texel::Texel;
 use crate::image::texels::solid_angles;
 use crate::image::view::ImageView;
+use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::map::grid::GridAxis;
 use crate::number::real::Real;
@@ -63,6 +64,8 @@ fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T::Float>>, E
     let Ok(coarse) = Raster::new(map, &smaller) else {
         return Ok(None);
     };
+    let wanted = coarse.faces() * coarse.height * coarse.width;
+    expect_room::<f64>(fine.texels() + wanted * (1 + 3 * channels))?;
     let mut weights = vec![0.0; fine.texels()];
     solid_angles(map, shape, &mut weights)?;
     let across = shares(fine.along_u, fine.width, coarse.along_u, coarse.width);
@@ -71,7 +74,7 @@ fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T::Float>>, E
     // For each texel of each face: its weight, and for each channel the first value and the sum of what the others
     // differ by, so that a constant stays constant to the bit.
     let width = 1 + 2 * channels;
-    let mut sums = vec![0.0; coarse.faces() * coarse.height * coarse.width * width];
+    let mut sums = vec![0.0; wanted * width];
     threads::rows(
         &mut sums,
         coarse.width * width,

@@ -12,6 +12,7 @@
 use crate::error::Error;
 use crate::image::texel::Texel;
 use crate::image::view::ImageView;
+use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::number::real::Real;
 
@@ -44,12 +45,12 @@ impl<T: Texel> Weighted<T> {
         image: &ImageView<'_, T>,
         alpha: Option<usize>,
         skipna: bool,
-    ) -> Option<Self> {
+    ) -> Result<Option<Self>, Error> {
         let channels = image.channels();
         let is_hole = |x: &T| !x.load().to_f64().is_finite();
         let holes = skipna && T::NOTHING.is_nan() && image.texels().iter().any(is_hole);
         if !holes && alpha.is_none() {
-            return None;
+            return Ok(None);
         }
         let opacities = alpha.iter().flat_map(|alpha| {
             let texels = image.texels().chunks_exact(channels);
@@ -63,6 +64,7 @@ impl<T: Texel> Weighted<T> {
             channels
         };
         let count = image.raster().texels();
+        expect_room::<T::Float>(count * width)?;
         let mut weighted = Weighted {
             texels: vec![T::Float::default(); count * width],
             channels,
@@ -77,7 +79,7 @@ impl<T: Texel> Weighted<T> {
             }
         });
         weighted.texels = texels;
-        Some(weighted)
+        Ok(Some(weighted))
     }
 
     /// Writes a texel's products and weights.
@@ -136,6 +138,7 @@ impl<T: Texel> Weighted<T> {
         out: &mut [T],
         mut look: impl FnMut(bool, &mut [T::Float]) -> Result<(), Error>,
     ) -> Result<(), Error> {
+        expect_room::<T::Float>(2 * looks.count * self.width)?;
         let mut seen = vec![T::Float::default(); looks.count * self.width];
         look(false, &mut seen)?;
         self.each(&mut seen, |_, seen| self.divide(seen));

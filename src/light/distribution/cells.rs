@@ -5,6 +5,7 @@ use super::row::Row;
 use crate::error::Error;
 use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
+use crate::kernel::memory::expect_room;
 use crate::kernel::pages;
 use crate::kernel::threads;
 use crate::map::Map;
@@ -44,6 +45,7 @@ impl Cells {
                 "the image has too many columns or rows".to_owned(),
             ));
         }
+        expect_room::<f64>(height * split_v * faces * (columns + 1))?;
         let edges = cut((0..width).map(|i| raster.along_u.cell(i)), split);
         let down = cut((0..height).map(|j| raster.along_v.cell(j)), split_v);
         let row = |face: usize, k: usize| Row {

@@ -44,6 +44,7 @@ mod search;
 use crate::error::Error;
 use crate::geometry::axes::Rotation;
 use crate::image::raster::Raster;
+use crate::kernel::memory::expect_room;
 use crate::kernel::pages;
 use crate::kernel::threads;
 use crate::map::Map;
@@ -145,6 +146,9 @@ impl Distribution {
             solid_angles: mut conditional,
             nonlinear,
         } = fine_cells(map, &raster)?;
+        // Where each texel's value is, its light and density, its channels, and the guides.
+        let per_texel = 64 + 12 * channels;
+        expect_room::<u8>(texels.saturating_mul(per_texel))?;
         let sources = sources(&raster, faces);
         let light: Vec<f64> = sources
             .iter()

@@ -15,6 +15,7 @@
 
 use super::count::count;
 use super::rings::{self, Rings};
+use crate::error::Error;
 use crate::image::texel::Texel;
 use crate::kernel::threads;
 use crate::light::sh::basis;
@@ -66,21 +67,26 @@ pub struct Normal {
 
 impl Normal {
     /// Those of texels that lie anywhere.
-    pub fn new<T: Texel>(texels: &Texels, image: &[T], channels: usize, order: usize) -> Normal {
+    pub fn new<T: Texel>(
+        texels: &Texels,
+        image: &[T],
+        channels: usize,
+        order: usize,
+    ) -> Result<Normal, Error> {
         let n = texels.weight.iter().filter(|w| **w > 0.0).count();
         let wide = order + 2;
         let high = if 4 * count(wide) <= n { wide } else { order };
-        let flux = texels.flux(image, channels, false);
+        let flux = texels.flux(image, channels, false)?;
         let right = sums(texels, &flux, channels, high);
         let moments = texels.moments(high, || {
             // In the same blocks, one row each: a constant image.
             sums(texels, &texels.weight, 1, 2 * high)
         });
-        Normal {
+        Ok(Normal {
             high,
             right,
             moments,
-        }
+        })
     }
 
     /// Those of texels on rings.

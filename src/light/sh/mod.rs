@@ -97,7 +97,7 @@ pub fn project<T: Texel>(
     }
     let texels = texels(map, shape)?;
     if !whole {
-        let flux = texels.flux(image, channels, false);
+        let flux = texels.flux(image, channels, false)?;
         return Ok(fit::sums(&texels, &flux, channels, order));
     }
     let n = texels.weight.iter().filter(|w| **w > 0.0).count();
@@ -105,7 +105,7 @@ pub fn project<T: Texel>(
     if count(order) > n {
         return Err(too_high(shape, order, highest.saturating_sub(1)));
     }
-    let normal = fit::Normal::new(&texels, image, channels, order);
+    let normal = fit::Normal::new(&texels, image, channels, order)?;
     let found = match samples {
         Samples::Points => normal.fitted(channels, order),
         Samples::Means => kept(&normal, channels, order),

@@ -44,7 +44,7 @@ impl<'a, T: Texel> Sampler<'a, T> {
             ringing: options.filter.info().ringing,
             rotation: options.rotation,
             fill,
-            weighted: Weighted::new(image, opacity, skipna),
+            weighted: Weighted::new(image, opacity, skipna)?,
         })
     }
 

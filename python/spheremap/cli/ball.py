@@ -13,7 +13,14 @@ import typer
 import spheremap as sm
 from spheremap import io
 from spheremap.cli import files
-from spheremap.cli.terminal import UsageError, as_usage, check_projection, progress, write
+from spheremap.cli.terminal import (
+    UsageError,
+    as_usage,
+    check_projection,
+    progress,
+    read,
+    write,
+)
 from spheremap.io.images import STORED
 
 if TYPE_CHECKING:
@@ -82,8 +89,8 @@ def ball(
     start = time.perf_counter()
     with progress() as step:
         step("reading")
-        images = [_light(io.read(path)) for path in photos]
-        masks = [io.read(path).mean(axis=-1) for path in mask or ()]
+        images = [_light(read(path)) for path in photos]
+        masks = [read(path).mean(axis=-1) for path in mask or ()]
         # Integers are fractions of their largest.
         masks = [m / max(float(m.max()), 1.0) for m in masks]
         if not rims:

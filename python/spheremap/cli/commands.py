@@ -26,6 +26,7 @@ from spheremap.cli.terminal import (
     as_usage,
     check_projection,
     progress,
+    read,
     table_console,
     write,
 )
@@ -176,7 +177,7 @@ def convert(
 
     with progress() as step:
         step(f"reading {source.name}")
-        image = io.read(source)
+        image = read(source)
         names = io.channel_names(source)
         src = files.of_file(from_, from_layout, *image.shape[:2], any_aspect=any_aspect)
         step(f"converting {files.described(src)} to {files.described(dst)}")
@@ -249,7 +250,7 @@ def bake(
     everything = not (diffuse or specular or sh)
     with progress() as step:
         step(f"reading {source.name}")
-        image = io.read(source)
+        image = read(source)
         src = files.of_file(from_, None, *image.shape[:2], any_aspect=False)
         step(f"baking {files.described(src)}")
         start = time.perf_counter()
@@ -296,7 +297,7 @@ def info(
         check_projection(from_)
     with progress() as step:
         step(f"reading {file.name}")
-        image = io.read(file)
+        image = read(file)
         names = io.channel_names(file)
         height, width, count = image.shape
         heads = "channel", "min", "max", "mean", "NaN", "infinite", "negative"
@@ -431,7 +432,7 @@ def identify(
             step(f"reading {path.name}")
             if name is not None:
                 check_projection(name)
-            image = io.read(path)
+            image = read(path)
             height, width = image.shape[:2]
             images.append(image)
             name = name or files.likely(height, width)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -35,6 +37,32 @@ def as_usage() -> Iterator[None]:
         yield
     except ValueError as error:
         raise UsageError(str(error)) from None
+
+
+def read(path: Path) -> np.ndarray[Any, Any]:
+    """Read an image file; what its library prints meanwhile becomes a part of the error."""
+    if sys.stderr.isatty():
+        # There the spinner prints as well.
+        return io.read(path)
+    said = b""
+    sys.stderr.flush()
+    kept = os.dup(2)
+    try:
+        with tempfile.TemporaryFile() as file:
+            os.dup2(file.fileno(), 2)
+            try:
+                return io.read(path)
+            finally:
+                os.dup2(kept, 2)
+                file.seek(0)
+                said = file.read()
+    except OSError as error:
+        text = " ".join(said.decode(errors="replace").split())
+        if error.errno is None and text and text not in str(error):
+            raise OSError(f"{error} ({text})") from None
+        raise
+    finally:
+        os.close(kept)
 
 
 def write(

@@ -6,13 +6,13 @@ Reading and writing need `pip install spheremap[cli]`; `tonemap` does not.
 from __future__ import annotations
 
 import os
-import secrets
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from .whole import written_whole
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -141,13 +141,10 @@ def write(
             raise ValueError(f"Expected `channels` to name {count} channels, got {len(channels)}.")
         spec.channelnames = tuple(channels)
 
-    beside = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
-    try:
-        _write_pixels(oiio, beside, spec, pixels, os.fspath(path))
-        os.replace(beside, target)
-    finally:
-        with suppress(OSError):
-            beside.unlink()
+    def put(place: Path) -> None:
+        _write_pixels(oiio, place, spec, pixels, os.fspath(path))
+
+    written_whole(target, put)
 
 
 def check_target(path: str | os.PathLike[str]) -> None:
@@ -289,8 +286,51 @@ def _check_place(target: Path, name: str) -> None:
             raise PermissionError(f"cannot write {name!r}: no permission to write {str(place)!r}")
 
 
+# Their libraries end the process, or say that all is well, where a disk is full.
+_IN_MEMORY = (".png", ".jpg", ".jpeg")
+
+
 def _write_pixels(oiio: Any, place: Path, spec: Any, pixels: NDArray[Any], name: str) -> None:
-    sink = oiio.ImageOutput.create(str(place))
+    """Write an image file, and believe nobody that it is complete."""
+    if place.suffix.lower() in _IN_MEMORY and hasattr(os, "memfd_create"):
+        held = os.memfd_create("spheremap")
+        try:
+            _put_pixels(oiio, Path(f"/proc/self/fd/{held}"), place.suffix, spec, pixels, name)
+            size = os.fstat(held).st_size
+            with open(place, "wb") as file:
+                os.lseek(held, 0, os.SEEK_SET)
+                while size > 0:
+                    part = os.read(held, 1 << 20)
+                    file.write(part)
+                    size -= len(part)
+        except OSError as error:
+            if error.errno is None:
+                raise
+            raise OSError(f"cannot write {name!r}: {error.strerror}") from None
+        finally:
+            os.close(held)
+    else:
+        _put_pixels(oiio, place, place.suffix, spec, pixels, name)
+    _check_last_row(oiio, place, name)
+
+
+def _check_last_row(oiio: Any, place: Path, name: str) -> None:
+    source = oiio.ImageInput.open(str(place))
+    if source is None:
+        raise OSError(f"cannot write {name!r}: {_one_line(oiio.geterror())}")
+    try:
+        last = source.spec().height - 1
+        if source.read_scanline(last, 0) is None:
+            reason = _reason(source, oiio)
+            raise OSError(f"cannot write {name!r}: what was written is not whole: {reason}")
+    finally:
+        source.close()
+
+
+def _put_pixels(
+    oiio: Any, place: Path, extension: str, spec: Any, pixels: NDArray[Any], name: str
+) -> None:
+    sink = oiio.ImageOutput.create(extension.lstrip("."))
     if sink is None:
         raise OSError(f"cannot write {name!r}: {_one_line(oiio.geterror())}")
     good = sink.open(str(place), spec) and sink.write_image(pixels)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import secrets
 import struct
 from collections.abc import Sequence
-from contextlib import suppress
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from .whole import write_bytes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -86,7 +85,7 @@ def write_ktx2(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> 
         body += mip.tobytes()
     for place, size in reversed(places):
         header += struct.pack("<3Q", place, size, size)
-    _write(path, header + body)
+    write_bytes(path, header + body)
     return clipped
 
 
@@ -133,7 +132,7 @@ def write_dds(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> i
     header += struct.pack("<8I", 32, 0x4, 113, 0, 0, 0, 0, 0)
     header += struct.pack("<5I", caps, 0xFE00 if faces == 6 else 0, 0, 0, 0)
     body = b"".join(mip[face].tobytes() for face in range(faces) for mip in mips)
-    _write(path, header + body)
+    write_bytes(path, header + body)
     return clipped
 
 
@@ -168,15 +167,3 @@ def _halves(levels: Sequence[NDArray[Any]]) -> tuple[list[NDArray[np.float16]], 
         clipped += int(np.count_nonzero(np.abs(wide) > _LARGEST_HALF))
         mips.append(np.clip(wide, -_LARGEST_HALF, _LARGEST_HALF).astype("<f2"))
     return mips, clipped
-
-
-def _write(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write a file whole or not at all."""
-    target = Path(os.path.realpath(path))
-    beside = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
-    try:
-        beside.write_bytes(data)
-        os.replace(beside, target)
-    finally:
-        with suppress(OSError):
-            beside.unlink()

@@ -12,6 +12,7 @@ import numpy as np
 
 from .._arrays import checked_image
 from ..io.textures import write_dds, write_ktx2
+from ..io.whole import write_bytes
 from ..map.named import resolve
 from ..sh import convert as sh_convert
 from ..sh import project as sh_project
@@ -84,7 +85,7 @@ class Bake:
                 named = sh_convert(self.sh, dst="filament-irradiance")
                 rows["filament-irradiance"] = named.tolist()
             target = place / "sh.json"
-            target.write_text(json.dumps(rows, indent=1) + "\n")
+            write_bytes(target, (json.dumps(rows, indent=1) + "\n").encode())
             written.append((target, f"spherical harmonics of order {order}"))
         return written
 

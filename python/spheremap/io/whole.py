@@ -1,0 +1,80 @@
+"""Files that appear whole or not at all.
+
+A file is written beside its place, brought to the disk and renamed. Its name tells who writes it:
+what a process left that was killed is removed by the next one that writes into the folder.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+__all__ = ["write_bytes", "written_whole"]
+
+_MARK = "spheremap-part"
+_LEFT = re.compile(rf"\..*\.{_MARK}-(\d+)-[0-9a-f]{{8}}(\.[^.]*)?")
+
+
+def written_whole(target: Path, write: Callable[[Path], None]) -> None:
+    """Call `write` with a place beside the target, then put what it wrote there.
+
+    Parameters
+    ----------
+    target : Path
+        With symbolic links resolved: a rename would replace them.
+    write : callable
+        Gets a path with the target's extension, and raises OSError where it cannot write.
+
+    Raises
+    ------
+    OSError
+        As `write` does, and where the disk does not take what was written.
+    """
+    _remove_left(target.parent)
+    name = f".{target.stem}.{_MARK}-{os.getpid()}-{secrets.token_hex(4)}{target.suffix}"
+    beside = target.with_name(name)
+    try:
+        write(beside)
+        # A full disk may show only when bytes are brought to it.
+        with open(beside, "rb+") as file:
+            os.fsync(file.fileno())
+        os.replace(beside, target)
+    finally:
+        with suppress(OSError):
+            beside.unlink()
+
+
+def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
+    """Write a file whole or not at all."""
+
+    def write(place: Path) -> None:
+        place.write_bytes(data)
+
+    written_whole(Path(os.path.realpath(path)), write)
+
+
+def _remove_left(folder: Path) -> None:
+    """Remove what processes that are no more left half written."""
+    with suppress(OSError):
+        for name in os.listdir(folder):
+            found = _LEFT.fullmatch(name)
+            if found and not _is_alive(int(found[1])):
+                with suppress(OSError):
+                    (folder / name).unlink()
+
+
+def _is_alive(process: int) -> bool:
+    if os.name != "posix":
+        # Asking would end it there.
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True

@@ -299,3 +299,31 @@ def test_means_and_points_differ_in_order_0_alone():
         assert np.abs(means - points)[1:].max() < 1e-11
         # What degree 2 leaks: up to 0.92/H² of a coefficient, of three or so.
         assert np.abs(means - points)[0] < 3 * 0.92 / 32**2 * np.abs(c).max()
+
+
+def test_printed_coefficients_of_the_grace_probe(data_folder):
+    # Ramamoorthi and Hanrahan 2001, table 1, in the world of acos(+Dz); the scale is theirs.
+    oiio = pytest.importorskip("OpenImageIO")
+    probe = np.asarray(oiio.ImageBuf(str(data_folder / "grace_probe.hdr")).get_pixels("float"))
+    printed = np.array(
+        [
+            (0.79, 0.44, 0.54),
+            (0.39, 0.35, 0.60),
+            (-0.34, -0.18, -0.27),
+            (-0.29, -0.06, 0.01),
+            (-0.11, -0.05, -0.12),
+            (-0.26, -0.22, -0.47),
+            (-0.16, -0.09, -0.15),
+            (0.56, 0.21, 0.14),
+            (0.21, -0.05, -0.30),
+        ]
+    )
+
+    def off(convention: str) -> float:
+        found = sm.sh.project(probe[..., :3], f"angular:{convention}", order=2)
+        scaled = found * (found * printed).sum() / (found * found).sum()
+        return float(np.abs(scaled - printed).max())
+
+    # Half a digit of theirs, and 0.5 % of the largest for how they summed.
+    assert off("openimageio") < 0.005 + 0.004
+    assert off("debevec") > 0.5

@@ -784,18 +784,15 @@ mod tests {
                         let rotation =
                             turned.then(|| crate::geometry::axes::from_angles(33.0, -20.0, 71.0));
                         let frame = crate::resample::area::frame(&source, &target, rotation);
-                        // The same sizes as well: unturned, their poles and some of their edges coincide.
-                        for (n, m) in [(20, 17), (13, 13)] {
-                            let shape = shape_of_size(&source, n);
-                            let from = Lattice::new(&source, &shape, None).unwrap();
-                            let shape = shape_of_size(&target, m);
-                            let into = Lattice::new(&target, &shape, Some(frame)).unwrap();
-                            let (rows, columns) = worst(&from, &into);
-                            assert!(
-                                rows < 1e-6 && columns < 1e-6,
-                                "{a} {n} {b} {m} {turned} {rows:e} {columns:e}"
-                            );
-                        }
+                        let shape = shape_of_size(&source, 20);
+                        let from = Lattice::new(&source, &shape, None).unwrap();
+                        let shape = shape_of_size(&target, 17);
+                        let into = Lattice::new(&target, &shape, Some(frame)).unwrap();
+                        let (rows, columns) = worst(&from, &into);
+                        assert!(
+                            rows < 1e-6 && columns < 1e-6,
+                            "{a} {b} {turned} {rows:e} {columns:e}"
+                        );
                     }
                 }
             }

@@ -193,17 +193,20 @@ def identify(
     if first.values.shape[-1] != second.values.shape[-1]:
         first.to_gray()
         second.to_gray()
-    found = _ranked(first, second)[: max(count, 2)]
-    if not found:
+    ranked = _ranked(first, second)
+    if not ranked:
         return Identification(False, "one of the images has no features", ())
+    found = ranked[: max(count, 2)]
     points = _Points(first, second, _POINTS)
     candidates = [points.candidate(axes, *points.refined(axes, yaw)) for _, axes, yaw in found]
     candidates.sort(key=lambda c: -c.score)
-    candidates[0] = _Points(first, second, _MANY_POINTS).with_grid(candidates[0])
+    many = _Points(first, second, _MANY_POINTS)
+    candidates[0] = many.with_grid(candidates[0])
     candidates.sort(key=lambda c: -c.score)  # more points may tell two that fit badly apart
     certain, reason = _verdict(candidates)
     if candidates[0].score >= _NOTHING:
-        certain, reason, candidates = _looked_at_again(first, second, certain, reason, candidates)
+        usual = ranked[0][0]
+        certain, reason, candidates = _looked_at_again(many, usual, certain, reason, candidates)
     rows = _rows(candidates[0]) if certain else ()
     return Identification(certain, reason, tuple(candidates[:count]), rows)
 
@@ -222,15 +225,17 @@ def _ranked(first: _Image, second: _Image) -> list[tuple[float, str, float]]:
 
 
 def _looked_at_again(
-    first: _Image, second: _Image, certain: bool, reason: str, candidates: list[Candidate]
+    points: _Points, usual: float, certain: bool, reason: str, candidates: list[Candidate]
 ) -> tuple[bool, str, list[Candidate]]:
-    """Return the verdict once the best candidate was looked at part by part."""
-    best = candidates[0]
-    points = _Points(first, second, _MANY_POINTS)
+    """Return the verdict once the best candidate was looked at part by part.
+
+    `usual` is the best score of small panoramas.
+    """
+    first, second, best = points.first, points.second, candidates[0]
     wrong = points.misfits(best)
     if best.score >= _CLEAN and not wrong:
         return certain, reason, candidates
-    kind = _other_kind(first, second, candidates)
+    kind = _other_kind(first, second, usual, best)
     if kind is not None:
         which, given, better = kind
         words = f"{which} fits as '{better.kind}', score {better.score:.4f}, not as '{given}'"
@@ -257,14 +262,12 @@ def _list(words: list[str]) -> str:
 
 
 def _other_kind(
-    first: _Image, second: _Image, candidates: list[Candidate]
+    first: _Image, second: _Image, usual: float, best: Candidate
 ) -> tuple[str, str, Candidate] | None:
     """Return the kind of one of the images that leaves half as much unexplained, if there is one.
 
     That is: of which image, what was given, and how it fits.
     """
-    best = candidates[0]
-    usual = _ranked(first, second)[0][0]
     found: list[tuple[float, str, str, Candidate]] = []
     for image, which in ((second, "image_b"), (first, "image_a")):
         for other in alike(image.map):

@@ -33,13 +33,17 @@ DEV_DEPS := $(VENV)/.dev-$(KEY)
 BUILT := $(VENV)/.built-$(HERE)
 SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell find src -type f 2>/dev/null)
 
-.PHONY: help demo test test-slow lint lint-rust lint-python lint-generated \
-	lint-house lint-floors lint-tree lint-spelling lint-tolerances msrv bench docs wheel clean distclean develop FORCE
+.PHONY: help demo test test-slow test-programs fuzz quick lint lint-rust lint-python lint-generated \
+	lint-house lint-floors lint-tree lint-spelling lint-tolerances \
+	lint-licenses lint-workflows msrv bench docs wheel clean distclean develop FORCE
 
 help:
 	@echo "make demo    build, install, and run the main job on generated data (and on a light probe if there is one)"
 	@echo "make test    Rust, Python, doctests, documentation"
 	@echo "make test-slow  what takes longer: the largest sizes, ten million directions, the wheel"
+	@echo "make test-programs  runs Blender and exrenvmap, whose rows no other test checks"
+	@echo "make quick   builds what changed in about a minute and runs some tests (TESTS=tests/map K=octahedral)"
+	@echo "make fuzz    a million hostile calls (FUZZ_CALLS=), each in a process with limits"
 	@echo "make lint    formatting, lints, types, stubs, generated files; the house: floors, tree, spelling, tolerances"
 	@echo "make msrv    the oldest Rust that Cargo.toml promises still builds it (needs rustup)"
 	@echo "make bench   speed against memcpy, a C loop and other libraries; rewrites BENCHMARKS.md"
@@ -85,12 +89,36 @@ demo: $(BUILT)
 test: $(BUILT) $(DEV_DEPS)
 	cargo test
 	for example in examples/*.rs; do cargo run --quiet --example "$$(basename "$$example" .rs)"; done
-	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow"
+	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs"
 
 test-slow: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m slow
 
-lint: lint-house lint-rust lint-python lint-generated
+# Programs that are too long to install for every run: Blender, whose wheel wants a NumPy of its own, and OpenEXR's tools,
+# which a system's packages have (`openexr`). The table of conventions says which versions ran.
+BLENDER ?= $(CACHE)/blender
+test-programs: $(BUILT) $(DEV_DEPS)
+	@command -v exrenvmap >/dev/null || { echo "exrenvmap was not found; install the package openexr" >&2; exit 1; }
+	"$(BIN)/python" -m venv "$(BLENDER)"
+	"$(BLENDER)/bin/python" -m pip install --quiet --disable-pip-version-check bpy
+	SPHEREMAP_BLENDER="$(BLENDER)/bin/python" "$(BIN)/python" -m pytest -m programs tests/oracles
+
+# Which tests, by file and by name: make quick TESTS=tests/resample K=gaussian
+TESTS ?= tests/map
+K ?=
+quick: $(RUN_DEPS) $(DEV_DEPS)
+	VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" "$(BIN)/maturin" develop --profile quick --quiet
+	@# The next target that wants the real module builds it.
+	rm -f "$(VENV)"/.built-*
+	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -q -m "not slow and not programs" $(if $(K),-k "$(K)") $(TESTS)
+
+# A million take about an hour and a half of CPU time; FUZZ_SEED= makes others.
+FUZZ_CALLS ?= 1000000
+FUZZ_SEED ?= 0
+fuzz: $(BUILT) $(DEV_DEPS)
+	cd tests && "$(BIN)/python" -m fuzz --calls $(FUZZ_CALLS) --seed $(FUZZ_SEED)
+
+lint: lint-house lint-rust lint-python lint-generated lint-licenses lint-workflows
 
 lint-rust: $(RUN_DEPS)
 	@# By file: cargo fmt does not see the modules that the registry's macro declares.
@@ -99,7 +127,9 @@ lint-rust: $(RUN_DEPS)
 	PYO3_PYTHON="$(BIN)/python" cargo clippy --all-targets --features python -- -D warnings
 
 	cargo check --no-default-features
+	rm -rf "$(CARGO_TARGET_DIR)/doc/spheremap"
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
+	"$(BIN)/python" tools/lint_examples.py "$(CARGO_TARGET_DIR)/doc/spheremap"
 
 lint-python: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/ruff" check .
@@ -121,6 +151,13 @@ lint-floors: | $(BIN)/python
 
 lint-tree: | $(BIN)/python
 	"$(BIN)/python" tools/lint_tree.py
+
+# Crates of the wheel: their licenses, and where they come from.
+lint-licenses: | $(BIN)/python
+	"$(BIN)/python" tools/lint_licenses.py
+
+lint-workflows: $(DEV_DEPS)
+	"$(BIN)/zizmor" --offline --no-progress --quiet .github
 
 lint-spelling: | $(BIN)/python
 	"$(BIN)/python" tools/lint_spelling.py

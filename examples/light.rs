@@ -2,29 +2,30 @@
 //!
 //!     cargo run --example light
 
-use spheremap::light::distribution::{Distribution, Radiance};
+use spheremap::light::distribution::Distribution;
 use spheremap::light::{Lobe, integrate, sh, under};
 use spheremap::prelude::*;
 
 fn main() -> Result<(), Error> {
     // A dim sky above the horizon with a sun of one texel.
-    let (map, shape) = (Map::new("latlong")?, [64, 128]);
     let mut sky: Vec<f64> = (0..64 * 128)
         .map(|k| if k < 32 * 128 { 0.5 } else { 0.1 })
         .collect();
     sky[12 * 128 + 40] = 2000.0;
+    let map = Map::new("latlong")?;
+    let image = ImageView::new(&map, &[64, 128], 1, &sky)?;
 
-    let total = integrate(&map, &shape, &sky, 1)?;
+    let total = integrate(&image)?;
     println!("in all      {:.3}", total[0]);
 
     let normals = [DVec3::Y, DVec3::X, DVec3::NEG_Y];
     let flat: Vec<f64> = normals.iter().flat_map(|n| n.to_array()).collect();
     let mut irradiance = [0.0; 3];
-    under(&map, &shape, &sky, 1, Lobe::Cosine, &flat, &mut irradiance)?;
+    under(&image, Lobe::Cosine, &flat, &mut irradiance)?;
     println!("irradiance  {irradiance:.3?} above, beside, below");
 
     // Nine coefficients hold the irradiance of any light to about a percent of the largest.
-    let light = sh::project(&map, &shape, &sky, 1, 2, sh::Samples::Means)?;
+    let light = sh::project(&image, 2, sh::Samples::Means)?;
     let cosine = sh::lobes::find("cosine")?.factors(0.0, 2)?;
     let smooth = sh::scale_degrees(&light, 1, &cosine)?;
     let mut nine = [0.0; 3];
@@ -32,8 +33,7 @@ fn main() -> Result<(), Error> {
     println!("from nine   {nine:.3?}");
 
     // Directions drawn as often as the sky is bright there.
-    let weights = Radiance::Double(sky.clone());
-    let distribution = Distribution::new(&map, &shape, None, &sky, &weights, 1)?;
+    let distribution = Distribution::new(&image, &sky)?;
     let xi: Vec<f64> = (0..2 * 256).map(|k| (k as f64 * 0.618_034) % 1.0).collect();
     let (mut directions, mut pdf) = (vec![0.0; 3 * 256], vec![0.0; 256]);
     distribution.sample(&xi, &mut directions, &mut pdf, &mut [])?;

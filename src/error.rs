@@ -1,5 +1,7 @@
 //! One error type. Each message says what was expected and what came.
 
+use std::borrow::Cow;
+
 /// Everything that can be wrong with a call.
 #[derive(Debug, thiserror::Error, Clone, PartialEq)]
 #[non_exhaustive]
@@ -8,7 +10,7 @@ pub enum Error {
     #[error("unknown {what} '{name}'{hint}")]
     Unknown {
         /// The kind of thing that was asked for.
-        what: &'static str,
+        what: Cow<'static, str>,
         /// What was asked for.
         name: String,
         /// The nearest name, or the names there are.
@@ -96,7 +98,7 @@ pub enum Error {
 
 impl Error {
     /// An unknown name, with the nearest of `names` or all of them.
-    pub fn unknown(what: &'static str, name: &str, names: &[&str]) -> Error {
+    pub(crate) fn unknown(what: impl Into<Cow<'static, str>>, name: &str, names: &[&str]) -> Error {
         let nearest = names
             .iter()
             .map(|candidate| (distance(name, candidate), *candidate))
@@ -108,23 +110,23 @@ impl Error {
             None => format!("; there are {}", names.join(", ")),
         };
         Error::Unknown {
-            what,
+            what: what.into(),
             name: name.to_owned(),
             hint,
         }
     }
 
     /// A name that others use for what is here under `names`.
-    pub fn known_here_as(what: &'static str, name: &str, names: &[&str]) -> Error {
+    pub(crate) fn known_here_as(what: &'static str, name: &str, names: &[&str]) -> Error {
         Error::Unknown {
-            what,
+            what: what.into(),
             name: name.to_owned(),
             hint: format!("; here it is '{}'", names.join("' or '")),
         }
     }
 
     /// An unknown name among those that `owner` has: all of `names`, the nearest first.
-    pub fn unknown_of(what: &'static str, name: &str, owner: &str, names: &[&str]) -> Error {
+    pub(crate) fn unknown_of(what: &'static str, name: &str, owner: &str, names: &[&str]) -> Error {
         // Names that start the same are near, however much one of them goes on.
         let shared = |candidate: &str| {
             let pairs = name.chars().zip(candidate.chars());
@@ -142,7 +144,7 @@ impl Error {
             _ => String::new(),
         };
         Error::Unknown {
-            what,
+            what: what.into(),
             name: name.to_owned(),
             hint: format!("; {nearest}'{owner}' has {}", sorted.join(", ")),
         }

@@ -44,7 +44,7 @@
 //! # Frames
 //!
 //! A *direction* is any finite non-zero 3-vector; its length does not matter. The world is right-handed, +y
-//! up unless a convention says otherwise. Formulas are written in the *view frame* of an image: x to the
+//! up and -z ahead unless a convention says otherwise; a conversion between two programs keeps up up ([`World`]). Formulas are written in the *view frame* of an image: x to the
 //! right, y down, z toward its center. `axes` such as "+x -y -z" name the world axes that point there.
 //!
 //! # Coordinates
@@ -89,6 +89,7 @@ pub mod resample;
 mod py;
 
 pub use error::Error;
+pub use geometry::{World, Worlds};
 pub use glam;
 pub use kernel::Scalar;
 pub use map::{Element, Grid, Map, MapOptions, compare, conventions};
@@ -103,6 +104,7 @@ pub use ndarray;
 /// ```
 pub mod prelude {
     pub use crate::error::Error;
+    pub use crate::geometry::{World, Worlds};
     pub use crate::healpix::Pixels;
     pub use crate::image::ImageView;
     pub use crate::map::{Element, Grid, Map, MapOptions};

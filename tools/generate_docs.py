@@ -147,6 +147,8 @@ as `sm.projection("latlong", convention="blender")`, or wherever a projection is
     sm.explain("cube:openexr")
     print(sm.align.identify(photo, render))        # which of all these is it?
 
+`convert` knows what up means to each: blender's +z goes to opengl's +y ([worlds](#worlds)).
+
 **How to read it.** *Axes* are the world axes that point right, down and forward (into the middle
 of the image). *Mirrored* is as seen from inside a right-handed world; a program with a
 left-handed world sees the opposite, and the world's column says which those are. *Grid* is where
@@ -158,6 +160,20 @@ to it.
 **The pictures** show one sphere as each program stores it, row 0 at the top. The letters are
 painted on the sphere, upright and readable from inside in a right-handed world: in a mirrored
 image they are mirrored. A stack of faces is shown side by side.
+
+## Worlds
+
+Programs do not agree what is up, what lies ahead, and whether x, y, z are a left hand or a right
+one. `convert`, plans, `embed`, the lights of one map in another, `bake` and the command line match
+worlds: up to up, ahead to ahead, right to right, as a person sees them who stands there. So nothing
+is tilted or mirrored that was not, whatever becomes of (x, y, z). `world="literal"`
+(`--world literal`) keeps (x, y, z) instead. `encode`, `decode` and `sample` speak of one map, in
+the directions of its own program; `p.in_world_of(q)` is p in the directions of q's.
+
+*Ahead* is what a camera of the program looks along that nobody has turned. Where a program has no
+camera it is what the middle column of its panoramas shows. One that only turns pictures into
+pictures has the hand in which its own are not mirrored. Names without a program have +y up, -z
+ahead, and are right-handed.
 """
 
 NOT_YET = """\
@@ -183,8 +199,28 @@ NOT_YET = """\
 """
 
 
+def worlds_table(conventions: list[dict]) -> str:
+    programs: dict[tuple[str, ...], list[str]] = {}
+    for c in conventions:
+        world = (c["up"], c["forward"], hand(c), c["ahead"])
+        names = programs.setdefault(world, [])
+        # Rows that are the same program in other layouts go by its name alone.
+        program = c["name"] if c["name"].endswith("z-up") else c["name"].split("-")[0]
+        if program not in names:
+            names.append(program)
+    rows = [
+        [", ".join(f"`{name}`" for name in sorted(names)), *world]
+        for world, names in sorted(programs.items(), key=lambda entry: entry[0][:3])
+    ]
+    return table(["program", "up", "ahead", "hand", "ahead is"], rows)
+
+
+def hand(c: dict) -> str:
+    return "left-handed" if c["left_handed"] else "right-handed"
+
+
 def conventions_page(registry: list[dict], conventions: list[dict]) -> str:
-    parts = [CONVENTIONS.rstrip()]
+    parts = [CONVENTIONS.rstrip(), worlds_table(conventions)]
     for entry in registry:
         rows = [c for c in conventions if c["kind"] == entry["name"]]
         if not rows:
@@ -195,7 +231,6 @@ def conventions_page(registry: list[dict], conventions: list[dict]) -> str:
             values = ", ".join(f"{k} = {v:g}" for k, v in c["parameters"].items())
             laid = " ".join(x for x in (c["layout"], values) if x)
             picture = f"images/conventions/{c['kind']}-{c['name']}.png"
-            hand = "left-handed" if c["left_handed"] else "right-handed"
             body.append(
                 [
                     f"`{c['name']}`",
@@ -203,7 +238,7 @@ def conventions_page(registry: list[dict], conventions: list[dict]) -> str:
                     f"`{c['axes']}`" + ("<br>" + laid if laid else ""),
                     "mirrored" if p.mirrored else "no",
                     c["grid"],
-                    f"{c['up']} up, {hand}",
+                    f"{c['up']} up, {c['forward']} ahead, {hand(c)}",
                     c["note"],
                     f"{c['source']} ({c['version']}): {c['verified']}",
                 ]
@@ -211,6 +246,14 @@ def conventions_page(registry: list[dict], conventions: list[dict]) -> str:
         head = ["name", "picture", "axes", "mirrored", "grid", "world", "note", "known by"]
         parts += [f"## `{entry['name']}`", table(head, body)]
     return "\n\n".join([*parts, NOT_YET.rstrip()]) + "\n"
+
+
+# Which verbs take filters of each method.
+TAKEN_BY = {
+    "lookup": "`sample`, `sample_uv`, `convert`",
+    "mipmapped": "`sample` and `sample_uv` with `lod` or `derivatives`, `convert`",
+    "area": "`convert`",
+}
 
 
 def filter_table(filters: list[dict]) -> str:
@@ -221,7 +264,7 @@ def filter_table(filters: list[dict]) -> str:
             e["summary"],
             "–" if e["support"] is None else f"{e['support']:g}",
             "yes" if e["ringing"] else "no",
-            "`sample`, `convert`" if e["method"] == "lookup" else "`convert`",
+            TAKEN_BY[e["method"]],
         ]
         for e in filters
     ]

@@ -39,6 +39,7 @@ def render() -> str:
     table = _core.convention_table()
     filters = _core.filters()
     lookups = [entry for entry in filters if entry["method"] == "lookup"]
+    mipmapped = [entry for entry in filters if entry["method"] == "mipmapped"]
     unique = dict.fromkeys  # keeps the order of the registry
     return HEADER + "".join(
         [
@@ -46,6 +47,7 @@ def render() -> str:
             literal("ConventionName", sorted(unique(row["name"] for row in table))),
             literal("QualifiedName", [f"{row['kind']}:{row['name']}" for row in table]),
             literal("Filter", names(lookups)),
+            literal("SampleFilter", names(lookups + mipmapped)),
             literal("ConvertFilter", names(filters)),
             literal("LayoutName", list(unique(n for entry in registry for n in entry["layouts"]))),
         ]

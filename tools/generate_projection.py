@@ -33,6 +33,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _core
+from ._scalars import as_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,10 +42,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from ._arrays import Size
-    from ._names import ConvertFilter, Filter
+    from ._names import ConvertFilter, Filter, SampleFilter
     from .light.sources import Lights, Method, Sun
     from .light.specular import Distribution
-    from .map.named import ProjectionLike
+    from .map.named import ProjectionLike, Worlds
     from .resample.plans import RemapPlan
 
     Lobe = Literal["cone", "phong", "vmf"]
@@ -59,7 +60,7 @@ class Projection(_core.Projection):
 
     Parameters
     ----------
-    name, convention, axes, grid, layout, **parameters
+    name, convention, axes, grid, layout, world, **parameters
         As for `projection`, which makes one as well.
     pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         As for `turned`.
@@ -110,6 +111,41 @@ class Projection(_core.Projection):
         """
         return super().turned(pose)
 
+    def in_world_of(self, other: ProjectionLike, /) -> Self:
+        """Return this projection with its directions in the world of another.
+
+        The image is the same, texel by texel; directions are named as the other's program names
+        them: what is up, ahead and to the right of a person here is so there. This is what
+        ``world="match"`` does in `convert`.
+
+        Parameters
+        ----------
+        other : Projection or str
+            Of the world that is wanted.
+
+        Returns
+        -------
+        Projection
+
+        Raises
+        ------
+        ValueError, TypeError
+            For an unknown name.
+
+        Examples
+        --------
+        Blender has +z up, Unity +y:
+
+        >>> import spheremap as sm
+        >>> unity = sm.projection("latlong:unity")
+        >>> there = unity.in_world_of("latlong:blender")
+        >>> bool((there.encode([1, 2, 3]) == unity.encode([1, 3, 2])).all())
+        True
+        """
+        from .map.named import resolve
+
+        return super().in_world_of(resolve(other))
+
     def shape(self, size: Size) -> tuple[int, ...]:
         """Return the shape of an image of a size, without channels.
 
@@ -149,18 +185,24 @@ class Projection(_core.Projection):
 
     def _seen(self, axes: str | None, rotation: Any | None) -> Self:
         """Return this projection as the options of a verb have it."""
-        p = self if axes is None else self._changed(axes=axes)
+        p = self if axes is None else self._changed(axes=as_text(axes, "axes"))
         return p if rotation is None else p._turned(rotation, "rotation")
 
     def _changed(
-        self, *, axes: str | None = None, grid: str | None = None, layout: str | None = None
+        self,
+        *,
+        axes: str | None = None,
+        grid: str | None = None,
+        layout: str | None = None,
+        world: str | None = None,
     ) -> Self:
-        """Return the same map with other axes, grid or layout."""
+        """Return the same map with other axes, grid, layout, or said to be of another world."""
         found: Self = _changed(
             self,
             self.axes if axes is None else axes,
             self.grid if grid is None else grid,
             self.layout if layout is None else layout,
+            self.world if world is None else world,
         )
         return found
 '''
@@ -168,13 +210,14 @@ class Projection(_core.Projection):
 FOOTER = """
 
 @lru_cache(maxsize=256)
-def _changed(p: Any, axes: str, grid: str, layout: str | None) -> Any:
+def _changed(p: Any, axes: str, grid: str, layout: str | None, world: str) -> Any:
     return type(p)(
         p.name,
         convention=p.convention,
         axes=axes,
         grid=grid,
         layout=layout,
+        world=world,
         pose=p.pose,
         **p.parameters,
     )

@@ -51,6 +51,7 @@ RUST: Floors = [
 ]
 PYTHON: Floors = [
     {"_core": "the compiled py", "_names": "names as types, generated"},
+    {"_scalars": "numbers, words and flags of inputs, once"},
     {"_arrays": "shapes and dtypes of inputs, once"},
     {"map": "behind the core verbs that take directions"},
     {"resample": "behind the core verbs that take images"},
@@ -66,6 +67,7 @@ PYTHON: Floors = [
     {"_projection": "the class that people see, a method a verb; generated"},
     {"__init__": "the names a person sees"},
     {"cli": "the command line"},
+    {"__main__": "python -m spheremap"},
 ]
 
 

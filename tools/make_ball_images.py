@@ -40,7 +40,7 @@ def balls() -> None:
     save("ball-photos.png", beside(a, b))
     rim = sm.ball.unwrap(a, center=(200, 200), fov=24, distance=5.6, size=4).ball
     exact = sm.ball.unwrap(a, center=rim.center, radius=rim.radius, fov=24, size=ROWS)
-    ideal = sm.ball.unwrap(a, center=rim.center, radius=rim.radius, size=ROWS)
+    ideal = sm.ball.unwrap(a, center=rim.center, radius=rim.radius, size=ROWS, distance=np.inf)
     save("ball-unwrapped.png", below(beside(exact.image, ideal.image)))
     merged = sm.ball.merge([a, b], balls=[rim, rim], fov=24, size=ROWS)
     share = np.repeat(merged.weights[0][..., None], 3, axis=-1)

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/images: one sky in every projection, and shading right and wrong.
+"""Draw the pictures of docs/images: one sky in every projection, shading right and wrong, mips.
 
 python tools/make_doc_images.py
 """
@@ -223,7 +223,33 @@ def shading() -> None:
     save("shading-matcap.png", pair(front, image, "matcap", at_vertices, at_pixels))
 
 
+def checkered_sky(d: np.ndarray) -> np.ndarray:
+    """Return the tinted sky with squares of 3.75 degrees, finer than a pixel of a mirror sees."""
+    lon, lat = np.arctan2(d[..., 0], -d[..., 2]), np.arcsin(np.clip(d[..., 1], -1, 1))
+    squares = np.floor(lon * 48 / np.pi) + np.floor(lat * 48 / np.pi)
+    return tinted_sky(d) * (0.35 + 0.65 * (squares % 2))[..., None]
+
+
+def mips() -> None:
+    # One ray a pixel: nothing but the lookups takes the mean of anything.
+    view = View(np.array([0.6, 0.9, 6.0]), net=64, detail=1)
+    environment = checkered_sky(sm.directions("latlong", 1024))
+    places = []
+    for values in (view.position, view.normal):
+        whole = np.full((*view.hit.shape, 3), np.nan)
+        whole[view.hit] = view.interpolate(values)
+        places.append(whole)
+    color = [
+        sm.light.shade_environment(*places, view.eye, environment, mipmaps=mipmaps)[view.hit]
+        for mipmaps in (False, True)
+    ]
+    without, with_mips = (view.finish(each) for each in color)
+    gap = np.ones((without.shape[0], 8, 3))
+    save("shading-mips.png", np.concatenate([without, gap, with_mips], axis=1))
+
+
 if __name__ == "__main__":
     IMAGES.mkdir(parents=True, exist_ok=True)
     projections()
     shading()
+    mips()

@@ -41,6 +41,7 @@ from .resample import (
     pad,
     remap_plan,
     sample,
+    sample_uv,
 )
 
 use_class(Projection)
@@ -80,6 +81,7 @@ __all__ = [
     "remap_plan",
     "rotation",
     "sample",
+    "sample_uv",
     "set_num_threads",
     "sh",
     "simd_level",

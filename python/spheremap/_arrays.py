@@ -9,9 +9,12 @@ Images are converted whole.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
+
+from ._scalars import as_flag, as_items
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,8 +35,15 @@ BLOCK = 1 << 14
 
 def as_real(obj: object, name: str) -> Reals:
     """Return `obj` as a C-contiguous, aligned, native float32 or float64 array."""
-    array = _as_array(obj, name)
+    array = as_array(obj, name)
     return _converted(array, _is_single(array, name))
+
+
+def as_doubles(obj: object, name: str) -> NDArray[np.float64]:
+    """Return `obj` as a C-contiguous, aligned, native float64 array."""
+    # A signaling NaN would warn.
+    with np.errstate(invalid="ignore"):
+        return as_real(obj, name).astype(np.float64, copy=False)
 
 
 def as_points(obj: object, name: str, out: object) -> tuple[NDArray[Any], bool]:
@@ -42,7 +52,7 @@ def as_points(obj: object, name: str, out: object) -> tuple[NDArray[Any], bool]:
     An array of at most `BLOCK` points is converted as by `as_real`. A larger one is returned as it
     is; the core takes it from `blocks`.
     """
-    array = _as_array(obj, name)
+    array = as_array(obj, name)
     single = _is_single(array, name)
     _check_apart(array, out)
     return (array if _is_large(array) else _converted(array, single)), single
@@ -62,7 +72,11 @@ def common_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
     """Return the shape that arrays are broadcast to."""
     if max(map(len, shapes)) > _MOST_AXES:
         raise ValueError(f"Expected arrays of at most {_MOST_AXES} axes.")
-    return np.broadcast_shapes(*shapes)
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        given = ", ".join(map(str, shapes))
+        raise ValueError(f"Expected arrays of shapes that broadcast, got {given}.") from None
 
 
 def as_pair(view: object, normal: object, out: object) -> tuple[NDArray[Any], NDArray[Any], bool]:
@@ -70,7 +84,7 @@ def as_pair(view: object, normal: object, out: object) -> tuple[NDArray[Any], ND
 
     The third is whether they are computed in float32.
     """
-    a, b = _as_array(view, "view"), _as_array(normal, "normal")
+    a, b = as_array(view, "view"), as_array(normal, "normal")
     # Both are looked at: a dtype that is no real number is an error whatever the other's is.
     singles = _is_single(a, "view"), _is_single(b, "normal")
     for array, name in ((a, "view"), (b, "normal")):
@@ -87,12 +101,45 @@ def paired_blocks(a: NDArray[Any], b: NDArray[Any], single: bool) -> Iterator[tu
         yield _converted(x, single), _converted(y, single)
 
 
+def as_lookups(
+    points: object, name: str, width: int, lod: object, derivatives: object, out: object
+) -> list[NDArray[Any]]:
+    """Return points and what says how much they see as arrays of one shape but for the last axis.
+
+    They are for `lookup_blocks`: points, then levels of one number, or two derivatives of `width`.
+    """
+    if lod is not None and derivatives is not None:
+        raise ValueError("Give `lod` or `derivatives`, not both.")
+    arrays = [(as_array(points, name), name)]
+    if lod is not None:
+        arrays.append((as_array(lod, "lod")[..., None], "lod"))
+    if derivatives is not None:
+        if not isinstance(derivatives, Sequence | np.ndarray) or len(derivatives) != 2:
+            raise ValueError(
+                "Expected `derivatives` to be a pair of arrays, to the right and down."
+            )
+        arrays += [(as_array(each, "derivatives"), "derivatives") for each in derivatives]
+    for array, label in arrays:
+        _is_single(array, label)
+        _check_apart(array, out)
+        if label != "lod" and array.shape[-1:] != (width,):
+            raise ValueError(f"Expected `{label}` to have shape (..., {width}), got {array.shape}.")
+    common = common_shape(*(array.shape[:-1] for array, _ in arrays))
+    return [np.broadcast_to(array, (*common, array.shape[-1])) for array, _ in arrays]
+
+
+def lookup_blocks(arrays: list[NDArray[Any]]) -> Iterator[list[Reals]]:
+    """Yield the points of arrays of one shape but for the last axis, at most `BLOCK` at a time."""
+    for views in zip(*map(_views, arrays), strict=True):
+        yield [_converted(view, False) for view in views]
+
+
 def as_integers(obj: object, name: str, out: object = None) -> NDArray[np.int64]:
     """Return `obj` as a C-contiguous int64 array.
 
     What is beyond int64 becomes -1.
     """
-    array = _as_array(obj, name)
+    array = as_array(obj, name)
     if array.dtype.kind not in "iu" and array.size:
         raise TypeError(f"Expected `{name}` to be integers, got dtype {array.dtype}.")
     _check_apart(array, out)
@@ -100,20 +147,34 @@ def as_integers(obj: object, name: str, out: object = None) -> NDArray[np.int64]
         array = np.where(
             array > np.uint64(np.iinfo(np.int64).max), np.int64(-1), array.view(np.int64)
         )
-    return np.require(array, dtype=np.int64, requirements=["C", "A"])
+    return _contiguous(array, np.dtype(np.int64))
 
 
 def as_image(obj: object, out: object) -> NDArray[Any]:
     """Return `obj` as a C-contiguous, aligned, native image of a supported dtype."""
-    array = _as_array(obj, "image")
+    array = as_array(obj, "image")
     if array.dtype.name not in IMAGE_DTYPES:
         *most, last = IMAGE_DTYPES
         raise TypeError(
             f"Expected `image` to have dtype {', '.join(most)} or {last}, got {array.dtype}."
         )
     _check_apart(array, out)
-    native = array.dtype.newbyteorder("=")
-    return np.require(array, dtype=native, requirements=["C", "A"])
+    return _contiguous(array, array.dtype.newbyteorder("="))
+
+
+def as_levels(obj: Sequence[Any], out: object) -> tuple[object, list[NDArray[Any]]]:
+    """Return an image and the levels behind it, of a sequence of arrays of different shapes.
+
+    NumPy makes no array of such a sequence. Any other is an image, and has none.
+    """
+    shapes = {x.shape if isinstance(x, np.ndarray) else None for x in obj}
+    if None in shapes or len(shapes) < 2:
+        return obj, []
+    levels = [as_image(level, out) for level in obj]
+    if len({level.dtype for level in levels}) > 1:
+        kinds = ", ".join(dict.fromkeys(level.dtype.name for level in levels))
+        raise TypeError(f"Expected levels of one dtype, got {kinds}.")
+    return levels[0], levels[1:]
 
 
 def as_rotation(obj: object, name: str = "rotation") -> NDArray[np.float64]:
@@ -122,6 +183,10 @@ def as_rotation(obj: object, name: str = "rotation") -> NDArray[np.float64]:
     The core checks that it is a rotation.
     """
     as_matrix = getattr(obj, "as_matrix", None)
+    if as_matrix is not None and not callable(as_matrix):
+        raise TypeError(
+            f"Expected `{name}` to have a method `as_matrix`, got {type(obj).__name__}."
+        )
     matrix = as_real(obj if as_matrix is None else as_matrix(), name)
     if matrix.shape != (3, 3):
         raise ValueError(f"Expected `{name}` to have shape (3, 3), got {matrix.shape}.")
@@ -135,7 +200,8 @@ def index_text(place: int, shape: list[int]) -> str:
     return f"[{', '.join(str(int(i)) for i in np.unravel_index(place, shape))}]"
 
 
-def _as_array(obj: object, name: str) -> NDArray[Any]:
+def as_array(obj: object, name: str) -> NDArray[Any]:
+    """Return `obj` as an array."""
     try:
         return np.asarray(obj)
     except ValueError as error:
@@ -153,9 +219,27 @@ def _is_single(array: NDArray[Any], name: str) -> bool:
 def _converted(array: NDArray[Any], single: bool) -> Reals:
     # A long double beyond float64 becomes infinity, which the core answers with NaN; a warning
     # would be the only difference between it and any other infinite input.
-    with np.errstate(over="ignore"):
-        dtype = np.float32 if single else np.float64
-        return np.require(array, dtype=dtype, requirements=["C", "A"])
+    # A signaling NaN would warn as well.
+    with np.errstate(all="ignore"):
+        return _contiguous(array, np.dtype(np.float32 if single else np.float64))
+
+
+def _contiguous(array: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Return an array as C-contiguous, aligned and of a dtype."""
+    if array.dtype != dtype or not array.flags.c_contiguous:
+        expect_room(array.shape, dtype)
+    return np.require(array, dtype=dtype, requirements=["C", "A"])
+
+
+def expect_room(shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
+    """Raise MemoryError where an array would not fit; nothing is written.
+
+    Views that repeat an element may have more of them than there are addresses.
+    """
+    try:
+        np.empty(shape, dtype)
+    except ValueError:
+        raise MemoryError(f"There is no room for an array of shape {shape}.") from None
 
 
 def _check_apart(array: NDArray[Any], out: object) -> None:
@@ -203,7 +287,9 @@ def spatial_shape(image: NDArray[Any], p: Projection, name: str) -> tuple[int, .
 
 def as_size(size: Size) -> Any:
     """Return a size as the core takes it: a whole number or a tuple."""
-    return size if isinstance(size, int | np.integer) else tuple(size)
+    if isinstance(size, int | np.integer):
+        return size
+    return tuple(as_items(size, "size", "whole numbers"))
 
 
 def result_dtype(image: NDArray[Any]) -> type[np.floating[Any]]:
@@ -220,7 +306,7 @@ def as_unit_vectors(
     directions: ArrayLike, name: str
 ) -> tuple[NDArray[np.float64], tuple[int, ...]]:
     """Return unit vectors as (N, 3), NaN for what is none, and the leading axes."""
-    array = as_real(directions, name).astype(np.float64, copy=False)
+    array = as_doubles(directions, name)
     if array.shape[-1:] != (3,):
         raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
     with np.errstate(all="ignore"):
@@ -245,6 +331,7 @@ def checked_image(
     NaN and infinite values raise ValueError with their number and first places, or become 0 with
     `skipna`. So do negative ones where `negative` is "raise". The array given is never changed.
     """
+    skipna = as_flag(skipna, "skipna")
     array = as_image(image, None)
     if array.dtype.kind != "f":
         return array

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from typing_extensions import disjoint_base
 
-from ._names import ConvertFilter, Filter
+from ._names import ConvertFilter, SampleFilter
 
 __all__ = [
     "Distribution",
@@ -14,6 +14,7 @@ __all__ = [
     "__version__",
     "_rebuild",
     "add_sun",
+    "check_word",
     "compare",
     "convention_table",
     "convert",
@@ -27,6 +28,7 @@ __all__ = [
     "healpix_pix2vec",
     "healpix_reorder",
     "healpix_vec2pix",
+    "helpers",
     "lights",
     "lobe",
     "matching_size",
@@ -36,11 +38,11 @@ __all__ = [
     "packing_table",
     "pad",
     "prefilter",
-    "quadrature_weights",
     "reflect",
     "registry",
     "remove_sun",
     "rotation",
+    "sample_uv",
     "set_num_threads",
     "set_simd_level",
     "sh_convention_table",
@@ -57,6 +59,7 @@ __all__ = [
     "sun",
     "texel_weights",
     "unpack_frames",
+    "worlds",
 ]
 
 __version__: str
@@ -72,6 +75,7 @@ class Projection:
         axes: str | None = None,
         grid: str | None = None,
         layout: str | None = None,
+        world: str | None = None,
         pose: Any | None = None,
         **parameters: float,
     ) -> Self: ...
@@ -81,6 +85,8 @@ class Projection:
     def convention(self) -> str | None: ...
     @property
     def axes(self) -> str: ...
+    @property
+    def world(self) -> str: ...
     @property
     def grid(self) -> str: ...
     @property
@@ -154,13 +160,16 @@ class Projection:
         directions: ArrayLike,
         /,
         *,
-        filter: Filter,
+        filter: SampleFilter | None,
         fill: float | Sequence[float],
         out: NDArray[Any] | None = None,
         alpha: int | None = None,
         skipna: bool = False,
+        lod: ArrayLike | None = None,
+        derivatives: tuple[ArrayLike, ArrayLike] | None = None,
     ) -> NDArray[Any]: ...
     def turned(self, pose: Any, /) -> Self: ...
+    def in_world_of(self, other: Any, /) -> Self: ...
     def _turned(self, rotation: Any, name: str, /) -> Self: ...
     @property
     def pose(self) -> NDArray[np.float64] | None: ...
@@ -238,6 +247,7 @@ def convert(
     skipna: bool = False,
     antialias: bool = True,
     alpha: int | None = None,
+    world: str = "match",
 ) -> NDArray[Any]: ...
 def matching_size(shape: int | tuple[int, ...], src: Projection, dst: Projection, /) -> int: ...
 def filters() -> list[dict[str, Any]]: ...
@@ -245,6 +255,7 @@ def pad(image: ArrayLike, projection: Projection, n: int, filter: str, /) -> NDA
 def compare(
     a: Projection, b: Projection, /
 ) -> tuple[list[list[int]] | None, bool | None, list[str]]: ...
+def worlds(src: Projection, dst: Projection, /) -> str | None: ...
 def convert_depth(
     array: NDArray[np.floating[Any]],
     projection: Projection,
@@ -290,6 +301,18 @@ def energy(
     /,
 ) -> tuple[float, NDArray[np.float64], float, float, list[float], float, int, _Sun | None]: ...
 def mipmaps(image: ArrayLike, projection: Projection, /) -> list[NDArray[Any]]: ...
+def sample_uv(
+    image: ArrayLike,
+    uv: ArrayLike,
+    /,
+    *,
+    filter: SampleFilter | None,
+    address: tuple[str, str],
+    fill: float | Sequence[float],
+    lod: ArrayLike | None,
+    derivatives: tuple[ArrayLike, ArrayLike] | None,
+    out: NDArray[Any] | None,
+) -> NDArray[Any]: ...
 def reflect(
     view: ArrayLike, normal: ArrayLike, /, *, out: NDArray[Any] | None = None
 ) -> NDArray[np.floating[Any]]: ...
@@ -297,13 +320,12 @@ def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]: ...
 def registry() -> list[dict[str, Any]]: ...
 def convention_table() -> list[dict[str, Any]]: ...
 def set_num_threads(n: int, /) -> None: ...
+def helpers() -> list[str]: ...
+def check_word(what: str, word: str, known: list[str], /) -> None: ...
 def get_num_threads() -> int: ...
 def simd_level() -> str: ...
 def simd_levels() -> list[str]: ...
 def set_simd_level(name: str | None, /) -> None: ...
-def quadrature_weights(
-    projection: Projection, shape: int | tuple[int, ...], /
-) -> NDArray[np.float64]: ...
 def moments(object: ArrayLike, projection: Projection, /) -> NDArray[np.float64]: ...
 def lobe(
     object: ArrayLike,

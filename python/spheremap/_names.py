@@ -186,6 +186,18 @@ Filter: TypeAlias = Literal[
     "gaussian",
 ]
 
+SampleFilter: TypeAlias = Literal[
+    "nearest",
+    "bilinear",
+    "catmull-rom",
+    "bicubic",
+    "mitchell",
+    "lanczos3",
+    "gaussian",
+    "trilinear",
+    "ewa",
+]
+
 ConvertFilter: TypeAlias = Literal[
     "nearest",
     "bilinear",

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _core
+from ._scalars import as_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,10 +24,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from ._arrays import Size
-    from ._names import ConvertFilter, Filter
+    from ._names import ConvertFilter, Filter, SampleFilter
     from .light.sources import Lights, Method, Sun
     from .light.specular import Distribution
-    from .map.named import ProjectionLike
+    from .map.named import ProjectionLike, Worlds
     from .resample.plans import RemapPlan
 
     Lobe = Literal["cone", "phong", "vmf"]
@@ -41,7 +42,7 @@ class Projection(_core.Projection):
 
     Parameters
     ----------
-    name, convention, axes, grid, layout, **parameters
+    name, convention, axes, grid, layout, world, **parameters
         As for `projection`, which makes one as well.
     pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         As for `turned`.
@@ -92,6 +93,41 @@ class Projection(_core.Projection):
         """
         return super().turned(pose)
 
+    def in_world_of(self, other: ProjectionLike, /) -> Self:
+        """Return this projection with its directions in the world of another.
+
+        The image is the same, texel by texel; directions are named as the other's program names
+        them: what is up, ahead and to the right of a person here is so there. This is what
+        ``world="match"`` does in `convert`.
+
+        Parameters
+        ----------
+        other : Projection or str
+            Of the world that is wanted.
+
+        Returns
+        -------
+        Projection
+
+        Raises
+        ------
+        ValueError, TypeError
+            For an unknown name.
+
+        Examples
+        --------
+        Blender has +z up, Unity +y:
+
+        >>> import spheremap as sm
+        >>> unity = sm.projection("latlong:unity")
+        >>> there = unity.in_world_of("latlong:blender")
+        >>> bool((there.encode([1, 2, 3]) == unity.encode([1, 3, 2])).all())
+        True
+        """
+        from .map.named import resolve
+
+        return super().in_world_of(resolve(other))
+
     def shape(self, size: Size) -> tuple[int, ...]:
         """Return the shape of an image of a size, without channels.
 
@@ -131,18 +167,24 @@ class Projection(_core.Projection):
 
     def _seen(self, axes: str | None, rotation: Any | None) -> Self:
         """Return this projection as the options of a verb have it."""
-        p = self if axes is None else self._changed(axes=axes)
+        p = self if axes is None else self._changed(axes=as_text(axes, "axes"))
         return p if rotation is None else p._turned(rotation, "rotation")
 
     def _changed(
-        self, *, axes: str | None = None, grid: str | None = None, layout: str | None = None
+        self,
+        *,
+        axes: str | None = None,
+        grid: str | None = None,
+        layout: str | None = None,
+        world: str | None = None,
     ) -> Self:
-        """Return the same map with other axes, grid or layout."""
+        """Return the same map with other axes, grid, layout, or said to be of another world."""
         found: Self = _changed(
             self,
             self.axes if axes is None else axes,
             self.grid if grid is None else grid,
             self.layout if layout is None else layout,
+            self.world if world is None else world,
         )
         return found
 
@@ -472,28 +514,32 @@ class Projection(_core.Projection):
         directions: ArrayLike,
         /,
         *,
-        filter: Filter = "bilinear",
+        filter: SampleFilter | None = None,
         axes: str | None = None,
         rotation: Any | None = None,
         fill: float | Sequence[float] = 0.0,
         out: NDArray[Any] | None = None,
         alpha: int | None = None,
         skipna: bool = False,
+        lod: ArrayLike | None = None,
+        derivatives: tuple[ArrayLike, ArrayLike] | None = None,
     ) -> NDArray[Any]:
         """Look directions up in an image.
 
         Parameters
         ----------
         image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-            Of dtype uint8, uint16, float16, float32 or float64.
+            Of dtype uint8, uint16, float16, float32 or float64. For `lod` and `derivatives` it may
+            be a list of levels, as from `mipmaps` or `light.prefilter_chain`; others are made.
         directions : array_like, shape (..., 3)
             World directions of any length.
         axes, rotation
             As for `encode`: how the image maps the sphere.
-        filter : str
-            ``"bilinear"``, ``"nearest"``, ``"catmull-rom"`` (also called ``"bicubic"``), which
-            interpolates, ``"mitchell"``, which is softer and rings less, ... The documentation's
-            table has all. All know what lies beyond an edge: seams do not show.
+        filter : str, optional
+            ``"bilinear"``, the default, ``"nearest"``, ``"catmull-rom"`` (also called
+            ``"bicubic"``), which interpolates, ``"mitchell"``, which is softer and rings less, ...
+            With `lod` or `derivatives` ``"trilinear"``, the default there, or ``"ewa"``. The
+            documentation's table has all. All know what lies beyond an edge: seams do not show.
         fill : float or sequence of float
             The value for directions that the image does not hold, or one for each channel. Black by
             default; NaN marks what is missing in an image of floats.
@@ -506,6 +552,15 @@ class Projection(_core.Projection):
         skipna : bool
             Whether NaN and infinite values have no weight. By default they spread to every
             value that they touch.
+        lod : array_like, shape (...), optional
+            The level of detail of each lookup, broadcast against `directions`: 0 is the image, k
+            level k of its `mipmaps`, 1.25 three parts of level 1 and one of level 2. Below 0 it is
+            0, and beyond the last level that one. Where it is NaN, the result is `fill`.
+        derivatives : pair of array_like, shape (..., 3), optional
+            How the direction changes to the next pixel of your picture, to the right and down: then
+            the level follows from what the pixel sees. Of the units of `directions`, whose length
+            does not matter. Where one is NaN, the result is `fill`; where one is infinite, the last
+            level.
 
         Returns
         -------
@@ -514,7 +569,9 @@ class Projection(_core.Projection):
         Raises
         ------
         ValueError, TypeError
-            As for `encode`, and for an image of an unfit shape or dtype.
+            As for `encode`, and for an image of an unfit shape or dtype; for both `lod` and
+            `derivatives`, or one of them with a filter that knows no levels; for levels without
+            either, or with `alpha` or `skipna`.
 
         See Also
         --------
@@ -540,6 +597,8 @@ class Projection(_core.Projection):
             out=out,
             alpha=alpha,
             skipna=skipna,
+            lod=lod,
+            derivatives=derivatives,
         )
 
     def convert(
@@ -556,6 +615,7 @@ class Projection(_core.Projection):
         skipna: bool = False,
         antialias: bool = True,
         alpha: int | None = None,
+        world: Worlds = "match",
     ) -> NDArray[Any]:
         """Turn an image from one projection into another.
 
@@ -569,8 +629,8 @@ class Projection(_core.Projection):
             As for `solid_angle`. By default the size that holds about as many texels per covered
             steradian as the source.
         rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-            Turns the content in the world: what is at d goes to ``rotation @ d``. For the view of a
-            camera, see `Projection.turned`.
+            Turns the content in the world of `src`: what is at d goes to ``rotation @ d``. For the
+            view of a camera, see `Projection.turned`.
         filter : str
             Those of `sample` look texels up, and are averaged where `antialias` says so.
             ``"area"`` is conservative: each texel is the mean of the source over its own solid
@@ -593,6 +653,10 @@ class Projection(_core.Projection):
             The number of the channel, -1 for the last, that says how opaque a texel is. The others
             are then means by opacity: colors of transparent texels do not bleed. They are straight
             (not premultiplied) before and after; where nothing is opaque they are 0.
+        world : {"match", "literal"}
+            What is done where the programs of `src` and `dst` live in different worlds (z up, +x
+            ahead, left-handed; `conventions` says which). ``"match"``: what is up stays up, what is
+            ahead stays ahead, and nothing is mirrored. ``"literal"``: (x, y, z) stays (x, y, z).
 
         Returns
         -------
@@ -628,6 +692,7 @@ class Projection(_core.Projection):
             skipna=skipna,
             antialias=antialias,
             alpha=alpha,
+            world=world,
         )
 
     def convert_depth(
@@ -716,7 +781,7 @@ class Projection(_core.Projection):
         out : ndarray, optional
             Where to put the result; it may be `image` itself.
         **options
-            ``filter`` and what else `convert` takes to look the view up.
+            ``filter``, ``world`` and what else `convert` takes to look the view up.
 
         Returns
         -------
@@ -853,9 +918,10 @@ class Projection(_core.Projection):
         source_shape : tuple of int, optional
             The shape of the images without channels. Given, images of another shape raise.
         rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-            Turns the content in the world: the plan's `src` is turned by it.
+            Turns the content in the world of `src`: the plan's `src` is turned by it.
         **options
-            What else `convert` takes: ``filter``, ``fill``, ... They are checked here, once.
+            What else `convert` takes: ``filter``, ``fill``, ``world``, ... They are checked here,
+            once.
 
         Returns
         -------
@@ -942,12 +1008,13 @@ class Projection(_core.Projection):
         size: Size = 32,
         rotation: Any | None = None,
         skipna: bool = False,
+        world: Worlds = "match",
     ) -> NDArray[np.floating[Any]]:
         """Return the mean radiance under a lobe about every direction, by exact summation.
 
         Parameters
         ----------
-        image, dst, size, rotation, skipna
+        image, dst, size, rotation, skipna, world
             As for `irradiance`.
         lobe : {"cone", "phong", "vmf"}
             ``"cone"``: all directions within `half_angle`, equally. ``"phong"``: max(0,
@@ -994,6 +1061,7 @@ class Projection(_core.Projection):
             size=size,
             rotation=rotation,
             skipna=skipna,
+            world=world,
         )
 
     def integrate(self, image: ArrayLike, /, *, skipna: bool = False) -> NDArray[np.float64]:
@@ -1045,6 +1113,7 @@ class Projection(_core.Projection):
         method: Literal["exact", "sh"] = "exact",
         order: int = 8,
         skipna: bool = False,
+        world: Worlds = "match",
     ) -> NDArray[np.floating[Any]]:
         """Return the irradiance of a surface for every normal: E(n) = ∫ L max(0, n·ω) dω.
 
@@ -1066,6 +1135,8 @@ class Projection(_core.Projection):
             far below).
         skipna : bool
             Count NaN and infinite values as 0 instead of raising.
+        world : {"match", "literal"}
+            Whether what is up in the world of `src` is so in that of `dst`, as for `convert`.
 
         Returns
         -------
@@ -1100,6 +1171,7 @@ class Projection(_core.Projection):
             method=method,
             order=order,
             skipna=skipna,
+            world=world,
         )
 
     def irradiance_at(
@@ -1261,12 +1333,13 @@ class Projection(_core.Projection):
         method: Literal["auto", "exact", "sampled"] = "auto",
         samples: int = 1024,
         skipna: bool = False,
+        world: Worlds = "match",
     ) -> NDArray[np.floating[Any]]:
         """Return an environment as a rough mirror shows it, for every direction of reflection.
 
         Parameters
         ----------
-        image, dst, size, rotation, skipna
+        image, dst, size, rotation, skipna, world
             As for `irradiance`.
         roughness : float
             Perceptual, in [0, 1]: α = roughness². 0 is a mirror.
@@ -1314,6 +1387,7 @@ class Projection(_core.Projection):
             method=method,
             samples=samples,
             skipna=skipna,
+            world=world,
         )
 
     def sh_project(
@@ -1458,13 +1532,14 @@ class Projection(_core.Projection):
 
 
 @lru_cache(maxsize=256)
-def _changed(p: Any, axes: str, grid: str, layout: str | None) -> Any:
+def _changed(p: Any, axes: str, grid: str, layout: str | None, world: str) -> Any:
     return type(p)(
         p.name,
         convention=p.convention,
         axes=axes,
         grid=grid,
         layout=layout,
+        world=world,
         pose=p.pose,
         **p.parameters,
     )

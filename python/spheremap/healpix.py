@@ -34,7 +34,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _core
-from ._arrays import as_real, common_shape
+from ._arrays import as_doubles, common_shape
+from ._scalars import as_flag, as_whole
 from .map.named import resolve
 
 if TYPE_CHECKING:
@@ -317,7 +318,7 @@ def npix2nside(npix: SupportsIndex, /) -> int:
     >>> healpix.npix2nside(49152)
     64
     """
-    count = operator.index(npix)
+    count = as_whole(npix, "npix")
     nside = math.isqrt(max(count, 0) // 12)
     if nside < 1 or 12 * nside * nside != count:
         raise ValueError(f"A map has 12 nside² pixels, got {count}.")
@@ -381,9 +382,9 @@ def boundaries(
     >>> healpix.boundaries(1, 4)[0].round(6).tolist()
     [0.745356, 0.0, 0.666667]
     """
-    n, count = _nside(nside), operator.index(step)
-    if count < 1:
-        raise ValueError(f"`step` must be at least 1, got {count}.")
+    n, count = _nside(nside), as_whole(step, "step")
+    if not 1 <= count <= MAX_NSIDE:
+        raise ValueError(f"`step` must be from 1 to {MAX_NSIDE}, got {count}.")
     centers = pix2vec(n, pixels, nest=nest)
     uv = resolve("healpix").encode(np.nan_to_num(centers, nan=1.0))
     cell = np.floor(uv[..., None, :2] * n)
@@ -424,6 +425,7 @@ def reorder(values: ArrayLike, /, *, nest: bool) -> NDArray[Any]:
     >>> bool((healpix.reorder(healpix.reorder(ring, nest=False), nest=True) == ring).all())
     True
     """
+    nest = as_flag(nest, "nest")
     array, nside = _map(values)
     # Where each pixel of the result is in the map.
     source = np.arange(len(array))
@@ -533,4 +535,4 @@ def _nside(nside: SupportsIndex) -> int:
 
 
 def _real(angle: ArrayLike, name: str) -> NDArray[np.float64]:
-    return np.asarray(as_real(angle, name), dtype=np.float64)
+    return as_doubles(angle, name)

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _core
-from ._arrays import common_shape, index_text
+from ._arrays import as_array, common_shape, expect_room, index_text
+from ._scalars import as_flag, as_float_dtype, as_text, as_whole
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -233,7 +234,11 @@ def packings(
     ('oct16', 'oct8x2', 'oct16-unorm', 'oct8x2-unorm', 'oct16-centers', 'oct8x2-centers')
     """
     families = {row[1]: None for row in _table()}
-    if family is not None and family not in families:
+    if bits is not None:
+        bits = as_whole(bits, "bits")
+    if words is not None:
+        words = as_flag(words, "words")
+    if family is not None and as_text(family, "family") not in families:
         raise ValueError(f"unknown family '{family}'; there are {', '.join(families)}")
     return tuple(
         name
@@ -369,9 +374,7 @@ def unpack(
     [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]
     """
     scheme = _resolve(name)
-    real = np.dtype(dtype)
-    if real not in (np.float32, np.float64):
-        raise TypeError(f"Expected `dtype` to be float32 or float64, got {real}.")
+    real = as_float_dtype(dtype)
     return scheme.core.unpack(_words(scheme, codes), real == np.float32, out)
 
 
@@ -517,7 +520,7 @@ def _split(scheme: _Scheme, words: NDArray[Any], out: NDArray[Any] | None) -> ND
 
 def _words(scheme: _Scheme, codes: ArrayLike) -> NDArray[Any]:
     """Return codes, of whatever integers, as the words of a scheme."""
-    array = np.asarray(codes)
+    array = as_array(codes, "codes")
     if array.dtype.kind not in "iu" and not (array.size == 0 and not hasattr(codes, "dtype")):
         raise TypeError(f"Expected `codes` to be integers, got dtype {array.dtype}.")
     if scheme.fields is None:
@@ -545,6 +548,8 @@ def _held(
     """Return integers in another dtype, or raise where one is not in the range of the scheme."""
     limits = np.iinfo(array.dtype) if array.dtype.kind in "iu" else None
     fits = limits is None or (low <= limits.min and limits.max <= high)
+    # Views that repeat an element may be larger than any memory: that shows before they are read.
+    expect_room(array.shape, dtype)
     if not fits and array.size:
         # Python integers compare exactly whatever the dtype.
         least, most = int(array.min()), int(array.max())
@@ -619,8 +624,10 @@ def pack_frame(
         raise ValueError(f"Expected `invalid` to be 'raise' or 'zero', got '{invalid}'.")
     shape = common_shape(n.shape[:-1], t.shape[:-1])
     whole = np.ones((*shape, 4))
-    whole[..., : t.shape[-1]] = t
-    n = np.require(np.broadcast_to(n, (*shape, 3)), np.float64, ["C", "A"])
+    # A signaling NaN would warn.
+    with np.errstate(invalid="ignore"):
+        whole[..., : t.shape[-1]] = t
+        n = np.require(np.broadcast_to(n, (*shape, 3)), np.float64, ["C", "A"])
     codes, first = _core.pack_frames(n, whole, name)
     if first is not None and invalid == "raise":
         raise ValueError(
@@ -673,10 +680,8 @@ def unpack_frame(
     >>> bool(abs(np.dot(n, t[:3])) < 1e-6)
     True
     """
-    real = np.dtype(dtype)
-    if real not in (np.float32, np.float64):
-        raise TypeError(f"Expected `dtype` to be float32 or float64, got {real}.")
-    array = np.asarray(codes)
+    real = as_float_dtype(dtype)
+    array = as_array(codes, "codes")
     if array.dtype.kind not in "iu" and not (array.size == 0 and not hasattr(codes, "dtype")):
         raise TypeError(f"Expected `codes` to be integers, got dtype {array.dtype}.")
     bits = 32 if name == "frame32" else 64

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .io.images import tonemap
+from .io.tonemap import tonemap
 from .map.named import resolve
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _core
-from ._arrays import as_real, as_unit_vectors, checked_image, has_channels
+from ._arrays import as_doubles, as_unit_vectors, checked_image, has_channels
+from ._scalars import as_number, as_text
 from .map.named import resolve
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ def project(
     """
     resolved = resolve(projection, axes, rotation)
     pixels = checked_image(image, skipna=skipna)
-    if texels not in ("means", "points"):
+    if as_text(texels, "texels") not in ("means", "points"):
         raise ValueError(f"Expected `texels` to be 'means' or 'points', got {texels!r}.")
     found = _core.sh_project(pixels, resolved, _order(order), texels == "points")
     return found if has_channels(pixels, resolved) else found[:, 0]
@@ -215,7 +216,7 @@ def _factors(
     kappa: float = 1.0,
 ) -> NDArray[np.float64]:
     parameters = {"cone": half_angle, "phong": exponent, "vmf": kappa}
-    parameter = float(parameters.get(name, 0.0))
+    parameter = as_number(parameters.get(as_text(name, "lobe"), 0.0), name)
     return _core.sh_lobe(name, parameter, _order(order, highest=10_000))
 
 
@@ -255,7 +256,7 @@ def convolve(
     if isinstance(lobe, str):
         factors = _factors(lobe, order, **parameters)
     else:
-        factors = np.asarray(lobe, dtype=np.float64)
+        factors = as_doubles(lobe, "lobe")
         if parameters:
             raise ValueError(f"factors take no `{next(iter(parameters))}`.")
         if factors.shape != (order + 1,):
@@ -303,7 +304,7 @@ def window(
     """
     rows, shape, _ = _rows(coefficients)
     order = math.isqrt(len(rows)) - 1
-    factors = _core.sh_window(window, None if width is None else float(width), order)
+    factors = _core.sh_window(window, None if width is None else as_number(width, "width"), order)
     return _core.sh_scale_degrees(rows, factors).reshape(shape)
 
 
@@ -396,7 +397,7 @@ def _rows(
     coefficients: ArrayLike,
 ) -> tuple[NDArray[np.float64], tuple[int, ...], tuple[int, ...]]:
     """Return coefficients as ((order + 1)², C), their shape, and that of their channels."""
-    array = as_real(coefficients, "coefficients").astype(np.float64, copy=False)
+    array = as_doubles(coefficients, "coefficients")
     n = len(array) if array.ndim else 0
     if array.ndim not in (1, 2) or n == 0 or math.isqrt(n) ** 2 != n or 0 in array.shape:
         raise ValueError(
@@ -407,7 +408,7 @@ def _rows(
 
 
 def _order(order: int, *, highest: int = 64) -> int:
-    number = int(order)
-    if number != order or not 0 <= number <= highest:
+    number = as_number(order, "order")
+    if not 0 <= number <= highest or number != int(number):
         raise ValueError(f"Expected `order` to be a whole number from 0 to {highest}, got {order}.")
-    return number
+    return int(number)

@@ -55,6 +55,23 @@ impl Axes {
         inverse
     }
 
+    /// The axes of a map behind another signed permutation: `first` is applied to a direction, then these.
+    ///
+    /// ```
+    /// use spheremap::geometry::Axes;
+    /// let axes: Axes = "+y -z +x".parse()?;
+    /// assert_eq!(axes.after(axes.inverse()).to_string(), "+x +y +z");
+    /// assert_eq!(axes.after("-x +z +y".parse()?).to_string(), "+z -y -x");
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn after(self, first: Axes) -> Axes {
+        let through = |k: usize| usize::from(self.world[k]);
+        Axes {
+            world: [0, 1, 2].map(|k| first.world[through(k)]),
+            negative: [0, 1, 2].map(|k| self.negative[k] ^ first.negative[through(k)]),
+        }
+    }
+
     /// The matrix that takes world directions to the view frame.
     ///
     /// ```

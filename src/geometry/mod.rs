@@ -3,6 +3,8 @@
 pub(crate) mod axes;
 pub(crate) mod solid_angle;
 pub(crate) mod vector;
+pub(crate) mod world;
 
 pub use axes::{Axes, from_angles, rotation, rows};
 pub use solid_angle::Rect;
+pub use world::{World, Worlds};

@@ -369,6 +369,13 @@ impl Raster {
 }
 
 /// The shape of an image whose face has size `n`: a latlong's height, a square's side, a cube's face.
+///
+/// ```
+/// use spheremap::{Map, image::shape_of_size};
+/// assert_eq!(shape_of_size(&Map::new("latlong")?, 4), [4, 8]);
+/// assert_eq!(shape_of_size(&Map::new("cube")?, 4), [6, 4, 4]);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn shape_of_size(map: &Map, n: usize) -> Vec<usize> {
     let face_layout = map.face_layout();
     let (width, height) = map.face_size(n);

@@ -4,9 +4,10 @@
 //! there), yet its corner may cover a little of the sphere. That part belongs to the nearest texel that
 //! holds a value, so that nothing outside leaks in and the weights still sum to the coverage.
 
-use crate::error::Error;
+use crate::error::{Error, expect_length};
+use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
-use crate::image::texels::solid_angles;
+use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::map::Map;
 
@@ -24,14 +25,20 @@ pub fn nearest_valid_texel(raster: &Raster, i: usize, j: usize) -> (usize, usize
         if nearest.is_some_and(|(squared, _, _)| squared < reach * reach) {
             break;
         }
-        for b in y - reach..=y + reach {
-            let whole_row = (b - y).abs() == reach;
-            let step = if whole_row { 1 } else { 2 * reach as usize };
-            for a in (x - reach..=x + reach).step_by(step) {
-                let squared = (a - x).pow(2) + (b - y).pow(2);
-                if raster.holds(a, b) && nearest.is_none_or(|best| (squared, b, a) < best) {
-                    nearest = Some((squared, b, a));
-                }
+        let mut look = |a: isize, b: isize| {
+            let squared = (a - x).pow(2) + (b - y).pow(2);
+            if raster.holds(a, b) && nearest.is_none_or(|best| (squared, b, a) < best) {
+                nearest = Some((squared, b, a));
+            }
+        };
+        // Nothing beyond the image is looked at: one may be much longer than wide.
+        for b in (y - reach).max(0)..=(y + reach).min(raster.height as isize - 1) {
+            if (b - y).abs() == reach {
+                let ends = (x - reach).max(0)..=(x + reach).min(raster.width as isize - 1);
+                ends.for_each(|a| look(a, b));
+            } else {
+                look(x - reach, b);
+                look(x + reach, b);
             }
         }
     }
@@ -70,20 +77,52 @@ pub fn across(raster: &Raster, covers: impl Fn(usize, usize) -> bool + Sync) -> 
     rows.concat()
 }
 
-/// The solid angle that each stored texel stands for; 0 where it holds no value. They sum to the
+/// The solid angle that each texel of a face stands for, row by row; 0 where it holds no value. Those of all faces sum to the
 /// coverage.
+pub fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
+    let (w, h) = (raster.width, raster.height);
+    let mut weights = vec![0.0; w * h];
+    threads::rows(&mut weights, w, w * h * 16, |j, row| {
+        let (v0, v1) = raster.along_v.cell(j);
+        for (i, weight) in row.iter_mut().enumerate() {
+            let (u0, u1) = raster.along_u.cell(i);
+            *weight = map.solid_angle(Rect { u0, u1, v0, v1 });
+        }
+    });
+    for Across { texel, owner } in across(raster, |i, j| weights[j * w + i] > 0.0) {
+        let part = std::mem::take(&mut weights[texel[1] * w + texel[0]]);
+        weights[owner[1] * w + owner[0]] += part;
+    }
+    weights
+}
+
+/// The solid angle that each stored texel counts with in a sum: its own and, inside a rim, that of texels across it; 0 where
+/// it holds no value. They sum to the coverage.
+///
+/// # Errors
+/// The shape is none of the map's, or `out` has not one number a texel.
+///
+/// ```
+/// use spheremap::{Map, image::weights};
+/// let ball = Map::new("sphere")?;
+/// let mut weight = [0.0; 8 * 8];
+/// weights(&ball, &[8, 8], &mut weight)?;
+/// assert_eq!(weight[0], 0.0);
+/// assert!((weight.iter().sum::<f64>() - 4.0 * std::f64::consts::PI).abs() < 1e-12);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn weights(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), Error> {
     let raster = Raster::new(map, shape)?;
-    solid_angles(map, shape, out)?;
-    if !raster.has_rim() {
-        return Ok(());
-    }
-    for face in 0..map.info().faces {
+    expect_length("out", out.len(), raster.texels())?;
+    expect_room::<f64>(raster.width * raster.height)?;
+    let weights = face_weights(map, &raster);
+    out.fill(0.0);
+    for face in 0..raster.faces() {
         let view = raster.view(face);
-        let covers = |i, j| out[view.index(i, j)] > 0.0;
-        for Across { texel, owner } in across(&raster, covers) {
-            let part = std::mem::take(&mut out[view.index(texel[0], texel[1])]);
-            out[view.index(owner[0], owner[1])] += part;
+        for (j, row) in weights.chunks_exact(raster.width).enumerate() {
+            for (i, weight) in row.iter().enumerate() {
+                out[view.index(i, j)] = *weight;
+            }
         }
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! The texels of an image as places on the sphere: their centers, directions and solid angles.
 
-use crate::error::Error;
+use crate::error::{Error, expect_length};
 use crate::geometry::axes::Rotation;
 use crate::geometry::solid_angle::Rect;
 use crate::image::raster::{Block, Raster};
@@ -58,7 +58,18 @@ impl<R: Scalar> Centers<R> {
     }
 }
 
-/// The direction of every texel center; NaN outside the valid image.
+/// The direction of every texel center, three numbers each; NaN outside the valid image. `rotation` turns the content.
+///
+/// # Errors
+/// The shape is none of the map's, or `out` has not three numbers a texel.
+///
+/// ```
+/// use spheremap::{Map, image::directions};
+/// let mut toward = [0.0; 3 * 6];
+/// directions(&Map::new("cube")?, &[6, 1, 1], None, &mut toward)?;
+/// assert_eq!(toward[..3], [1.0, 0.0, 0.0]);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn directions<R: Scalar>(
     map: &Map,
     shape: &[usize],
@@ -67,6 +78,7 @@ pub fn directions<R: Scalar>(
 ) -> Result<(), Error> {
     let turn: Rotation = map.view_rotation(rotation).inverse();
     let raster = Raster::new(map, shape)?;
+    expect_length("out", out.len(), raster.texels().saturating_mul(3))?;
     let centers = Centers::new(&raster);
     let width = 3 * raster.columns;
     threads::bands(out, width, raster.texels(), 1, |first, band| {
@@ -88,8 +100,20 @@ pub fn directions<R: Scalar>(
 }
 
 /// The exact solid angle of every texel, rims included; 0 where no face is.
+///
+/// # Errors
+/// The shape is none of the map's, or `out` has not one number a texel.
+///
+/// ```
+/// use spheremap::{Map, image::solid_angles};
+/// let mut face = [0.0; 6];
+/// solid_angles(&Map::new("cube")?, &[6, 1, 1], &mut face)?;
+/// assert!((face[0] - 4.0 * std::f64::consts::PI / 6.0).abs() < 1e-15);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn solid_angles(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), Error> {
     let raster = Raster::new(map, shape)?;
+    expect_length("out", out.len(), raster.texels())?;
     threads::rows(out, raster.columns, raster.texels() * 16, |row, out| {
         for run in raster.runs(row) {
             let out = &mut out[run.column..][..run.length];

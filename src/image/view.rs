@@ -62,31 +62,66 @@ impl<'a, T: Texel> ImageView<'a, T> {
     }
 
     /// How it maps the sphere.
+    ///
+    /// ```
+    /// use spheremap::{Map, image::ImageView};
+    /// let map = Map::new("latlong")?;
+    /// assert_eq!(ImageView::new(&map, &[1, 2], 1, &[1.0, 2.0])?.map(), &map);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn map(&self) -> &'a Map {
         self.map
     }
 
     /// Its shape, without channels.
+    ///
+    /// ```
+    /// use spheremap::{Map, image::ImageView};
+    /// let map = Map::new("latlong")?;
+    /// assert_eq!(ImageView::new(&map, &[1, 2], 1, &[1.0, 2.0])?.shape(), [1, 2]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn shape(&self) -> &'a [usize] {
         self.shape
     }
 
     /// Its geometry.
-    pub fn raster(&self) -> &Raster {
+    pub(crate) fn raster(&self) -> &Raster {
         &self.raster
     }
 
     /// How many numbers a texel has.
+    ///
+    /// ```
+    /// use spheremap::{Map, image::ImageView};
+    /// let map = Map::new("latlong")?;
+    /// assert_eq!(ImageView::new(&map, &[1, 2], 3, &[0.0; 6])?.channels(), 3);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn channels(&self) -> usize {
         self.channels
     }
 
     /// Its texels, row by row, [`ImageView::channels`] numbers each.
+    ///
+    /// ```
+    /// use spheremap::{Map, image::ImageView};
+    /// let map = Map::new("latlong")?;
+    /// assert_eq!(ImageView::new(&map, &[1, 2], 1, &[1.0, 2.0])?.texels(), [1.0, 2.0]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn texels(&self) -> &'a [T] {
         self.texels
     }
 
     /// The numbers of one texel.
+    ///
+    /// ```
+    /// use spheremap::{Map, image::ImageView};
+    /// let map = Map::new("latlong")?;
+    /// assert_eq!(ImageView::new(&map, &[1, 2], 1, &[1.0, 2.0])?.texel(1), [2.0]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     #[inline(always)]
     pub fn texel(&self, index: usize) -> &'a [T] {
         &self.texels[index * self.channels..][..self.channels]

@@ -5,7 +5,10 @@
 //! Singular: an image without light has no darkest texel, which is then NaN.
 
 use super::lit::Lit;
-use super::sun::{Sun, find};
+use super::sun::{Sun, found};
+use crate::error::Error;
+use crate::image::ImageView;
+use crate::image::texel::Texel;
 
 /// The light of an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,8 +31,31 @@ pub struct Energy {
     pub sun: Option<Sun>,
 }
 
-/// The light of an image; none of one that holds no sphere.
-pub fn energy(lit: &Lit) -> Option<Energy> {
+/// The light of an image whose channels make luminance with these weights; none of one that holds no sphere.
+///
+/// # Errors
+/// There are not as many weights as channels, or there is no memory for it.
+///
+/// ```
+/// use spheremap::light::energy;
+/// use spheremap::{Map, image::ImageView};
+/// let map = Map::new("latlong")?;
+/// let mut sky = vec![0.5; 32 * 64];
+/// sky[5 * 64 + 9] = 2000.0;
+/// let sky = ImageView::new(&map, &[32, 64], 1, &sky)?;
+/// let light = energy(&sky, &[1.0])?.expect("a latlong holds the sphere");
+/// assert_eq!((light.peak, light.darkest, light.negative), (2000.0, 0.5, 0));
+/// assert!(light.sun.is_some());
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn energy<T: Texel>(
+    image: &ImageView<'_, T>,
+    luminance: &[f64],
+) -> Result<Option<Energy>, Error> {
+    Ok(report(&Lit::new(image, luminance)?))
+}
+
+fn report(lit: &Lit) -> Option<Energy> {
     let peak = lit.brightest()?;
     let solid_angle: f64 = lit.weight.iter().sum();
     let mut integral = vec![0.0; lit.channels];
@@ -50,7 +76,7 @@ pub fn energy(lit: &Lit) -> Option<Energy> {
         peak_direction: lit.direction[peak],
         darkest: above.fold(f64::NAN, |least, x| least.min(*x)),
         negative,
-        sun: find(lit),
+        sun: found(lit).map(|(sun, _)| sun),
     })
 }
 
@@ -64,17 +90,20 @@ mod tests {
         let map = Map::new("latlong").unwrap();
         let mut image = vec![0.5; 32 * 64];
         (image[5 * 64 + 9], image[30 * 64], image[31 * 64]) = (2048.0, 0.125, -7.0);
-        let lit = |image: &[f64]| Lit::new(&map, &[32, 64], image, &[1.0], None).unwrap();
+        let lit = |image: &[f64]| {
+            let view = ImageView::new(&map, &[32, 64], 1, image).unwrap();
+            Lit::new(&view, &[1.0]).unwrap()
+        };
         let sky = lit(&image);
-        let report = energy(&sky).unwrap();
+        let light = report(&sky).unwrap();
         assert_eq!(
-            (report.peak, report.darkest, report.negative),
+            (light.peak, light.darkest, light.negative),
             (2048.0, 0.125, 1)
         );
-        assert_eq!(report.peak_direction, sky.direction[5 * 64 + 9]);
+        assert_eq!(light.peak_direction, sky.direction[5 * 64 + 9]);
         // A quotient and a product.
-        assert!((report.luminance * report.solid_angle / report.integral[0] - 1.0).abs() < 1e-15);
-        assert!(report.sun.is_some());
-        assert!(energy(&lit(&vec![0.0; 32 * 64])).unwrap().darkest.is_nan());
+        assert!((light.luminance * light.solid_angle / light.integral[0] - 1.0).abs() < 1e-15);
+        assert!(light.sun.is_some());
+        assert!(report(&lit(&vec![0.0; 32 * 64])).unwrap().darkest.is_nan());
     }
 }

@@ -4,13 +4,13 @@
 //! eight lanes within a block of 256 texels, lanes as a tree, blocks as a tree. The order depends on
 //! the image's shape alone.
 
-use crate::error::{Error, expect_length};
+use crate::error::Error;
+use crate::image::ImageView;
 use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::SimdWork;
 use crate::kernel::threads;
 use crate::light::texels::{LANES, Texels, texels};
-use crate::map::Map;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
 /// ∫ f dω and the three components of ∫ f ω dω.
@@ -24,40 +24,31 @@ pub fn add_lanes(s: &[f64; LANES]) -> f64 {
 /// The integral of an image over the sphere, ∫ L dω: one number a channel.
 ///
 /// # Errors
-/// The shape is none of the map's, or the image does not hold `channels` numbers a texel.
+/// There is no memory for it.
 ///
 /// ```
-/// use spheremap::{Map, light::integrate};
+/// use spheremap::{Map, image::ImageView, light::integrate};
 /// let map = Map::new("octahedral")?;
 /// let white = vec![1.0_f32; 8 * 8];
-/// let total = integrate(&map, &[8, 8], &white, 1)?;
+/// let total = integrate(&ImageView::new(&map, &[8, 8], 1, &white)?)?;
 /// assert!((total[0] - 4.0 * std::f64::consts::PI).abs() < 1e-12);
 /// # Ok::<(), spheremap::Error>(())
 /// ```
-pub fn integrate<T: Texel>(
-    map: &Map,
-    shape: &[usize],
-    image: &[T],
-    channels: usize,
-) -> Result<Vec<f64>, Error> {
-    let texels = texels(map, shape)?;
-    expect_length("image", image.len(), texels.stored * channels)?;
-    let moments = moments(&texels, image, channels)?;
-    Ok(moments[..channels].iter().map(|m| m[0]).collect())
+pub fn integrate<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<f64>, Error> {
+    let moments = moments(image)?;
+    let channels = &moments[..image.channels()];
+    Ok(channels.iter().map(|m| m[0]).collect())
 }
 
 /// The moments of every channel of an image and, last, of the constant 1.
 ///
 /// # Errors
 /// There is no memory for it.
-pub fn moments<T: Texel>(
-    texels: &Texels,
-    image: &[T],
-    channels: usize,
-) -> Result<Vec<Moments>, Error> {
-    let rows = channels + 1;
-    let flux = texels.flux(image, channels, true)?;
-    let all = block_moments(texels, &flux, rows);
+pub fn moments<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<Moments>, Error> {
+    let rows = image.channels() + 1;
+    let texels = texels(image.map(), image.shape())?;
+    let flux = texels.flux(image, true)?;
+    let all = block_moments(&texels, &flux, rows);
     Ok((0..rows).map(|row| tree(&all[row..], rows)).collect())
 }
 

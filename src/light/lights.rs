@@ -19,6 +19,8 @@
 
 use super::lit::Lit;
 use crate::error::Error;
+use crate::image::ImageView;
+use crate::image::texel::Texel;
 use crate::map::Map;
 use crate::number::real::Real;
 use std::cmp::Ordering;
@@ -36,6 +38,15 @@ pub enum Method {
 
 impl Method {
     /// The method of this name.
+    ///
+    /// # Errors
+    /// For another name.
+    ///
+    /// ```
+    /// use spheremap::light::lights::Method;
+    /// assert_eq!(Method::find("median"), Ok(Method::Median));
+    /// assert!(Method::find("mean").is_err());
+    /// ```
     pub fn find(name: &str) -> Result<Method, Error> {
         match name {
             "median" => Ok(Method::Median),
@@ -56,8 +67,33 @@ pub struct Light {
     pub solid_angle: f64,
 }
 
-/// At most `count` lights that stand for the image, brightest first.
-pub fn lights(lit: &Lit, count: usize, method: Method) -> Result<Vec<Light>, Error> {
+/// At most `count` lights that stand for an image whose channels make luminance with these weights, brightest first.
+///
+/// # Errors
+/// There are not as many weights as channels, or there is no memory for it.
+///
+/// ```
+/// use spheremap::light::lights::{Method, lights};
+/// use spheremap::{Map, image::ImageView};
+/// let map = Map::new("latlong")?;
+/// let mut sky = vec![0.0; 32 * 64];
+/// (sky[5 * 64 + 9], sky[20 * 64 + 50]) = (300.0, 100.0);
+/// let sky = ImageView::new(&map, &[32, 64], 1, &sky)?;
+/// let lights = lights(&sky, &[1.0], 8, Method::Variance)?;
+/// assert_eq!(lights.len(), 2); // light comes from two places only
+/// assert!(lights[0].irradiance > lights[1].irradiance);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn lights<T: Texel>(
+    image: &ImageView<'_, T>,
+    luminance: &[f64],
+    count: usize,
+    method: Method,
+) -> Result<Vec<Light>, Error> {
+    cut(&Lit::new(image, luminance)?, count, method)
+}
+
+fn cut(lit: &Lit, count: usize, method: Method) -> Result<Vec<Light>, Error> {
     let grid = Grid::new(lit)?;
     let mut sums: Vec<Vec<f64>> = regions(&grid, count, method)
         .into_iter()
@@ -377,7 +413,8 @@ mod tests {
         let texels: Vec<f64> = (0..rows * columns)
             .map(|k| image(k / columns, k % columns))
             .collect();
-        Lit::new(&map, &[rows, columns], &texels, &[1.0], None).unwrap()
+        let view = ImageView::new(&map, &[16, 32], 1, &texels).unwrap();
+        Lit::new(&view, &[1.0]).unwrap()
     }
 
     const METHODS: [Method; 2] = [Method::Median, Method::Variance];
@@ -388,7 +425,7 @@ mod tests {
         let integral: f64 = lit.light.iter().zip(&lit.weight).map(|(l, w)| l * w).sum();
         for method in METHODS {
             for count in [1, 7, 60] {
-                let lights = lights(&lit, count, method).unwrap();
+                let lights = cut(&lit, count, method).unwrap();
                 assert_eq!(lights.len(), count);
                 let sum: f64 = lights.iter().map(|light| light.irradiance[0]).sum();
                 // Rounding of 512 sums.
@@ -407,12 +444,12 @@ mod tests {
             _ => 0.0,
         });
         for method in METHODS {
-            let found = lights(&two, 10, method).unwrap();
+            let found = cut(&two, 10, method).unwrap();
             assert_eq!(found.len(), 2);
             let off = (0..3).map(|c| found[0].direction[c] - two.direction[3 * 32 + 4][c]);
             assert!(off.fold(0.0, |m: f64, x| m.max(x.abs())) < 1e-14);
         }
-        let dark = lights(&lit(|_, _| 0.0), 10, Method::Median).unwrap();
+        let dark = cut(&lit(|_, _| 0.0), 10, Method::Median).unwrap();
         assert_eq!((dark.len(), dark[0].direction), (1, [0.0, 1.0, 0.0]));
     }
 

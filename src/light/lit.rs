@@ -5,14 +5,13 @@
 //! ([`crate::image::rim`]): the covered part of a texel across a rim is counted with the nearest one inside. Luminance is
 //! a weighted sum of channels, in f64 and in their order.
 
-use crate::error::Error;
+use crate::error::{Error, expect_length};
+use crate::image::ImageView;
 use crate::image::rim;
 use crate::image::texel::Texel;
 use crate::image::texels::directions;
 use crate::kernel::memory::expect_room;
-use crate::map::Map;
 use crate::number::real::Real;
-use glam::DMat3;
 
 /// The texels of an image that hold sphere, in the order in which they are stored.
 #[derive(Clone, Debug)]
@@ -33,30 +32,20 @@ pub struct Lit {
 
 impl Lit {
     /// The texels of an image whose channels make luminance with these weights, one for each.
-    pub fn new<T: Texel>(
-        map: &Map,
-        shape: &[usize],
-        image: &[T],
-        weights: &[f64],
-        rotation: Option<DMat3>,
-    ) -> Result<Lit, Error> {
-        let (stored, channels) = (shape.iter().product::<usize>(), weights.len());
-        if channels == 0 || image.len() != stored * channels {
-            return Err(Error::Shape(format!(
-                "Expected {stored} texels of {channels} channels, got {} numbers.",
-                image.len()
-            )));
-        }
+    pub fn new<T: Texel>(image: &ImageView<'_, T>, weights: &[f64]) -> Result<Lit, Error> {
+        let (map, shape) = (image.map(), image.shape());
+        let (stored, channels) = (image.raster().texels(), image.channels());
+        expect_length("luminance", weights.len(), channels)?;
         // All of this, growing by doubling, and what finding lights and suns among it takes.
         let per_texel = 160 + 32 * channels;
         expect_room::<u8>(stored.saturating_mul(per_texel))?;
         let (mut solid_angle, mut toward) = (vec![0.0; stored], vec![0.0; 3 * stored]);
         rim::weights(map, shape, &mut solid_angle)?;
-        directions(map, shape, rotation, &mut toward)?;
+        directions(map, shape, None, &mut toward)?;
         let index: Vec<usize> = (0..stored).filter(|k| solid_angle[*k] > 0.0).collect();
         let light: Vec<f64> = index
             .iter()
-            .flat_map(|k| &image[k * channels..(k + 1) * channels])
+            .flat_map(|k| image.texel(*k))
             .map(|texel| texel.load().to_f64())
             .collect();
         let luminance = |texel: &[f64]| {
@@ -97,12 +86,14 @@ impl Lit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::Map;
 
     #[test]
     fn only_what_holds_sphere_counts() {
         let disk = Map::new("angular").unwrap();
         let image: Vec<f32> = (0..16 * 16 * 2).map(|k| k as f32).collect();
-        let lit = Lit::new(&disk, &[16, 16], &image, &[0.0, 2.0], None).unwrap();
+        let image = ImageView::new(&disk, &[16, 16], 2, &image).unwrap();
+        let lit = Lit::new(&image, &[0.0, 2.0]).unwrap();
         assert!(lit.index.len() < 256 && !lit.index.contains(&0));
         let covered: f64 = lit.weight.iter().sum();
         // Exact solid angles: rounding of some 200 sums.
@@ -113,6 +104,6 @@ mod tests {
         );
         assert_eq!(lit.luminance[3], 2.0 * lit.radiance(3)[1]);
         assert_eq!(lit.brightest(), Some(lit.index.len() - 1));
-        assert!(Lit::new(&disk, &[16, 16], &image[1..], &[1.0, 1.0], None).is_err());
+        assert!(Lit::new(&image, &[1.0]).is_err());
     }
 }

@@ -29,13 +29,13 @@
 //! of the time, for seven digits).
 
 use crate::error::{Error, expect_length, expect_multiple};
+use crate::image::ImageView;
 use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::SimdWork;
 use crate::kernel::threads;
 use crate::light::integrate::{add_lanes, block_moments};
 use crate::light::texels::{Block, LANES, Texels, texels};
-use crate::map::Map;
 use crate::projections::projection::Coverage;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, f64x8, u64x8};
 use std::f64::consts::PI;
@@ -361,36 +361,33 @@ const TARGETS: usize = 256;
 /// none, and a lobe so narrow that it meets no texel, give NaN.
 ///
 /// # Errors
-/// The shape is none of the map's, or the slices' lengths do not go together.
+/// The slices' lengths do not go together, or there is no memory for it.
 ///
 /// ```
-/// use spheremap::Map;
 /// use spheremap::light::{Lobe, under};
+/// use spheremap::{Map, image::ImageView};
 /// let map = Map::new("latlong")?;
 /// let white = vec![1.0_f32; 16 * 32];
+/// let white = ImageView::new(&map, &[16, 32], 1, &white)?;
 /// let mut irradiance = [0.0];
-/// under(&map, &[16, 32], &white, 1, Lobe::Cosine, &[0.0, 1.0, 0.0], &mut irradiance)?;
+/// under(&white, Lobe::Cosine, &[0.0, 1.0, 0.0], &mut irradiance)?;
 /// assert!((irradiance[0] - std::f64::consts::PI).abs() < 1e-12);
 /// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn under<T: Texel>(
-    map: &Map,
-    shape: &[usize],
-    image: &[T],
-    channels: usize,
+    image: &ImageView<'_, T>,
     lobe: Lobe,
     normals: &[f64],
     out: &mut [f64],
 ) -> Result<(), Error> {
-    let texels = texels(map, shape)?;
-    expect_length("image", image.len(), texels.stored * channels)?;
     expect_multiple("normals", normals.len(), 3)?;
-    expect_length("out", out.len(), normals.len() / 3 * channels)?;
+    expect_length("out", out.len(), normals.len() / 3 * image.channels())?;
     if out.is_empty() {
         return Ok(());
     }
-    let whole = map.coverage() == Coverage::Sphere;
-    sums_under(&texels, image, channels, lobe, whole, normals, out)
+    let texels = texels(image.map(), image.shape())?;
+    let whole = image.map().coverage() == Coverage::Sphere;
+    sums_under(&texels, image, lobe, whole, normals, out)
 }
 
 /// The light of `image` under the lobe about each direction (three numbers of unit length each); NaN for a
@@ -399,15 +396,15 @@ pub fn under<T: Texel>(
 /// A lobe so narrow that it meets no texel gives NaN as well.
 fn sums_under<T: Texel>(
     texels: &Texels,
-    image: &[T],
-    channels: usize,
+    image: &ImageView<'_, T>,
     lobe: Lobe,
     whole: bool,
     normals: &[f64],
     out: &mut [f64],
 ) -> Result<(), Error> {
+    let channels = image.channels();
     let rows = channels + 1;
-    let flux = texels.flux(image, channels, true)?;
+    let flux = texels.flux(image, true)?;
     let moments = block_moments(texels, &flux, rows);
     let normals = normals.as_chunks::<3>().0;
     // At least a few parts for the threads to share; each direction is by itself.

@@ -2,7 +2,7 @@
 
 pub mod dfg;
 pub mod distribution;
-pub mod energy;
+mod energy;
 pub(crate) mod integrate;
 pub mod lights;
 pub(crate) mod lit;
@@ -14,6 +14,7 @@ pub mod sh;
 pub mod sun;
 pub(crate) mod texels;
 
+pub use energy::{Energy, energy};
 pub use integrate::integrate;
 pub use lobe::{Lobe, under};
 pub use reflect::reflect;

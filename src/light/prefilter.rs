@@ -14,6 +14,7 @@
 //! neighbors meet in the cache, and all but the four loads is packed arithmetic.
 
 use crate::error::{Error, expect_length};
+use crate::image::ImageView;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::texels::directions;
@@ -73,29 +74,24 @@ impl Source {
     /// An image of a map, made ready to be filtered.
     ///
     /// # Errors
-    /// The shape is none of the map's, or the image does not hold `channels` numbers a texel.
+    /// There is no memory for it.
     ///
     /// ```
-    /// use spheremap::Map;
     /// use spheremap::light::prefilter::{Distribution, Source};
+    /// use spheremap::{Map, image::ImageView};
     /// let map = Map::new("octahedral")?;
-    /// let source = Source::new(&map, &[32, 32], &vec![0.5_f32; 32 * 32], 1)?;
+    /// let gray = vec![0.5_f32; 32 * 32];
+    /// let source = Source::new(&ImageView::new(&map, &[32, 32], 1, &gray)?)?;
     /// let mut rough = vec![0.0; 8 * 8];
     /// source.filter(&map, &[8, 8], Distribution::Ggx, 0.25, 64, &mut rough)?;
     /// assert!(rough.iter().all(|x| (x - 0.5).abs() < 1e-5));
     /// # Ok::<(), spheremap::Error>(())
     /// ```
-    pub fn new<T: Texel>(
-        map: &Map,
-        shape: &[usize],
-        image: &[T],
-        channels: usize,
-    ) -> Result<Source, Error> {
-        let texels = Raster::new(map, shape)?.texels();
-        expect_length("image", image.len(), texels * channels)?;
+    pub fn new<T: Texel>(image: &ImageView<'_, T>) -> Result<Source, Error> {
+        let channels = image.channels();
         let pyramids = (0..channels)
             .step_by(4)
-            .map(|first| Pyramid::new(map, shape, image, channels, first))
+            .map(|first| Pyramid::new(image, first))
             .collect::<Result<_, _>>()?;
         Ok(Source { channels, pyramids })
     }
@@ -106,10 +102,11 @@ impl Source {
     /// The shape is none of the map's, or `out` does not hold a number for each texel and channel.
     ///
     /// ```
-    /// use spheremap::Map;
     /// use spheremap::light::prefilter::{Distribution, Source};
+    /// use spheremap::{Map, image::ImageView};
     /// let map = Map::new("octahedral")?;
-    /// let source = Source::new(&map, &[16, 16], &vec![1.0_f32; 16 * 16], 1)?;
+    /// let white = vec![1.0_f32; 16 * 16];
+    /// let source = Source::new(&ImageView::new(&map, &[16, 16], 1, &white)?)?;
     /// let short = &mut [0.0; 10];
     /// assert!(source.filter(&map, &[8, 8], Distribution::Ggx, 0.25, 64, short).is_err());
     /// # Ok::<(), spheremap::Error>(())

@@ -1,8 +1,8 @@
 //! A cube map of an image with its mip chain, for lookups with a footprint.
 //!
 //! Whatever the source's map, it becomes a cube whose texels are no larger than the source's (in the mean, and up to
-//! [`LARGEST`]² a face). A source beyond that is first reduced within its own map, two by two texels, by solid
-//! angle: light is added and so kept. Below its first level the cube is reduced in the same way. Each face has
+//! [`LARGEST`]² a face). A source beyond that is first reduced within its own map ([`crate::resample::mips`]), which keeps
+//! its light. Below its first level the cube is reduced in the same way. Each face has
 //! a border of one texel that continues into its neighbors, so that a bilinear lookup never meets an edge.
 //!
 //! Directions outside a source's coverage are black.
@@ -11,17 +11,15 @@ use crate::error::Error;
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
 use crate::image::ImageView;
-use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::SimdWork;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
-use crate::light::texels::texels;
-use crate::map::Map;
 use crate::number::real::Real;
 use crate::resample::Options;
 use crate::resample::Sampler;
+use crate::resample::mips::half;
 use fearless_simd::{Select, Simd, SimdBase, f32x16};
 
 /// The largest face.
@@ -70,34 +68,32 @@ fn place(d: [f64; 3]) -> (usize, f64, f64) {
 
 impl Pyramid {
     /// Of channels `first` to `first + 3` of an image.
-    pub fn new<T: Texel>(
-        map: &Map,
-        shape: &[usize],
-        image: &[T],
-        channels: usize,
-        first: usize,
-    ) -> Result<Pyramid, Error> {
+    pub fn new<T: Texel>(image: &ImageView<'_, T>, first: usize) -> Result<Pyramid, Error> {
+        let (map, mut shape) = (image.map(), image.shape().to_vec());
+        let mut count = image.raster().texels();
         let four = |k: usize| -> [f64; 4] {
+            let texel = image.texel(k);
             std::array::from_fn(|c| {
-                if first + c < channels {
-                    image[k * channels + first + c].load().to_f64()
+                if first + c < texel.len() {
+                    texel[first + c].load().to_f64()
                 } else {
                     0.0
                 }
             })
         };
-        // Four numbers twice, and what a smaller version of them takes.
-        expect_room::<[u8; 96]>(image.len() / channels)?;
-        let mut values: Vec<[f64; 4]> = (0..image.len() / channels).map(four).collect();
-        let mut shape = shape.to_vec();
-        while values.len() > 8 * LARGEST * LARGEST {
-            match reduced(map, &shape, &values)? {
-                Some((smaller, fewer)) => (shape, values) = (smaller, fewer),
-                None => break,
-            }
+        // Four numbers twice; what a smaller version of them takes is asked for there.
+        expect_room::<[u8; 48]>(count)?;
+        // Fours, and not numbers by `flat_map`: LLVM 22 does not come to an end with that.
+        let fours: Vec<[f64; 4]> = (0..count).map(four).collect();
+        let mut values = fours.into_flattened();
+        while count > 8 * LARGEST * LARGEST {
+            let Some(level) = half(&ImageView::new(map, &shape, 4, &values)?)? else {
+                break;
+            };
+            (shape, values) = level;
+            count = values.len() / 4;
         }
-        let flat: Vec<f32> = values.as_flattened().iter().map(|x| *x as f32).collect();
-        let count = values.len();
+        let flat: Vec<f32> = values.iter().map(|x| *x as f32).collect();
         let view = ImageView::new(map, &shape, 4, &flat)?;
         let source = Sampler::new(&view, &Options::new().fill(0.0))?;
         let mut n = 8;
@@ -342,66 +338,4 @@ impl SimdWork for Places<'_> {
             ((face * stride + j) * stride + i).store_array(index);
         }
     }
-}
-
-/// An image of half the sides (rounded up), each texel the mean of those it lies on, by solid angle.
-#[expect(clippy::type_complexity, reason = "a shape and its texels")]
-fn reduced(
-    map: &Map,
-    shape: &[usize],
-    values: &[[f64; 4]],
-) -> Result<Option<(Vec<usize>, Vec<[f64; 4]>)>, Error> {
-    let raster = Raster::new(map, shape)?;
-    let (w, h) = (raster.width.div_ceil(2), raster.height.div_ceil(2));
-    if w < 4 || h < 4 {
-        return Ok(None);
-    }
-    let mut smaller = shape.to_vec();
-    let n = smaller.len();
-    smaller[n - 2] = shape[n - 2] / raster.height * h;
-    smaller[n - 1] = shape[n - 1] / raster.width * w;
-    let target = Raster::new(map, &smaller)?;
-    let mut weights = vec![0.0; raster.texels()];
-    texels(map, shape)?.stored_weights(&mut weights);
-    // Each texel's light goes to those it overlaps, by the parts of its sides.
-    let shares = |from: crate::map::grid::GridAxis,
-                  to: crate::map::grid::GridAxis,
-                  many: usize,
-                  few: usize| {
-        let share = |i: usize| {
-            let (a, b) = from.cell(i);
-            let guess = i * few / many;
-            let near = guess.saturating_sub(1)..(guess + 2).min(few);
-            near.map(|k| {
-                let (c, d) = to.cell(k);
-                (k, ((b.min(d) - a.max(c)) / (b - a)).max(0.0))
-            })
-            .filter(|(_, part)| *part > 0.0)
-            .collect::<Vec<_>>()
-        };
-        (0..many).map(share).collect::<Vec<_>>()
-    };
-    let across = shares(raster.along_u, target.along_u, raster.width, w);
-    let down = shares(raster.along_v, target.along_v, raster.height, h);
-    let mut light = vec![[0.0; 5]; target.texels()];
-    for face in 0..map.face_layout().faces {
-        for (j, rows) in down.iter().enumerate() {
-            for (i, columns) in across.iter().enumerate() {
-                let index = raster.view(face).index(i, j);
-                let (weight, value) = (weights[index], values[index]);
-                for &(b, part_v) in rows {
-                    for &(a, part_u) in columns {
-                        let area = weight * part_u * part_v;
-                        let sum = &mut light[target.view(face).index(a, b)];
-                        (0..4).for_each(|c| sum[c] += area * value[c]);
-                        sum[4] += area;
-                    }
-                }
-            }
-        }
-    }
-    let mean = |sum: &[f64; 5]| -> [f64; 4] {
-        std::array::from_fn(|c| if sum[4] > 0.0 { sum[c] / sum[4] } else { 0.0 })
-    };
-    Ok(Some((smaller, light.iter().map(mean).collect())))
 }

@@ -18,11 +18,10 @@
 //! above its dull part, or whose light around the peak sums to nothing (a bright texel among negative ones), has no sun.
 
 use super::lit::Lit;
-use crate::error::Error;
+use crate::error::{Error, expect_length};
+use crate::image::ImageView;
 use crate::image::texel::Texel;
-use crate::map::Map;
 use crate::number::real::Real;
-use glam::DMat3;
 use std::f64::consts::PI;
 
 /// How many times brighter than its surround a sun is at least.
@@ -49,48 +48,107 @@ pub struct Sun {
     pub reach: f64,
 }
 
-/// The sun of an image, if it has one.
-pub fn find(lit: &Lit) -> Option<Sun> {
-    found(lit).map(|(sun, _)| sun)
+/// The sun of an image whose channels make luminance with these weights, if it has one.
+///
+/// # Errors
+/// There are not as many weights as channels, or there is no memory for it.
+///
+/// ```
+/// use spheremap::light::sun;
+/// use spheremap::{Map, image::ImageView};
+/// let map = Map::new("latlong")?;
+/// let mut sky = vec![0.5; 32 * 64];
+/// assert_eq!(sun::find(&ImageView::new(&map, &[32, 64], 1, &sky)?, &[1.0])?, None);
+/// sky[5 * 64 + 9] = 2000.0;
+/// let sun = sun::find(&ImageView::new(&map, &[32, 64], 1, &sky)?, &[1.0])?.expect("a sun");
+/// assert!((sun.irradiance[0] / (1999.5 * sun.solid_angle) - 1.0).abs() < 1e-12);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn find<T: Texel>(image: &ImageView<'_, T>, luminance: &[f64]) -> Result<Option<Sun>, Error> {
+    Ok(found(&Lit::new(image, luminance)?).map(|(sun, _)| sun))
 }
 
-/// Paints what is brighter than the surround over with it: the image loses the sun's irradiance.
-pub fn remove<T: Texel>(lit: &Lit, image: &mut [T]) -> Option<Sun> {
-    let (sun, region) = found(lit)?;
+/// Writes an image whose sun is painted over with its surround: it has lost the sun's irradiance.
+///
+/// # Errors
+/// `out` is of another length than the image, there are not as many weights as channels, or there is no memory for it.
+///
+/// ```
+/// use spheremap::light::sun;
+/// use spheremap::{Map, image::ImageView};
+/// let map = Map::new("latlong")?;
+/// let mut sky = vec![0.5; 32 * 64];
+/// sky[5 * 64 + 9] = 2000.0;
+/// let mut dull = vec![0.0; 32 * 64];
+/// let sun = sun::remove(&ImageView::new(&map, &[32, 64], 1, &sky)?, &[1.0], &mut dull)?;
+/// assert!(sun.is_some() && dull.iter().all(|x| *x == 0.5));
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn remove<T: Texel>(
+    image: &ImageView<'_, T>,
+    luminance: &[f64],
+    out: &mut [T],
+) -> Result<Option<Sun>, Error> {
+    expect_length("out", out.len(), image.texels().len())?;
+    let lit = Lit::new(image, luminance)?;
+    out.copy_from_slice(image.texels());
+    let Some((sun, region)) = found(&lit) else {
+        return Ok(None);
+    };
     for k in region {
-        let texel = &mut image[lit.index[k] * lit.channels..][..lit.channels];
+        let texel = &mut out[lit.index[k] * lit.channels..][..lit.channels];
         for (texel, surround) in texel.iter_mut().zip(&sun.surround) {
             if texel.load().to_f64() > *surround {
                 *texel = T::from_f64(*surround);
             }
         }
     }
-    Some(sun)
+    Ok(Some(sun))
 }
 
-/// Adds a sun: a disc of its solid angle and irradiance.
-pub fn add<T: Texel>(
-    map: &Map,
-    rotation: Option<DMat3>,
-    lit: &Lit,
-    sun: &Sun,
-    image: &mut [T],
-) -> Result<(), Error> {
-    if sun.irradiance.len() != lit.channels {
+/// Writes an image with a sun added: a disc of its solid angle and irradiance.
+///
+/// # Errors
+/// `out` is of another length than the image, the sun has other channels or is where the image covers nothing, or there is
+/// no memory for it.
+///
+/// ```
+/// use spheremap::light::{integrate, sun};
+/// use spheremap::{Map, image::ImageView};
+/// let (map, shape) = (Map::new("latlong")?, [32, 64]);
+/// let disc = sun::Sun {
+///     direction: [0.0, 0.6, -0.8],
+///     solid_angle: 0.02,
+///     irradiance: vec![5.0],
+///     surround: vec![0.0],
+///     reach: 0.0,
+/// };
+/// let mut sky = vec![0.0; 32 * 64];
+/// sun::add(&ImageView::new(&map, &shape, 1, &vec![0.0; 32 * 64])?, &disc, &mut sky)?;
+/// assert!((integrate(&ImageView::new(&map, &shape, 1, &sky)?)?[0] - 5.0).abs() < 1e-12);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn add<T: Texel>(image: &ImageView<'_, T>, sun: &Sun, out: &mut [T]) -> Result<(), Error> {
+    expect_length("out", out.len(), image.texels().len())?;
+    if sun.irradiance.len() != image.channels() {
         return Err(Error::Shape(format!(
             "Expected a sun of {} channels, got {}.",
-            lit.channels,
+            image.channels(),
             sun.irradiance.len()
         )));
     }
     let mut covered = [false];
-    map.covers_numbers(rotation, &sun.direction, &mut covered);
+    let map = image.map();
+    map.covers_numbers(None, &sun.direction, &mut covered);
     if covered != [true] {
         return Err(Error::Contradiction(format!(
             "The image does not cover the sun at {:?}.",
             sun.direction
         )));
     }
+    // No luminance is needed, so any weights will do.
+    let lit = &Lit::new(image, &vec![1.0; image.channels()])?;
+    out.copy_from_slice(image.texels());
     let angles = angles(lit, sun.direction);
     let closest = angles.iter().fold(f64::INFINITY, |least, a| least.min(*a)) * (1.0 + 1e-9);
     let is_nearest = |k: usize| angles[k] <= closest;
@@ -110,7 +168,7 @@ pub fn add<T: Texel>(
     }
     let total: f64 = shares.iter().map(|(k, share)| share * lit.weight[*k]).sum();
     for (k, share) in shares {
-        let texel = &mut image[lit.index[k] * lit.channels..][..lit.channels];
+        let texel = &mut out[lit.index[k] * lit.channels..][..lit.channels];
         let gains = sun.irradiance.iter().map(|e| share * (e / total));
         for ((texel, light), gain) in texel.iter_mut().zip(lit.radiance(k)).zip(gains) {
             *texel = T::from_f64(light + gain);
@@ -120,7 +178,7 @@ pub fn add<T: Texel>(
 }
 
 /// The sun and the texels that it is in.
-fn found(lit: &Lit) -> Option<(Sun, Vec<usize>)> {
+pub(super) fn found(lit: &Lit) -> Option<(Sun, Vec<usize>)> {
     let peak = lit.brightest()?;
     let angles = angles(lit, lit.direction[peak]);
     let within = |from: f64, to: f64| {
@@ -129,6 +187,10 @@ fn found(lit: &Lit) -> Option<(Sun, Vec<usize>)> {
     };
     let luminances = |texels: &[usize]| texels.iter().map(|k| lit.luminance[*k]).collect();
     let near = within(-1.0, 2.0 * LARGEST);
+    if near.is_empty() {
+        // No center of a texel sees the sphere, as in the corners of the square around a disk.
+        return None;
+    }
     let widest = near
         .iter()
         .fold(0.0, |most: f64, k| most.max(lit.weight[*k]));
@@ -231,30 +293,34 @@ fn median(mut values: Vec<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::Map;
+    use std::sync::LazyLock;
 
     const SHAPE: [usize; 2] = [64, 128];
 
-    fn map() -> Map {
-        Map::new("latlong").unwrap()
+    static LATLONG: LazyLock<Map> = LazyLock::new(|| Map::new("latlong").unwrap());
+
+    fn view(image: &[f64]) -> ImageView<'_, f64> {
+        ImageView::new(&LATLONG, &SHAPE, 1, image).unwrap()
     }
 
-    fn lit(image: &[f64]) -> Lit {
-        Lit::new(&map(), &SHAPE, image, &[1.0], None).unwrap()
+    fn solid_angles() -> Vec<f64> {
+        let dark = vec![0.0; 64 * 128];
+        Lit::new(&view(&dark), &[1.0]).unwrap().weight
     }
 
     #[test]
     fn a_sun_in_one_texel_is_taken_out_and_put_back() {
         let mut image = vec![0.5; 64 * 128];
         image[20 * 128 + 40] = 1000.0;
-        let bright = image.clone();
-        let sky = lit(&image);
-        let sun = remove(&sky, &mut image).unwrap();
-        assert!(image.iter().all(|x| *x == 0.5));
-        assert!((sun.solid_angle / sky.weight[20 * 128 + 40] - 1.0).abs() < 1e-12);
-        assert_eq!(find(&lit(&image)), None);
-        let dull = lit(&image);
-        add(&map(), None, &dull, &sun, &mut image).unwrap();
-        let off = image.iter().zip(&bright).map(|(a, b)| (a - b).abs());
+        let mut dull = image.clone();
+        let sun = remove(&view(&image), &[1.0], &mut dull).unwrap().unwrap();
+        assert!(dull.iter().all(|x| *x == 0.5));
+        assert!((sun.solid_angle / solid_angles()[20 * 128 + 40] - 1.0).abs() < 1e-12);
+        assert_eq!(find(&view(&dull), &[1.0]), Ok(None));
+        let mut again = dull.clone();
+        add(&view(&dull), &sun, &mut again).unwrap();
+        let off = image.iter().zip(&again).map(|(a, b)| (a - b).abs());
         // A relative rounding or two of 1000.
         assert!(off.fold(0.0, f64::max) < 1e-11);
     }
@@ -262,7 +328,7 @@ mod tests {
     #[test]
     fn a_sun_of_any_size_keeps_its_irradiance() {
         let dark = vec![0.0; 64 * 128];
-        let sky = lit(&dark);
+        let weight = solid_angles();
         for solid_angle in [1e-9, 1e-4, 0.3] {
             let sun = Sun {
                 direction: [0.48, 0.6, 0.64],
@@ -272,8 +338,8 @@ mod tests {
                 reach: 0.0,
             };
             let mut image = dark.clone();
-            add(&map(), None, &sky, &sun, &mut image).unwrap();
-            let sum: f64 = image.iter().zip(&sky.weight).map(|(l, w)| l * w).sum();
+            add(&view(&dark), &sun, &mut image).unwrap();
+            let sum: f64 = image.iter().zip(&weight).map(|(l, w)| l * w).sum();
             assert!((sum - 1.5).abs() < 1e-12);
         }
     }
@@ -286,9 +352,9 @@ mod tests {
             image[j * 128 + 36..j * 128 + 45].fill(0.79);
         }
         image[28 * 128 + 36] = 15.0;
-        let sky = lit(&image);
         let mut dull = image.clone();
-        let sun = remove(&sky, &mut dull).unwrap();
+        let sun = remove(&view(&image), &[1.0], &mut dull).unwrap().unwrap();
+        let sky = Lit::new(&view(&image), &[1.0]).unwrap();
         assert!(sun.irradiance[0] > 0.0);
         let peak = sky.direction[28 * 128 + 36];
         let cosine: f64 = (0..3).map(|k| sun.direction[k] * peak[k]).sum();
@@ -306,12 +372,12 @@ mod tests {
 
     #[test]
     fn what_is_no_sun() {
-        assert_eq!(find(&lit(&vec![1.0; 64 * 128])), None);
+        assert_eq!(find(&view(&vec![1.0; 64 * 128]), &[1.0]), Ok(None));
         // As wide as a hemisphere.
         let half: Vec<f64> = (0..64 * 128)
             .map(|k| if k < 32 * 128 { 100.0 } else { 0.1 })
             .collect();
-        assert_eq!(find(&lit(&half)), None);
+        assert_eq!(find(&view(&half), &[1.0]), Ok(None));
     }
 
     #[test]
@@ -324,14 +390,14 @@ mod tests {
             reach: 0.0,
         };
         let matcap = Map::new("matcap").unwrap();
-        let sky = Lit::new(&matcap, &[8, 8], &[0.0; 64], &[1.0], None).unwrap();
-        let error = add(&matcap, None, &sky, &sun, &mut [0.0; 64]).unwrap_err();
+        let dark = ImageView::new(&matcap, &[8, 8], 1, &[0.0; 64]).unwrap();
+        let error = add(&dark, &sun, &mut [0.0; 64]).unwrap_err();
         assert!(error.to_string().contains("does not cover the sun"));
         let rgb = Sun {
             irradiance: vec![1.0; 3],
             ..sun
         };
-        let error = add(&matcap, None, &sky, &rgb, &mut [0.0; 64]).unwrap_err();
+        let error = add(&dark, &rgb, &mut [0.0; 64]).unwrap_err();
         assert!(error.to_string().contains("of 1 channels, got 3"));
     }
 

@@ -13,9 +13,9 @@
 //! Finding all this takes longer than most sums over it, so the last few are kept, up to [`KEPT`] texels.
 
 use crate::error::Error;
-use crate::geometry::solid_angle::Rect;
+use crate::image::ImageView;
 use crate::image::raster::Raster;
-use crate::image::rim::{self, Across};
+use crate::image::rim;
 use crate::image::texel::Texel;
 use crate::kernel::interrupt;
 use crate::kernel::memory::expect_room;
@@ -113,7 +113,7 @@ impl Texels {
         let (w, h) = (raster.width, raster.height);
         let faces = map.face_layout().faces;
         expect_room::<f64>(w * h)?;
-        let weights = face_weights(map, &raster);
+        let weights = rim::face_weights(map, &raster);
         let (across, down) = (w.div_ceil(SIDE), h.div_ceil(SIDE));
         let turn = map.view_rotation(None).inverse();
 
@@ -215,11 +215,11 @@ impl Texels {
     /// There is no memory for it.
     pub fn flux<T: Texel>(
         &self,
-        image: &[T],
-        channels: usize,
+        image: &ImageView<'_, T>,
         with_weight: bool,
     ) -> Result<Vec<f64>, Error> {
         use crate::number::real::Real;
+        let channels = image.channels();
         let rows = channels + usize::from(with_weight);
         expect_room::<f64>(rows * self.x.len())?;
         let mut flux = vec![0.0; rows * self.x.len()];
@@ -237,7 +237,7 @@ impl Texels {
                 let (light, last) = part.split_at_mut(channels * block.length);
                 for (k, (&index, &weight)) in index.iter().zip(weight).enumerate() {
                     if index != NONE {
-                        let texel = &image[index as usize * channels..][..channels];
+                        let texel = image.texel(index as usize);
                         for (c, value) in texel.iter().enumerate() {
                             light[c * block.length + k] = weight * value.load().to_f64();
                         }
@@ -266,32 +266,4 @@ impl Texels {
         }
         made
     }
-
-    /// The weight of every stored texel.
-    pub fn stored_weights(&self, out: &mut [f64]) {
-        out.fill(0.0);
-        for (&index, &weight) in self.index.iter().zip(&self.weight) {
-            if index != NONE {
-                out[index as usize] = weight;
-            }
-        }
-    }
-}
-
-/// The solid angle that each texel of a face counts with; 0 for those that hold no value.
-fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
-    let (w, h) = (raster.width, raster.height);
-    let mut weights = vec![0.0; w * h];
-    threads::rows(&mut weights, w, w * h * 16, |j, row| {
-        let (v0, v1) = raster.along_v.cell(j);
-        for (i, weight) in row.iter_mut().enumerate() {
-            let (u0, u1) = raster.along_u.cell(i);
-            *weight = map.solid_angle(Rect { u0, u1, v0, v1 });
-        }
-    });
-    for Across { texel, owner } in rim::across(raster, |i, j| weights[j * w + i] > 0.0) {
-        let weight = std::mem::take(&mut weights[texel[1] * w + texel[0]]);
-        weights[owner[1] * w + owner[0]] += weight;
-    }
-    weights
 }

@@ -9,10 +9,12 @@
 //! A matrix in words is a mirror, if its determinant is -1 (of three the one that leaves the shortest turn, and of equals
 //! one that keeps up where it is), then a rotation of the cube: yaw about the axis that is up in the first map's world,
 //! or a turn about its own axis, right-handed, in degrees.
+//!
+//! What a program means by up and ahead cannot be told from an image: that is [`worlds`].
 
 use crate::error::Error;
 use crate::geometry::axes::Axes;
-use crate::map::{Map, conventions};
+use crate::map::Map;
 
 /// A signed permutation, row by row.
 pub type SignedPermutation = [[i8; 3]; 3];
@@ -42,6 +44,13 @@ pub struct Comparison {
 
 impl Comparison {
     /// Whether the matrix is a mirror image.
+    ///
+    /// ```
+    /// use spheremap::{Map, compare::compare};
+    /// let (a, b) = (Map::new("latlong")?, Map::new("latlong:unity")?);
+    /// assert_eq!(compare(&a, &b)?.mirrored(), Some(true));
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn mirrored(&self) -> Option<bool> {
         self.matrix.map(|m| determinant(m) < 0)
     }
@@ -108,6 +117,39 @@ pub fn compare(a: &Map, b: &Map) -> Result<Comparison, Error> {
         matrix,
         differences,
     })
+}
+
+/// What a conversion that matches worlds does with directions, in words; none where both maps are of one world.
+///
+/// ```
+/// use spheremap::{Map, compare::worlds};
+/// let map = |name| Map::new(name);
+/// let words = worlds(&map("latlong:blender")?, &map("cube:opengl")?).unwrap();
+/// assert_eq!(
+///     words,
+///     "blender (+z up, +y ahead) → opengl (+y up, -z ahead): turned by 90° about -x"
+/// );
+/// assert_eq!(worlds(&map("latlong:threejs")?, &map("cube:opengl")?), None);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn worlds(src: &Map, dst: &Map) -> Option<String> {
+    let (from, to) = (src.world(), dst.world());
+    if from == to {
+        return None;
+    }
+    let title = |map: &Map| {
+        let name = map.convention().unwrap_or(map.info().name);
+        format!("{name} ({})", map.world().words())
+    };
+    let matrix = rows(from.to(to));
+    let done = if determinant(matrix) > 0 {
+        let (angle, axis) = angle_and_axis(matrix)?;
+        format!("turned by {angle}° about {}", axis_words(axis))
+    } else {
+        let axes = from.to(to).to_string().replace(' ', ", ").replace('+', "");
+        format!("(x, y, z) becomes ({axes}), another hand, so that nothing is mirrored")
+    };
+    Some(format!("{} → {}: {done}", title(src), title(dst)))
 }
 
 /// Maps of two formulas, or of one with two sets of parameters.
@@ -261,17 +303,13 @@ fn trace(m: SignedPermutation) -> i8 {
     m[0][0] + m[1][1] + m[2][2]
 }
 
-/// The axis that is up in the world of a map, and whether it is a negative one: of its convention, else +y.
+/// The axis that is up in the world of a map, and its sign.
 fn up(map: &Map) -> (usize, i8) {
-    let mut rows = conventions::of(map.info().name);
-    let row = rows.find(|row| Some(row.name) == map.convention());
-    let name = row.map_or("+y", |row| row.world.up);
-    let axis = match name.as_bytes() {
-        [_, b'x'] => 0,
-        [_, b'z'] => 2,
-        _ => 1,
-    };
-    (axis, if name.starts_with('-') { -1 } else { 1 })
+    let up = map.world().up().as_bytes();
+    (
+        usize::from(up[1] - b'x'),
+        if up[0] == b'-' { -1 } else { 1 },
+    )
 }
 
 /// A signed permutation as a mirror, if need be, and turns; empty for none.
@@ -312,6 +350,16 @@ fn words(whole: SignedPermutation, up: (usize, i8)) -> String {
 
 /// A rotation of the cube in words: yaw about up, or a turn about its own axis; none for none.
 fn turn(r: SignedPermutation, up: (usize, i8)) -> Option<String> {
+    let (angle, axis) = angle_and_axis(r)?;
+    if axis.iter().filter(|x| **x != 0).count() == 1 && axis[up.0] != 0 {
+        let sign = if angle == 180 { 1 } else { axis[up.0] * up.1 };
+        return Some(format!("yaw {}°", i32::from(sign) * angle));
+    }
+    Some(format!("turned by {angle}° about {}", axis_words(axis)))
+}
+
+/// The angle of a rotation of the cube, in degrees, and its axis, the right-handed way; none for none.
+fn angle_and_axis(r: SignedPermutation) -> Option<(i32, [i8; 3])> {
     // The trace is 1 + 2 cos of the angle.
     let angle = match trace(r) {
         3 => return None,
@@ -326,17 +374,15 @@ fn turn(r: SignedPermutation, up: (usize, i8)) -> Option<String> {
     } else {
         [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]].map(i8::signum)
     };
-    if axis.iter().filter(|x| **x != 0).count() > 1 {
-        let [x, y, z] = axis;
-        return Some(format!("turned by {angle}° about ({x:+} {y:+} {z:+})"));
+    Some((angle, axis))
+}
+
+fn axis_words(axis: [i8; 3]) -> String {
+    let along = axis.iter().filter(|x| **x != 0).count();
+    match axis.iter().position(|x| *x != 0) {
+        Some(k) if along == 1 => signed_axis(k as u8, axis[k] < 0),
+        _ => format!("({:+} {:+} {:+})", axis[0], axis[1], axis[2]),
     }
-    let k = axis.iter().position(|x| *x != 0)?;
-    if k == up.0 {
-        let sign = if angle == 180 { 1 } else { axis[k] * up.1 };
-        return Some(format!("yaw {}°", i32::from(sign) * angle));
-    }
-    let axis = signed_axis(k as u8, axis[k] < 0);
-    Some(format!("turned by {angle}° about {axis}"))
 }
 
 #[cfg(test)]
@@ -389,6 +435,18 @@ mod tests {
             said([[0, 0, 1], [1, 0, 0], [0, 1, 0]]),
             "turned by 120° about (+1 +1 +1): +y, which is up, becomes +z"
         );
+    }
+
+    #[test]
+    fn worlds_in_words() {
+        let said = |a, b| worlds(&map(a), &map(b));
+        let hand = "blender (+z up, +y ahead) → unity (+y up, +z ahead, left-handed): \
+                    (x, y, z) becomes (x, z, y), another hand, so that nothing is mirrored";
+        assert_eq!(said("latlong:blender", "cube:unity").unwrap(), hand);
+        let behind =
+            "latlong (+y up, -z ahead) → mitsuba (+y up, +z ahead): turned by 180° about +y";
+        assert_eq!(said("latlong", "latlong:mitsuba").unwrap(), behind);
+        assert_eq!(said("cube:unity", "latlong:py360convert"), None);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! A map in words: where the world's axes land, which way is up, whether it is mirrored.
 
+use crate::geometry::world::World;
 use crate::map::Map;
 use crate::map::conventions;
 use crate::map::drawing::draw;
@@ -60,13 +61,13 @@ fn explain(map: &Map) -> String {
         .convention()
         .and_then(|name| conventions::find(info.name, name).ok());
     line("chirality", chirality(map));
-    if let Some(row) = row {
-        let hand = if row.world.left_handed {
-            "left-handed, so that what is mirrored above is not mirrored there, and the other way round"
+    if map.convention().is_some() || map.world() != World::OURS {
+        let hand = if map.world().left_handed() {
+            ": what is mirrored above is not mirrored there, and the other way round"
         } else {
-            "right-handed"
+            ""
         };
-        line("world", format!("{} up, {hand}", row.world.up));
+        line("world", format!("{}{hand}", map.world().words()));
     }
     line("up", up(map));
     if let Some(layout) = map.layout() {
@@ -111,6 +112,7 @@ fn explain(map: &Map) -> String {
         );
     }
     if let Some(row) = row {
+        line("ahead", row.ahead.to_owned());
         line("note", row.note.to_owned());
         line(
             "known from",

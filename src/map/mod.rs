@@ -10,10 +10,12 @@ pub(crate) mod element;
 mod explain;
 pub(crate) mod grid;
 pub(crate) mod layout;
+mod name;
 mod options;
 mod slices;
 mod typed;
 pub(crate) mod verbs;
+mod world;
 
 pub use element::Element;
 pub use grid::Grid;
@@ -22,6 +24,7 @@ pub use options::MapOptions;
 use crate::error::Error;
 use crate::geometry::axes::{self, Axes, Rotation};
 use crate::geometry::solid_angle::Rect;
+use crate::geometry::world::World;
 use crate::kernel::Scalar;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, Tuples};
@@ -48,6 +51,8 @@ pub struct Map {
     parameters: Vec<f64>,
     /// How its world is turned in the world of the caller: the pose of a camera.
     pose: Option<DMat3>,
+    /// The world of its directions.
+    world: World,
 }
 
 impl Eq for Map {}
@@ -57,6 +62,7 @@ impl std::hash::Hash for Map {
         self.info.name.hash(state);
         self.convention.hash(state);
         self.axes.hash(state);
+        self.world.hash(state);
         self.grid.hash(state);
         self.layout.hash(state);
         self.parameters.iter().for_each(|x| x.to_bits().hash(state));
@@ -76,20 +82,23 @@ impl PartialEq for Map {
             && self.face_layout == other.face_layout
             && self.parameters == other.parameters
             && self.pose == other.pose
+            && self.world == other.world
     }
 }
 
 impl Map {
-    /// The map of this name, which may be qualified by a convention as in "latlong:mitsuba".
+    /// The map of this name, which may have parameters, as "perspective(fov=60)", and be qualified by a convention, as
+    /// "latlong:mitsuba" or "angular(fov=180):openimageio".
     ///
     /// # Errors
-    /// No projection has this name, or it has no such convention.
+    /// No projection has this name, or it has no such convention or parameter.
     ///
     /// ```
     /// use spheremap::{Map, MapOptions};
     /// let map = Map::new("latlong:mitsuba")?;
     /// assert_eq!(map.axes().to_string(), "-x -y +z");
     /// assert_eq!("latlong:mitsuba".parse::<Map>()?, map);
+    /// assert_eq!(Map::new("perspective(fov=60)")?.parameters()[0], 60.0);
     /// let error = Map::new("octahedrel").unwrap_err();
     /// assert_eq!(error.to_string(), "unknown projection 'octahedrel'; did you mean 'octahedral'?");
     /// # Ok::<(), spheremap::Error>(())
@@ -112,10 +121,8 @@ impl Map {
     /// # Ok::<(), spheremap::Error>(())
     /// ```
     pub fn with(name: &str, options: MapOptions<'_>) -> Result<Map, Error> {
-        let (name, qualifier) = match name.split_once(':') {
-            Some((name, convention)) => (name, Some(convention)),
-            None => (name, None),
-        };
+        let written = name::parse(name)?;
+        let (name, qualifier) = (written.kind, written.convention);
         let names: Vec<&str> = REGISTRY.iter().map(|info| info.name).collect();
         let info = REGISTRY
             .iter()
@@ -141,7 +148,8 @@ impl Map {
             Some(name) => find_grid(name)?,
             None => convention.map_or(Grid::Centers, |c| c.grid),
         };
-        let parameters = parameters(info, convention, options.parameters)?;
+        let given = [&written.parameters, options.parameters].concat();
+        let parameters = parameters(info, convention, &given)?;
         Kind::check(info.name, &parameters).map_err(|why| Error::Together {
             projection: info.name,
             why,
@@ -153,6 +161,7 @@ impl Map {
             .unwrap_or(FaceTable::CANONICAL);
         let wanted = options.layout.or(convention.and_then(|c| c.layout));
         let (layout, face_layout) = face_layout(info, table, wanted)?;
+        let world = convention.map_or(World::OURS, |c| c.world);
         let convention = convention.map(|c| c.name);
         Ok(Map {
             kind,
@@ -164,6 +173,7 @@ impl Map {
             face_layout,
             parameters,
             pose: None,
+            world,
         })
     }
 
@@ -191,6 +201,7 @@ impl Map {
         )?;
         Ok(Map {
             pose: self.pose,
+            world: self.world,
             ..map
         })
     }
@@ -687,18 +698,37 @@ fn find_grid(name: &str) -> Result<Grid, Error> {
     found.ok_or_else(|| Error::unknown("grid", name, &names))
 }
 
-/// The error for a name that no projection has, but others may use for one.
+/// The error for a name that no projection has: others may use it for one, it may be a layout's or a program's.
 fn unknown_projection(name: &str, names: &[&str]) -> Error {
-    let here: Vec<&str> = REGISTRY
-        .iter()
-        .filter(|info| info.known_as.contains(&name))
-        .map(|info| info.name)
-        .collect();
-    if here.is_empty() {
-        Error::unknown("projection", name, names)
-    } else {
-        Error::known_here_as("projection", name, &here)
+    // "Light Probe", "light-probe" and "lightprobe" are one word.
+    let plain = |text: &str| text.to_lowercase().replace(['_', '-', ' '], "");
+    let called = |words: &[&str]| words.iter().any(|word| plain(word) == plain(name));
+    let named = |found: &dyn Fn(&Info) -> bool| {
+        let fits = REGISTRY.iter().filter(|info| found(info));
+        fits.map(|info| info.name).collect::<Vec<_>>()
+    };
+    let here = named(&|info| called(info.known_as));
+    if !here.is_empty() {
+        return Error::known_here_as("projection", name, &here);
     }
+    let hinted = |hint: String| Error::Unknown {
+        what: "projection".into(),
+        name: name.to_owned(),
+        hint,
+    };
+    let of_layout = named(&|info| info.layouts.iter().any(|layout| called(&[layout.name])));
+    if let Some(first) = of_layout.first() {
+        return hinted(format!(
+            "; it is a layout, as of '{first}': `layout` '{name}'"
+        ));
+    }
+    let rows: Vec<String> = conventions::of_program(name)
+        .map(|row| format!("{}:{}", row.kind, row.name))
+        .collect();
+    if !rows.is_empty() {
+        return hinted(format!("; it is a program, with {}", rows.join(", ")));
+    }
+    Error::unknown("projection", name, names)
 }
 
 fn parameters(
@@ -714,7 +744,14 @@ fn parameters(
                 info.name
             )));
         }
-        return Err(Error::unknown("parameter", name, &names));
+        return Err(Error::unknown_of("parameter", name, info.name, &names));
+    }
+    for (k, (name, value)) in given.iter().enumerate() {
+        if let Some((_, other)) = given[..k].iter().find(|(before, _)| before == name) {
+            return Err(Error::Contradiction(format!(
+                "`{name}` is given twice, {other} and {value}"
+            )));
+        }
     }
     let value = |parameter: &crate::projections::Parameter| {
         let by_caller = given

@@ -27,7 +27,7 @@ impl Projection for Angular {
     const INFO: Info = Info {
         name: "angular",
         title: "Angular map (light probe)",
-        known_as: &["light_probe", "equidistant", "fisheye"],
+        known_as: &["light_probe", "angular_map", "equidistant", "fisheye"],
         source: "Debevec 1998, Rendering Synthetic Objects into Real Scenes; Light Probe Image Gallery",
         summary: "Distance from the center is the angle from the axis; light probes and equidistant fisheyes.",
         singular: "At fov = 360 the direction opposite the axis fills the whole rim; it encodes to (1, 1/2).",

@@ -117,7 +117,7 @@ impl Projection for Cube {
     const INFO: Info = Info {
         name: "cube",
         title: "Cube map",
-        known_as: &["cubemap", "cube_map"],
+        known_as: &["cube_map", "skybox"],
         source: "OpenGL 4.6 specification, section 8.13, table 8.19",
         summary: "Six perspective views of 90 degrees; what graphics hardware samples.",
         singular: "None; on ties x wins over y wins over z.",

@@ -205,6 +205,11 @@ impl FaceTable {
     };
 
     /// `stored` are the numbers under which the first canonical faces are stored, each as it is drawn.
+    ///
+    /// ```
+    /// use spheremap::projections::FaceTable;
+    /// assert_eq!(FaceTable::ordered(&[1, 0]).stored[..3], [1, 0, 2]);
+    /// ```
     pub const fn ordered(stored: &[u8]) -> FaceTable {
         let mut table = FaceTable::CANONICAL;
         let mut face = 0;

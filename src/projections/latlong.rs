@@ -22,7 +22,13 @@ impl Projection for Latlong {
     const INFO: Info = Info {
         name: "latlong",
         title: "Latitude-longitude (equirectangular)",
-        known_as: &["equirectangular", "equirect", "spherical"],
+        known_as: &[
+            "equirectangular",
+            "equirect",
+            "erp",
+            "spherical",
+            "panorama",
+        ],
         source: "Plate carree; u = atan2(x, z)/2pi + 1/2, v = theta/pi",
         summary: "Longitude along a row, latitude down the rows; the common form of HDR environments.",
         singular: "The poles, where u = 1/2; at the seam u = 0.",

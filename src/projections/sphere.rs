@@ -63,7 +63,7 @@ impl Projection for Sphere {
     const INFO: Info = Info {
         name: "sphere",
         title: "Sphere map (mirror ball)",
-        known_as: &["mirror_ball", "lambert", "laea"],
+        known_as: &["mirror_ball", "chrome_ball", "lambert", "laea"],
         source: "OpenGL specification, GL_SPHERE_MAP",
         summary: "A photo of an ideal mirror ball from infinity; exactly Lambert's azimuthal equal-area map.",
         singular: "The direction behind the ball fills the whole rim; it encodes to (1, 1/2).",

@@ -1,5 +1,6 @@
 //! numpy arrays in and out.
 
+use super::helpers::Helper;
 use super::stopping::released;
 use crate::error::Error;
 use crate::geometry::axes;
@@ -10,9 +11,8 @@ use numpy::{
     BorrowError, Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn,
     PyUntypedArray, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
 
 /// A float type that numpy arrays hold.
@@ -56,15 +56,6 @@ macro_rules! with_reals {
 }
 pub(crate) use with_reals;
 
-/// A function of `spheremap._arrays`, imported once.
-pub fn helper<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-    static MODULE: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
-    let module = MODULE.get_or_try_init(py, || {
-        PyModule::import(py, "spheremap._arrays").map(Bound::unbind)
-    })?;
-    module.bind(py).getattr(name)
-}
-
 /// `object` as an array of T if it is one already, C-contiguous and aligned.
 pub fn contiguous<'py, T: Element>(
     object: &Bound<'py, PyAny>,
@@ -102,7 +93,7 @@ pub fn reals<'py>(
         return Ok(array);
     }
     let arguments = (object, name, out);
-    let found = helper(object.py(), "as_points")?.call1(arguments)?;
+    let found = Helper::AsPoints.get(object.py())?.call1(arguments)?;
     let (array, single) = found.extract::<(Bound<'py, PyAny>, bool)>()?;
     if let Some(array) = reals_as_they_are(&array)? {
         return Ok(array);
@@ -147,7 +138,7 @@ impl<'py, T: Float> Points<'py, T> {
                 let items = output.len() / (array.len() / width).max(1);
                 let mut output = Parts(output);
                 let arguments = (array, T::SINGLE);
-                for block in helper(py, "blocks")?.call1(arguments)?.try_iter()? {
+                for block in Helper::Blocks.get(py)?.call1(arguments)?.try_iter()? {
                     let block = converted::<T>(&block?)?;
                     let input = block.as_slice()?;
                     let output = output.next(input.len() / width * items)?;
@@ -209,7 +200,18 @@ fn new_array<'py, T: Element>(
         return Ok(PyArrayDyn::<T>::zeros(py, shape, false));
     }
     let empty = py.import("numpy")?.getattr("empty")?;
-    let array = empty.call1((PyTuple::new(py, shape)?, T::get_dtype(py)))?;
+    let array = empty
+        .call1((PyTuple::new(py, shape)?, T::get_dtype(py)))
+        .map_err(|error| {
+            // That is what numpy raises for more bytes than there are addresses, and for more axes than it has.
+            let bytes = items.and_then(|items| items.checked_mul(size_of::<T>()));
+            let too_large = bytes.is_none_or(|bytes| isize::try_from(bytes).is_err());
+            if too_large && error.is_instance_of::<PyValueError>(py) {
+                PyMemoryError::new_err(format!("There is no room for an array of shape {shape:?}."))
+            } else {
+                error
+            }
+        })?;
     Ok(array.cast_into::<PyArrayDyn<T>>()?)
 }
 
@@ -338,7 +340,7 @@ pub fn rotation(object: Option<&Bound<'_, PyAny>>) -> PyResult<Option<DMat3>> {
 
 /// A rotation from a matrix or an object with `as_matrix`; errors call it `name`.
 pub fn matrix(object: &Bound<'_, PyAny>, name: &str) -> PyResult<DMat3> {
-    let array = helper(object.py(), "as_rotation")?.call1((object, name))?;
+    let array = Helper::AsRotation.get(object.py())?.call1((object, name))?;
     let array = array
         .cast::<PyArrayDyn<f64>>()
         .map_err(|_| PyTypeError::new_err(format!("`{name}` is no array")))?;

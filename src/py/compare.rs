@@ -16,3 +16,10 @@ pub fn compare(
     let found = comparing::compare(&a.0, &b.0)?;
     Ok((found.matrix, found.mirrored(), found.differences))
 }
+
+/// What a conversion that matches worlds does with directions, in words, where the worlds differ.
+#[pyfunction]
+#[pyo3(signature = (src, dst, /))]
+pub fn worlds(src: &PyProjection, dst: &PyProjection) -> Option<String> {
+    comparing::worlds(&src.0, &dst.0)
+}

@@ -1,9 +1,10 @@
-//! The class `Distribution`: an importance distribution in the core, and the weights of texels.
+//! The class `Distribution`: an importance distribution in the core.
 
-use super::projection::{PyProjection, size};
+use super::images::{PyTexel, split, view};
+use super::projection::PyProjection;
 use super::stopping::stoppable;
-use crate::image::rim;
 use crate::light::distribution::{Distribution, Radiance};
+use crate::map::Map;
 use crate::py::arrays::fits;
 use crate::py::arrays::{
     Float, contiguous, disjoint, finish, leading, output, points, reals, run, with_reals, writable,
@@ -37,29 +38,11 @@ impl PyDistribution {
     ) -> PyResult<Self> {
         let unfit = || PyTypeError::new_err("Expected contiguous float arrays.");
         let luminance = contiguous::<f64>(luminance)?.ok_or_else(unfit)?;
-        let (values, shape) = if let Some(array) = contiguous::<f32>(radiance)? {
-            (
-                Radiance::Single(array.as_slice()?.to_vec()),
-                array.shape().to_vec(),
-            )
-        } else {
-            let array = contiguous::<f64>(radiance)?.ok_or_else(unfit)?;
-            (
-                Radiance::Double(array.as_slice()?.to_vec()),
-                array.shape().to_vec(),
-            )
-        };
-        let texel = shape.get(luminance.ndim()..).unwrap_or_default().to_vec();
-        let channels = texel.iter().product();
-        let (image, light) = (luminance.shape(), luminance.as_slice()?);
-        let map = &projection.0;
-        let distribution = stoppable(py, || {
-            Distribution::new(map, image, None, light, &values, channels)
-        })?;
-        Ok(PyDistribution {
-            distribution,
-            texel,
-        })
+        if let Some(radiance) = contiguous::<f32>(radiance)? {
+            return Self::of(py, &projection.0, &radiance, &luminance);
+        }
+        let radiance = contiguous::<f64>(radiance)?.ok_or_else(unfit)?;
+        Self::of(py, &projection.0, &radiance, &luminance)
     }
 
     /// ∫ L dω of the luminance.
@@ -103,6 +86,20 @@ impl PyDistribution {
 }
 
 impl PyDistribution {
+    fn of<T: Radiance + PyTexel>(
+        py: Python<'_>,
+        map: &Map,
+        radiance: &PyReadonlyArrayDyn<'_, T>,
+        luminance: &PyReadonlyArrayDyn<'_, f64>,
+    ) -> PyResult<Self> {
+        let (image, luminance) = (view(map, radiance)?, luminance.as_slice()?);
+        let (_, _, texel) = split(map, radiance.shape())?;
+        Ok(PyDistribution {
+            distribution: stoppable(py, || Distribution::new(&image, luminance))?,
+            texel: texel.to_vec(),
+        })
+    }
+
     fn draw<'py, T: Float>(
         &self,
         py: Python<'py>,
@@ -146,22 +143,4 @@ impl PyDistribution {
         }
         PyTuple::new(py, results)
     }
-}
-
-/// The solid angle that each texel stands for; see `light::rim`.
-#[pyfunction]
-#[pyo3(signature = (projection, shape, /))]
-pub fn texel_weights<'py>(
-    py: Python<'py>,
-    projection: &PyProjection,
-    shape: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let shape = size(&projection.0, shape)?;
-    let array = output::<f64>(py, None, "float64", &shape)?;
-    {
-        let mut target = writable(&array)?;
-        let out = target.as_slice_mut()?;
-        stoppable(py, || rim::weights(&projection.0, &shape, out))?;
-    }
-    finish(array, false)
 }

@@ -1,8 +1,10 @@
 //! The module's functions.
 
+use super::helpers::Helper;
 use super::projection::{PyProjection, size};
 use super::stopping::stoppable;
 use crate::geometry::axes;
+use crate::geometry::world::Worlds;
 use crate::kernel;
 use crate::kernel::threads;
 use crate::map::conventions;
@@ -47,7 +49,7 @@ pub fn mipmaps<'py>(
 
 /// An image of one projection as an image of another.
 #[pyfunction]
-#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None, skipna=false, antialias=true, alpha=None))]
+#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None, skipna=false, antialias=true, alpha=None, world="match"))]
 #[expect(clippy::too_many_arguments, reason = "the Python signature")]
 pub fn convert<'py>(
     py: Python<'py>,
@@ -62,6 +64,7 @@ pub fn convert<'py>(
     skipna: bool,
     antialias: bool,
     alpha: Option<i64>,
+    world: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let fill = match fill {
         Some(fill) => images::fill(Some(fill))?,
@@ -70,6 +73,7 @@ pub fn convert<'py>(
     let options = resample::Options::new()
         .filter(Filter::find(filter)?)
         .rotation(arrays::rotation(rotation)?)
+        .worlds(Worlds::find(world)?)
         .antialias(antialias)
         .fill(fill)
         .skipna(skipna);
@@ -141,7 +145,7 @@ pub fn reflect<'py>(
         _ => {}
     }
     drop(pair);
-    let pair = arrays::helper(py, "as_pair")?.call1((view, normal, out))?;
+    let pair = Helper::AsPair.get(py)?.call1((view, normal, out))?;
     let (view, normal, single) = pair.extract()?;
     if single {
         reflect_blocks::<f32>(py, &view, &normal, out)
@@ -192,7 +196,7 @@ fn reflect_blocks<'py, T: Float>(
         let mut target = writable(&array)?;
         let mut output = Parts(target.as_slice_mut()?);
         let arguments = (view, normal, T::SINGLE);
-        let blocks = arrays::helper(py, "paired_blocks")?.call1(arguments)?;
+        let blocks = Helper::PairedBlocks.get(py)?.call1(arguments)?;
         for pair in blocks.try_iter()? {
             let (view, normal) = pair?.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>()?;
             let (view, normal) = (converted::<T>(&view)?, converted::<T>(&normal)?);
@@ -305,8 +309,10 @@ pub fn convention_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         dict.set_item("grid", row.grid.name())?;
         dict.set_item("layout", row.layout)?;
         dict.set_item("parameters", parameters)?;
-        dict.set_item("up", row.world.up)?;
-        dict.set_item("left_handed", row.world.left_handed)?;
+        dict.set_item("up", row.world.up())?;
+        dict.set_item("forward", row.world.ahead())?;
+        dict.set_item("left_handed", row.world.left_handed())?;
+        dict.set_item("ahead", row.ahead)?;
         dict.set_item("note", row.note)?;
         dict.set_item("source", row.source)?;
         dict.set_item("version", row.version)?;
@@ -360,4 +366,15 @@ pub fn set_simd_level(name: Option<&str>) -> PyResult<()> {
             "this CPU has no SIMD level '{name}'; there are {levels}"
         )))
     }
+}
+
+/// Raises for a word that is none of those known, and says which is near.
+#[pyfunction]
+#[pyo3(signature = (what, word, known, /))]
+pub fn check_word(what: String, word: &str, known: Vec<String>) -> PyResult<()> {
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    if known.contains(&word) {
+        return Ok(());
+    }
+    Err(crate::error::Error::unknown(what, word, &known).into())
 }

@@ -2,8 +2,9 @@
 
 use super::arrays::fits;
 use super::arrays::{
-    Points, contiguous, disjoint, finish, helper, output, points, reals, run, with_reals, writable,
+    Points, contiguous, disjoint, finish, output, points, reals, run, with_reals, writable,
 };
+use super::helpers::Helper;
 use crate::healpix::{Angles, Order, Pixels};
 use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
@@ -121,7 +122,7 @@ fn each<'py, B: Element>(
     let input = match contiguous::<i64>(pixels)? {
         Some(array) => array,
         None => {
-            let array = helper(py, "as_integers")?.call1((pixels, "pixels", out))?;
+            let array = Helper::AsIntegers.get(py)?.call1((pixels, "pixels", out))?;
             contiguous::<i64>(&array)?
                 .ok_or_else(|| PyTypeError::new_err("Expected contiguous integers."))?
         }

@@ -1,8 +1,9 @@
 //! Images as numpy arrays: texel types, shapes with channels, fill values.
 
 use super::arrays::{
-    Reals, contiguous, disjoint, finish, helper, leading, output, reals, with_reals, writable,
+    Reals, contiguous, disjoint, finish, leading, output, reals, with_reals, writable,
 };
+use super::helpers::Helper;
 use super::stopping::stoppable;
 use crate::image::ImageView;
 use crate::image::raster::tuple;
@@ -66,7 +67,7 @@ pub fn image<'py>(
     if let Some(image) = as_it_is(object)? {
         return Ok(image);
     }
-    let converted = helper(object.py(), "as_image")?.call1((object, out))?;
+    let converted = Helper::AsImage.get(object.py())?.call1((object, out))?;
     as_it_is(&converted)?
         .ok_or_else(|| PyTypeError::new_err("Expected an image of a supported dtype."))
 }
@@ -96,6 +97,15 @@ pub fn split<'a>(map: &Map, shape: &'a [usize]) -> PyResult<(&'a [usize], usize,
     Ok((image, channels, texel))
 }
 
+/// An array as an image of a map.
+pub fn view<'a, T: PyTexel>(
+    map: &'a Map,
+    image: &'a PyReadonlyArrayDyn<'_, T>,
+) -> PyResult<ImageView<'a, T>> {
+    let (shape, channels, _) = split(map, image.shape())?;
+    Ok(ImageView::new(map, shape, channels, image.as_slice()?)?)
+}
+
 /// The value that a caller gave for where there is none: a number or one number a channel.
 pub fn fill(fill: Option<&Bound<'_, PyAny>>) -> PyResult<Fill> {
     let Some(fill) = fill else {
@@ -111,7 +121,7 @@ pub fn fill(fill: Option<&Bound<'_, PyAny>>) -> PyResult<Fill> {
 }
 
 /// The channel of opacity among those of an image of this shape, counted from the last one where it is negative.
-fn channel(alpha: Option<i64>, shape: &[usize], channels: usize) -> PyResult<Option<usize>> {
+pub fn channel(alpha: Option<i64>, shape: &[usize], channels: usize) -> PyResult<Option<usize>> {
     let Some(alpha) = alpha else {
         return Ok(None);
     };

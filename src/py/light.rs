@@ -2,12 +2,12 @@
 //! check images, choose defaults and restore dtypes.
 
 use super::arrays::{finish, output, writable};
-use super::images::{image, split, with_image};
+use super::images::{image, view, with_image};
 use super::projection::{PyProjection, size};
 use super::stopping::stoppable;
-use crate::light::lobe::Lobe;
+use crate::image::weights;
 use crate::light::prefilter::{Distribution, Source};
-use crate::light::{dfg as table, integrate, lobe as lobes, texels};
+use crate::light::{Lobe, dfg as table, integrate, under};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -37,19 +37,16 @@ pub fn directions<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>, name: &str) -> PyR
     }
 }
 
-/// The solid angle that each texel counts with in a sum, parts of rim texels included: (H, W) or (F, N, N).
+/// The solid angle that each texel counts with in a sum, parts of texels across a rim included: (H, W) or (F, N, N).
 #[pyfunction]
 #[pyo3(signature = (projection, shape, /))]
-pub fn quadrature_weights<'py>(
+pub fn texel_weights<'py>(
     py: Python<'py>,
     projection: &PyProjection,
     shape: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let shape = size(&projection.0, shape)?;
-    filled(py, &shape, |out| {
-        texels::texels(&projection.0, &shape)?.stored_weights(out);
-        Ok(())
-    })
+    filled(py, &shape, |out| weights(&projection.0, &shape, out))
 }
 
 /// ∫ L dω and ∫ L ω dω of each channel and, last, of the constant 1: (C + 1, 4).
@@ -62,12 +59,9 @@ pub fn moments<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let map = &projection.0;
     with_image!(image(object, None)?, image => {
-        let (shape, channels, _) = split(map, image.shape())?;
-        let pixels = image.as_slice()?;
-        filled(py, &[channels + 1, 4], |out| {
-            let texels = texels::texels(map, shape)?;
-            let moments = integrate::moments(&texels, pixels, channels)?;
-            out.copy_from_slice(moments.as_flattened());
+        let image = view(map, &image)?;
+        filled(py, &[image.channels() + 1, 4], |out| {
+            out.copy_from_slice(integrate::moments(&image)?.as_flattened());
             Ok(())
         })
     })
@@ -88,11 +82,8 @@ pub fn lobe<'py>(
     let lobe = Lobe::find(name, parameter)?;
     let normals = directions(&normals, "normals")?;
     with_image!(image(object, None)?, image => {
-        let (shape, channels, _) = split(map, image.shape())?;
-        let pixels = image.as_slice()?;
-        filled(py, &[normals.len() / 3, channels], |out| {
-            lobes::under(map, shape, pixels, channels, lobe, normals, out)
-        })
+        let image = view(map, &image)?;
+        filled(py, &[normals.len() / 3, image.channels()], |out| under(&image, lobe, normals, out))
     })
 }
 
@@ -117,13 +108,12 @@ pub fn prefilter<'py>(
         .map(|shape| size(target, shape))
         .collect::<PyResult<Vec<_>>>()?;
     with_image!(image(object, None)?, image => {
-        let (shape, channels, _) = split(map, image.shape())?;
-        let pixels = image.as_slice()?;
-        let source = stoppable(py, || Source::new(map, shape, pixels, channels))?;
+        let image = view(map, &image)?;
+        let source = stoppable(py, || Source::new(&image))?;
         let mut levels = Vec::new();
         for (shape, alpha) in shapes.iter().zip(&alphas) {
             let mut whole = shape.clone();
-            whole.push(channels);
+            whole.push(image.channels());
             let array = output::<f32>(py, None, "float32", &whole)?;
             {
                 let mut out = writable(&array)?;

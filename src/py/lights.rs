@@ -2,15 +2,14 @@
 //! makes its own types of what comes back.
 
 use super::arrays::{finish, output, writable};
-use super::images::{PyTexel, image, split, with_image};
+use super::images::{PyTexel, image, view, with_image};
 use super::light::filled;
 use super::projection::PyProjection;
-use super::stopping::{released, stoppable};
+use super::stopping::stoppable;
 use crate::light::energy as report;
 use crate::light::lights::{self as cut, Method};
-use crate::light::lit::Lit;
 use crate::light::sun::{self as suns, Sun};
-use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -33,24 +32,6 @@ fn sun_as_tuple(py: Python<'_>, sun: Sun) -> PySun<'_> {
     )
 }
 
-/// The texels of an image whose channels make luminance with these weights.
-fn lit<T: PyTexel>(
-    py: Python<'_>,
-    projection: &PyProjection,
-    image: &PyReadonlyArrayDyn<'_, T>,
-    luminance: &[f64],
-) -> PyResult<Lit> {
-    let map = &projection.0;
-    let (shape, channels, _) = split(map, image.shape())?;
-    if luminance.len() != channels {
-        return Err(PyValueError::new_err(format!(
-            "Expected `luminance` to have shape ({channels},)."
-        )));
-    }
-    let texels = image.as_slice()?;
-    stoppable(py, || Lit::new(map, shape, texels, luminance, None))
-}
-
 /// At most `n` directional lights, brightest first: (N, 3) directions, (N, C) irradiances and (N,) solid angles.
 #[pyfunction]
 #[pyo3(signature = (object, projection, luminance, n, method, /))]
@@ -64,18 +45,18 @@ pub fn lights<'py>(
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     let method = Method::find(method)?;
     let weights = luminance.as_slice()?;
-    let lit = with_image!(image(object, None)?, image => {
-        lit(py, projection, &image, weights)?
+    let (channels, found) = with_image!(image(object, None)?, image => {
+        let image = view(&projection.0, &image)?;
+        (image.channels(), stoppable(py, || cut::lights(&image, weights, n, method))?)
     });
-    let found = stoppable(py, || cut::lights(&lit, n, method))?;
     let directions = filled(py, &[found.len(), 3], |out| {
         for (out, light) in out.chunks_mut(3).zip(&found) {
             out.copy_from_slice(&light.direction);
         }
         Ok(())
     })?;
-    let irradiance = filled(py, &[found.len(), lit.channels], |out| {
-        for (out, light) in out.chunks_mut(lit.channels).zip(&found) {
+    let irradiance = filled(py, &[found.len(), channels], |out| {
+        for (out, light) in out.chunks_mut(channels).zip(&found) {
             out.copy_from_slice(&light.irradiance);
         }
         Ok(())
@@ -99,10 +80,10 @@ pub fn sun<'py>(
     luminance: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Option<PySun<'py>>> {
     let weights = luminance.as_slice()?;
-    let lit = with_image!(image(object, None)?, image => {
-        lit(py, projection, &image, weights)?
+    let found = with_image!(image(object, None)?, image => {
+        let image = view(&projection.0, &image)?;
+        stoppable(py, || suns::find(&image, weights))?
     });
-    let found = released(py, || suns::find(&lit))?;
     Ok(found.map(|sun| sun_as_tuple(py, sun)))
 }
 
@@ -117,10 +98,10 @@ pub fn remove_sun<'py>(
 ) -> PyResult<(Bound<'py, PyAny>, Option<PySun<'py>>)> {
     let weights = luminance.as_slice()?;
     with_image!(image(object, None)?, image => {
-        let lit = lit(py, projection, &image, weights)?;
+        let view = view(&projection.0, &image)?;
         let mut found = None;
-        let array = changed(py, &image, |out| {
-            found = suns::remove(&lit, out);
+        let array = changed(py, image.shape(), |out| {
+            found = suns::remove(&view, weights, out)?;
             Ok(())
         })?;
         Ok((array, found.map(|sun| sun_as_tuple(py, sun))))
@@ -146,24 +127,21 @@ pub fn add_sun<'py>(
         reach: 0.0,
     };
     with_image!(image(object, None)?, image => {
-        // No luminance is needed, so any number of channels will do.
-        let (_, channels, _) = split(&projection.0, image.shape())?;
-        let lit = lit(py, projection, &image, &vec![1.0; channels])?;
-        changed(py, &image, |out| suns::add(&projection.0, None, &lit, &sun, out))
+        let view = view(&projection.0, &image)?;
+        changed(py, image.shape(), |out| suns::add(&view, &sun, out))
     })
 }
 
-/// A copy of an image that `work` has changed.
+/// An image of this shape that `work` fills.
 fn changed<'py, T: PyTexel>(
     py: Python<'py>,
-    image: &PyReadonlyArrayDyn<'py, T>,
+    shape: &[usize],
     work: impl FnOnce(&mut [T]) -> Result<(), crate::error::Error> + Send,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let array = output::<T>(py, None, T::NAME, image.shape())?;
+    let array = output::<T>(py, None, T::NAME, shape)?;
     {
         let mut target = writable(&array)?;
-        let (out, image) = (target.as_slice_mut()?, image.as_slice()?);
-        out.copy_from_slice(image);
+        let out = target.as_slice_mut()?;
         stoppable(py, || work(out))?;
     }
     finish(array, true)
@@ -190,11 +168,11 @@ pub fn energy<'py>(
     Option<PySun<'py>>,
 )> {
     let weights = luminance.as_slice()?;
-    let lit = with_image!(image(object, None)?, image => {
-        lit(py, projection, &image, weights)?
+    let found = with_image!(image(object, None)?, image => {
+        let image = view(&projection.0, &image)?;
+        stoppable(py, || report(&image, weights))?
     });
-    let found = released(py, || report::energy(&lit))?
-        .ok_or_else(|| PyValueError::new_err("The image holds no sphere."))?;
+    let found = found.ok_or_else(|| PyValueError::new_err("The image holds no sphere."))?;
     Ok((
         found.solid_angle,
         PyArray1::from_vec(py, found.integral),

@@ -10,9 +10,11 @@ mod depth;
 mod distribution;
 mod functions;
 mod healpix;
+mod helpers;
 mod images;
 mod light;
 mod lights;
+mod mip_lookups;
 mod pack;
 mod pad;
 mod projection;
@@ -22,27 +24,34 @@ mod stopping;
 use pyo3::prelude::*;
 
 /// The compiled core of spheremap.
-#[pymodule]
+///
+/// It needs no lock of the interpreter: its classes are frozen, and what is shared lies behind atomics and mutexes.
+#[pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
-    use super::compare::compare;
+    use super::compare::{compare, worlds};
     #[pymodule_export]
     use super::depth::convert_depth;
     #[pymodule_export]
-    use super::distribution::{PyDistribution, texel_weights};
+    use super::distribution::PyDistribution;
     #[pymodule_export]
     use super::functions::{
-        convention_table, convert, filters, get_num_threads, matching_size, mipmaps, rebuild,
-        reflect, registry, rotation, set_num_threads, set_simd_level, simd_level, simd_levels,
+        check_word, convention_table, convert, filters, get_num_threads, matching_size, mipmaps,
+        rebuild, reflect, registry, rotation, set_num_threads, set_simd_level, simd_level,
+        simd_levels,
     };
     #[pymodule_export]
     use super::healpix::{
         healpix_ang2pix, healpix_pix2ang, healpix_pix2vec, healpix_reorder, healpix_vec2pix,
     };
     #[pymodule_export]
-    use super::light::{dfg, lobe, moments, prefilter, quadrature_weights};
+    use super::helpers::helpers;
+    #[pymodule_export]
+    use super::light::{dfg, lobe, moments, prefilter, texel_weights};
     #[pymodule_export]
     use super::lights::{add_sun, energy, lights, remove_sun, sun};
+    #[pymodule_export]
+    use super::mip_lookups::sample_uv;
     #[pymodule_export]
     use super::pack::{PyPacker, pack_frames, packing_table, unpack_frames};
     #[pymodule_export]

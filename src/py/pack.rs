@@ -1,12 +1,13 @@
 //! Packed unit vectors: codes of any unsigned dtype.
 
+use super::helpers::Helper;
 use super::stopping::stoppable;
 use crate::pack;
 use crate::pack::frame::FramePacking;
 use crate::pack::{Invalid, Packing, Rounding, Store};
 use crate::py::arrays;
 use crate::py::arrays::{
-    Float, contiguous, converted, disjoint, finish, helper, output, reals, with_reals, writable,
+    Float, contiguous, converted, disjoint, finish, output, reals, with_reals, writable,
 };
 use numpy::{Element, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -123,7 +124,7 @@ fn pack_points<'py, T: Number, W: Word>(
         }
     }
     if let Some(k) = first {
-        let place = helper(py, "index_text")?.call1((k, shape.to_vec()))?;
+        let place = Helper::IndexText.get(py)?.call1((k, shape.to_vec()))?;
         let what = if packing.family.hemisphere {
             "zero, not finite or below the hemisphere z >= 0"
         } else {
@@ -154,7 +155,7 @@ fn check_range<W: Word>(
     match packing.first_out_of_range(codes) {
         None => Ok(()),
         Some(k) => {
-            let place = helper(py, "index_text")?.call1((k, shape.to_vec()))?;
+            let place = Helper::IndexText.get(py)?.call1((k, shape.to_vec()))?;
             Err(PyValueError::new_err(format!(
                 "Expected `codes` of '{}' to be in [0, {}], got {} at `codes`{place}.",
                 packing.name,

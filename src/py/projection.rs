@@ -9,11 +9,11 @@ use crate::py::arrays;
 use crate::py::arrays::{Float, finish, output, points, reals, with_reals, writable};
 use crate::py::images;
 use crate::py::images::Asked;
+use crate::py::mip_lookups::{self, Looks};
 use crate::resample;
-use crate::resample::Filter;
 use glam::DMat3;
 use numpy::PyArray2;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -34,11 +34,17 @@ pub struct PyProjection(pub Map);
 
 /// Whether a dtype is float32 and not float64.
 fn wants_f32(dtype: &Bound<'_, PyAny>) -> PyResult<bool> {
-    let dtype = dtype
+    let made = dtype
         .py()
         .import("numpy")?
         .getattr("dtype")?
-        .call1((dtype,))?;
+        .call1((dtype,));
+    let Ok(dtype) = made else {
+        return Err(PyTypeError::new_err(format!(
+            "Expected `dtype` to be float32 or float64, got {}.",
+            dtype.repr()?
+        )));
+    };
     match dtype.getattr("name")?.extract::<String>()?.as_str() {
         "float32" => Ok(true),
         "float64" => Ok(false),
@@ -89,12 +95,22 @@ fn number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
             Ok(got) if error.is_instance_of::<PyTypeError>(py) => {
                 PyTypeError::new_err(format!("`{name}` must be a number, got {got}."))
             }
+            _ if error.is_instance_of::<PyOverflowError>(py) => {
+                PyValueError::new_err(format!("`{name}` must be a number that a float can hold."))
+            }
             _ => error,
         }
     })
 }
 
 impl PyProjection {
+    /// A map as an object of the caller's class, which may be one made in Python.
+    fn like<'py>(slf: &Bound<'py, Self>, map: Map) -> PyResult<Bound<'py, PyAny>> {
+        let made = PyProjection(map);
+        let options = made.options(slf.py(), made.0.pose())?;
+        slf.get_type().call((made.name(),), Some(&options))
+    }
+
     /// What the constructor takes beside the name: everything that makes it equal.
     fn options<'py>(&self, py: Python<'py>, pose: Option<DMat3>) -> PyResult<Bound<'py, PyDict>> {
         let options = self.parameters(py)?;
@@ -102,6 +118,7 @@ impl PyProjection {
         options.set_item("axes", self.axes())?;
         options.set_item("grid", self.grid())?;
         options.set_item("layout", self.layout())?;
+        options.set_item("world", self.world())?;
         if let Some(pose) = pose {
             options.set_item("pose", axes::rows(pose))?;
         }
@@ -128,13 +145,15 @@ impl PyProjection {
 #[pymethods]
 impl PyProjection {
     #[new]
-    #[pyo3(signature = (name, /, *, convention=None, axes=None, grid=None, layout=None, pose=None, **parameters))]
+    #[pyo3(signature = (name, /, *, convention=None, axes=None, grid=None, layout=None, world=None, pose=None, **parameters))]
+    #[expect(clippy::too_many_arguments, reason = "the Python signature")]
     fn new(
         name: &str,
         convention: Option<&str>,
         axes: Option<&str>,
         grid: Option<&str>,
         layout: Option<&str>,
+        world: Option<&str>,
         pose: Option<&Bound<'_, PyAny>>,
         parameters: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyProjection> {
@@ -154,7 +173,10 @@ impl PyProjection {
             layout,
             parameters: &values,
         };
-        let map = Map::with(name, options)?;
+        let mut map = Map::with(name, options)?;
+        if let Some(world) = world {
+            map = map.with_world(world.parse()?);
+        }
         Ok(PyProjection(match pose {
             Some(pose) => map.turned(arrays::matrix(pose, "pose")?)?,
             None => map,
@@ -291,21 +313,24 @@ impl PyProjection {
     }
 
     /// What an image of this projection shows in directions.
-    #[pyo3(signature = (image, directions, /, *, filter, fill, out=None, alpha=None, skipna=false))]
+    #[pyo3(signature = (image, directions, /, *, filter, fill, out=None, alpha=None, skipna=false, lod=None, derivatives=None))]
     #[expect(clippy::too_many_arguments, reason = "the Python signature")]
     fn sample<'py>(
         &self,
         py: Python<'py>,
         image: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
-        filter: &str,
+        filter: Option<&str>,
         fill: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
         alpha: Option<i64>,
         skipna: bool,
+        lod: Option<&Bound<'py, PyAny>>,
+        derivatives: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let detailed = lod.is_some() || derivatives.is_some();
         let options = resample::Options::new()
-            .filter(Filter::find(filter)?)
+            .filter(mip_lookups::filter(filter, detailed)?)
             .fill(images::fill(Some(fill))?)
             .skipna(skipna);
         let asked = Asked {
@@ -313,7 +338,25 @@ impl PyProjection {
             alpha,
             out,
         };
-        images::sample(py, &self.0, image, directions, asked)
+        let (image, levels) = mip_lookups::levels(image, out)?;
+        if !detailed && !levels.is_empty() {
+            return Err(PyValueError::new_err(
+                "Expected `lod` or `derivatives` for a list of levels.",
+            ));
+        }
+        if !detailed {
+            return images::sample(py, &self.0, &image, directions, asked);
+        }
+        let looks = Looks {
+            points: directions,
+            name: "directions",
+            width: 3,
+            lod,
+            derivatives,
+            levels,
+            out,
+        };
+        mip_lookups::sample(py, &self.0, &image, &looks, asked)
     }
 
     /// This projection with its world turned: what it showed at d it shows at `pose`·d.
@@ -333,9 +376,16 @@ impl PyProjection {
         name: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let turned = slf.get().0.turned(arrays::matrix(rotation, name)?)?;
-        // Of the caller's class, which may be one made in Python.
-        let options = slf.get().options(slf.py(), turned.pose())?;
-        slf.get_type().call((slf.get().name(),), Some(&options))
+        PyProjection::like(slf, turned)
+    }
+
+    /// This map with its directions in the world of another.
+    #[pyo3(signature = (other, /))]
+    fn in_world_of<'py>(
+        slf: &Bound<'py, Self>,
+        other: &PyProjection,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        PyProjection::like(slf, slf.get().0.in_world_of(&other.0))
     }
 
     /// How the world of the map is turned: a matrix of shape (3, 3), or None.
@@ -373,6 +423,12 @@ impl PyProjection {
     #[getter]
     fn axes(&self) -> String {
         self.0.axes().to_string()
+    }
+
+    /// Which axes point to the right, up and ahead of a person in its world.
+    #[getter]
+    fn world(&self) -> String {
+        self.0.world().to_string()
     }
 
     /// Where texel centers lie.
@@ -500,6 +556,9 @@ impl PyProjection {
             && map.layout() != plain.layout()
         {
             add("layout", &format!("\"{layout}\""));
+        }
+        if map.world() != plain.world() {
+            add("world", &format!("\"{}\"", map.world()));
         }
         let defaults = plain.parameters().iter();
         for ((parameter, value), default) in map

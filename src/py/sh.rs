@@ -1,7 +1,7 @@
 //! Spherical harmonics as functions of the module: float64 arrays in, float64 arrays out. `spheremap.sh` checks
 //! numbers and restores shapes.
 
-use super::images::{image, split, with_image};
+use super::images::{image, view, with_image};
 use super::light::{directions, filled};
 use super::projection::PyProjection;
 use super::stopping::stoppable;
@@ -29,10 +29,9 @@ pub fn sh_project<'py>(
         sh::Samples::Means
     };
     with_image!(image(object, None)?, image => {
-        let (shape, channels, _) = split(map, image.shape())?;
-        let pixels = image.as_slice()?;
-        let found = stoppable(py, || sh::project(map, shape, pixels, channels, order, samples))?;
-        filled(py, &[sh::count(order), channels], |out| {
+        let image = view(map, &image)?;
+        let found = stoppable(py, || sh::project(&image, order, samples))?;
+        filled(py, &[sh::count(order), image.channels()], |out| {
             out.copy_from_slice(&found);
             Ok(())
         })

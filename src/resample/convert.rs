@@ -1,6 +1,7 @@
 //! One image into another: here, and only here, is decided how.
 
 use crate::error::Error;
+use crate::geometry::world::Worlds;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::view::ImageView;
@@ -14,6 +15,9 @@ use crate::resample::weighted::{Looks, Weighted};
 use crate::resample::{area, lookup, mipmapped};
 
 /// Fills an image of `map`, of this shape without channels, with what `image` shows.
+///
+/// The worlds of both maps are matched: up stays up, what is ahead stays ahead, and nothing is mirrored
+/// ([`Map::in_world_of`]), unless [`Options::worlds`] says that (x, y, z) stays what it is.
 ///
 /// # Errors
 /// For a shape that the map has not, an `out` of another length, a `fill` of another number of channels or beyond the range
@@ -43,6 +47,10 @@ pub fn convert<T: Texel>(
     out: &mut [T],
 ) -> Result<(), Error> {
     let channels = image.channels();
+    let map = &match options.worlds {
+        Worlds::Match => map.in_world_of(image.map()),
+        Worlds::Literal => map.clone(),
+    };
     let count = Raster::new(map, shape)?.texels();
     if count.checked_mul(channels) != Some(out.len()) {
         return Err(Error::Shape(format!(
@@ -168,10 +176,35 @@ fn plain<T: Texel>(
 mod tests {
     use super::{convert, sample};
     use crate::error::Error;
+    use crate::geometry::world::Worlds;
     use crate::image::view::ImageView;
     use crate::map::Map;
     use crate::resample::filters::Filter;
     use crate::resample::options::{Fill, Options};
+
+    /// Up is up in both, and what lies ahead and to the right as well.
+    #[test]
+    fn worlds_are_matched_unless_they_are_not_to_be() {
+        let [blender, unreal] = ["latlong:blender", "latlong:unreal"].map(|n| Map::new(n).unwrap());
+        // Three channels: how far up, ahead and to the right, in the words of each program.
+        let seen = |map: &Map, axes: [usize; 3]| {
+            let mut texels = vec![0.0_f64; 16 * 32 * 3];
+            crate::image::texels::directions(map, &[16, 32], None, &mut texels).unwrap();
+            let texel = |d: &[f64]| axes.map(|k| d[k]);
+            texels.chunks(3).flat_map(texel).collect::<Vec<_>>()
+        };
+        let source = seen(&blender, [2, 1, 0]);
+        let image = ImageView::new(&blender, &[16, 32], 3, &source).unwrap();
+        let off = |options: &Options| {
+            let got = super::converted(&image, &unreal, &[16, 32], options).unwrap();
+            let want = seen(&unreal, [2, 0, 1]);
+            let far = got.iter().zip(&want).map(|(a, b)| (a - b).abs());
+            far.fold(0.0, f64::max)
+        };
+        // Both panoramas have their texels at the same places, turned: what is left is rounding.
+        assert!(off(&Options::new()) < 1e-12);
+        assert!(off(&Options::new().worlds(Worlds::Literal)) > 1.0);
+    }
 
     /// Converts a small panorama of three channels into this shape of a cube, into so many numbers.
     fn attempt(shape: &[usize], numbers: usize, options: &Options) -> Result<(), Error> {

@@ -29,6 +29,12 @@ pub enum Depth {
 
 impl Depth {
     /// The kind of this name.
+    ///
+    /// ```
+    /// use spheremap::resample::depth::Depth;
+    /// assert_eq!(Depth::find("z"), Some(Depth::Z));
+    /// assert_eq!(Depth::find("w"), None);
+    /// ```
     pub fn find(name: &str) -> Option<Depth> {
         match name {
             "distance" => Some(Depth::Distance),
@@ -39,6 +45,9 @@ impl Depth {
 }
 
 /// Turns depths of the other kind into `target`, in place.
+///
+/// # Errors
+/// The shape is none of the map's, or there is not one depth a texel.
 ///
 /// A wall at z = 2, seen by a camera of 90° whose corner texels look past (±1/2, ±1/2, 1):
 ///

@@ -6,11 +6,18 @@
 //! sphere's tangent plane for a range, J = (Sᵀ S)⁻¹ Sᵀ T. Differences between neighboring places were the first
 //! thought; they mean nothing across seams and beside poles.
 //!
+//! What a caller says of a picture of their own takes the same way, but by triple products with the direction, which lose half as
+//! many digits where both columns of S are nearly parallel, at the rim of a disk. On a cube this is the quotient rule
+//! by which graphics APIs take derivatives to a face.
+//!
 //! Where the source is singular (a pole of a latlong) a place has no extent in it; lengths are infinite there.
 
-use crate::geometry::vector::dot;
+use crate::geometry::axes::Rotation;
+use crate::geometry::vector::{cross, dot, norm};
 use crate::image::raster::Raster;
 use crate::kernel::tile::Tile;
+use crate::map::Map;
+use crate::map::verbs::JacobianTile;
 use crate::resample::coordinate_map::CoordinateMap;
 
 /// A rectangle of a target face.
@@ -55,6 +62,17 @@ pub struct Footprint {
 }
 
 impl Footprint {
+    /// Of a place and the sides there, in texels. One that is not finite, at a singular place or given so, sees everything.
+    pub fn of_sides(source: [f64; 3], sides: [[f64; 2]; 2]) -> Footprint {
+        let finite = sides.as_flattened().iter().all(|x| x.is_finite());
+        let everything = [[f64::INFINITY, 0.0], [0.0, f64::INFINITY]];
+        Footprint {
+            source,
+            sides: if finite { sides } else { everything },
+            ..Footprint::default()
+        }
+    }
+
     /// How many source texels each side crosses. Infinite at a singular place, 0 where nothing is seen.
     pub fn lengths(&self) -> [f64; 2] {
         if self.source[0].is_nan() {
@@ -114,5 +132,58 @@ pub fn measure(
             texel: (pp.sqrt() / scale[0]).max(qq.sqrt() / scale[1]),
             solid_angle: (aa * bb - ab * ab).max(0.0).sqrt() * size[0] * size[1],
         };
+    }
+}
+
+/// A direction of any length, and how it changes to the next pixel right and down.
+#[derive(Clone, Copy, Debug)]
+pub struct Moving {
+    /// It.
+    pub direction: [f64; 3],
+    /// To the next pixel.
+    pub derivatives: [[f64; 3]; 2],
+}
+
+/// Writes what pixels see of an image whose world is taken to its view by `turn`; at most [`TILE`](crate::kernel::tile::TILE) of
+/// them. Their directions change as `moving` says, and lie at the places `uv` of the image.
+pub fn measure_pixels(
+    (map, turn): (&Map, Rotation),
+    raster: &Raster,
+    uv: &Tile<f64, 3>,
+    moving: impl ExactSizeIterator<Item = Moving>,
+    footprints: &mut [Footprint],
+) {
+    let mut by_source = Tile::new();
+    map.visit_canonical(JacobianTile {
+        turn: turn.inverse(),
+        input: uv,
+        count: moving.len(),
+        output: &mut by_source,
+    });
+    let scale = [raster.along_u.index().0, raster.along_v.index().0];
+    for ((k, moving), footprint) in moving.enumerate().zip(footprints) {
+        let Moving {
+            direction,
+            derivatives,
+        } = moving;
+        // Of any length: neither its square nor its reciprocal need be a number.
+        let largest = direction.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+        let unit = direction.map(|x| x / largest);
+        let length = norm(unit);
+        let unit = unit.map(|x| x / length);
+        let [p, q] = columns(by_source.at(k));
+        let area = dot(cross(p, q), unit);
+        let sides = derivatives.map(|d| match d {
+            // Also at a singular place.
+            [0.0, 0.0, 0.0] => [0.0; 2],
+            d => {
+                let d = d.map(|x| x / largest / length);
+                [
+                    dot(cross(d, q), unit) / area * scale[0],
+                    dot(cross(p, d), unit) / area * scale[1],
+                ]
+            }
+        });
+        *footprint = Footprint::of_sides(uv.at(k), sides);
     }
 }

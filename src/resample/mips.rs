@@ -50,7 +50,7 @@ pub fn chain<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<Level<T::Float>>,
 }
 
 /// The next level of an image, if it can be made smaller.
-fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T::Float>>, Error> {
+pub(crate) fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T::Float>>, Error> {
     let (map, shape, channels) = (image.map(), image.shape(), image.channels());
     let (fine, texels) = (*image.raster(), image.texels());
     if fine.width.min(fine.height) < 2 {

@@ -1,6 +1,7 @@
 //! What a lookup or a conversion may be asked for.
 
 use crate::error::Error;
+use crate::geometry::world::Worlds;
 use crate::image::texel::Texel;
 use crate::resample::filters::Filter;
 use glam::DMat3;
@@ -73,8 +74,10 @@ impl Fill {
 pub struct Options {
     /// How a value is made of texels; bilinear by default.
     pub filter: Filter,
-    /// Turns the content in the world; none by default.
+    /// Turns the content in its own world, that of what is looked up; none by default.
     pub rotation: Option<DMat3>,
+    /// What a conversion does where the worlds of its maps differ; by default they are matched.
+    pub worlds: Worlds,
     /// Whether a texel that sees more than one texel of the source is the mean of what it sees; by default it is. It does
     /// not concern filters that are not [`antialiased`](crate::resample::filters::claims::FilterInfo::antialiased), nor
     /// lookups of directions.
@@ -92,6 +95,7 @@ impl Default for Options {
         Options {
             filter: Filter::Bilinear,
             rotation: None,
+            worlds: Worlds::Match,
             antialias: true,
             fill: Fill::Nothing,
             alpha: None,
@@ -112,36 +116,81 @@ impl Options {
     }
 
     /// With another [`Options::filter`].
+    ///
+    /// ```
+    /// use spheremap::resample::{Filter, Options};
+    /// assert_eq!(Options::new().filter(Filter::Area).filter, Filter::Area);
+    /// ```
     pub fn filter(mut self, filter: Filter) -> Options {
         self.filter = filter;
         self
     }
 
     /// With another [`Options::rotation`], or none.
+    ///
+    /// ```
+    /// use spheremap::{geometry::from_angles, resample::Options};
+    /// assert!(Options::new().rotation(from_angles(90.0, 0.0, 0.0)).rotation.is_some());
+    /// ```
     pub fn rotation(mut self, rotation: impl Into<Option<DMat3>>) -> Options {
         self.rotation = rotation.into();
         self
     }
 
+    /// With another [`Options::worlds`].
+    ///
+    /// ```
+    /// use spheremap::Worlds;
+    /// use spheremap::resample::Options;
+    /// assert_eq!(Options::new().worlds, Worlds::Match);
+    /// let literal = Options::new().worlds(Worlds::Literal);
+    /// assert_eq!(literal.worlds, Worlds::Literal);
+    /// ```
+    pub fn worlds(mut self, worlds: Worlds) -> Options {
+        self.worlds = worlds;
+        self
+    }
+
     /// With another [`Options::antialias`].
+    ///
+    /// ```
+    /// use spheremap::resample::Options;
+    /// assert!(!Options::new().antialias(false).antialias);
+    /// ```
     pub fn antialias(mut self, antialias: bool) -> Options {
         self.antialias = antialias;
         self
     }
 
     /// With another [`Options::fill`].
+    ///
+    /// ```
+    /// use spheremap::resample::{Fill, Options};
+    /// assert_eq!(Options::new().fill(0.0).fill, Fill::All(0.0));
+    /// assert_eq!(Options::new().fill(vec![0.0, 1.0]).fill, Fill::Channels(vec![0.0, 1.0]));
+    /// ```
     pub fn fill(mut self, fill: impl Into<Fill>) -> Options {
         self.fill = fill.into();
         self
     }
 
     /// With another [`Options::alpha`], or none.
+    ///
+    /// ```
+    /// use spheremap::resample::Options;
+    /// assert_eq!(Options::new().alpha(3).alpha, Some(3));
+    /// ```
     pub fn alpha(mut self, alpha: impl Into<Option<usize>>) -> Options {
         self.alpha = alpha.into();
         self
     }
 
     /// With another [`Options::skipna`].
+    ///
+    /// ```
+    /// use spheremap::resample::Options;
+    /// assert!(Options::new().skipna(true).skipna);
+    /// ```
     pub fn skipna(mut self, skipna: bool) -> Options {
         self.skipna = skipna;
         self

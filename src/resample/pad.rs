@@ -25,6 +25,17 @@ use crate::number::real::Real;
 use crate::projections::projection::{Projection, Seam, Uv, Visitor};
 
 /// The shape of an image of this shape with a border of `n` texels: faces that lie in one image are taken apart.
+///
+/// # Errors
+/// The shape is none of the map's, or there is no room for the border.
+///
+/// ```
+/// use spheremap::{Map, MapOptions, resample::padded_shape};
+/// assert_eq!(padded_shape(&Map::new("latlong")?, &[4, 8], 2)?, [8, 12]);
+/// let cross = Map::with("cube", MapOptions::new().layout("cross"))?;
+/// assert_eq!(padded_shape(&cross, &[12, 16], 1)?, [6, 6, 6]);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn padded_shape(map: &Map, shape: &[usize], n: usize) -> Result<Vec<usize>, Error> {
     let raster = Raster::new(map, shape)?;
     let grown = |side: usize| n.checked_mul(2).and_then(|border| side.checked_add(border));

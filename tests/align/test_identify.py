@@ -262,3 +262,25 @@ def test_no_unrelated_scenes_are_related(data_folder):
                 assert not sm.align.identify(image, unrelated, "latlong", "latlong").certain
                 assert not sm.align.identify(unrelated, cube, "latlong", "cube").certain
                 assert not sm.align.identify(cube, unrelated[::-1], "cube", "latlong").certain
+
+
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [
+        ("latlong:blender", "cube:opengl"),
+        ("latlong:unity", "latlong:mitsuba"),
+        ("latlong", "cube:unreal"),
+    ],
+)
+def test_the_rows_are_those_that_convert_makes(a, b):
+    source = sm.convert(SOURCE, "latlong", a, size=120)
+    image = sm.convert(source, a, b, size=64)
+    kind = b.split(":")[0]
+    result = sm.align.identify(source, image, a, kind)
+    assert result.certain and b in result.rows, str(result)
+    # What is found turns the second into the first again, also where b's program is given.
+    best = sm.align.identify(source, image, a, b).best
+    assert best.projection.world == sm.projection(a).world
+    back = sm.convert(image, best.projection, a, size=60, rotation=best.rotation)
+    want = sm.convert(source, a, a, size=60)
+    assert np.corrcoef(np.log1p(want).ravel(), np.log1p(back).ravel())[0, 1] > 0.97

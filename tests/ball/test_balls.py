@@ -77,10 +77,24 @@ def test_ideal_is_the_sphere_map():
     v = view((100, 100), Outline((50, 50), 50, 50))
     # The same sine and root, in pixels up to 100: some ε of the image.
     np.testing.assert_allclose(v.pixels(d) / 100, sm.encode(d, "sphere"), atol=1e-14)
-    far = view((100, 100), Outline((50, 50), 50, 50), distance=1e9)
-    near = d @ far.toward > -0.99
-    # No view is farther than 1e7 radii, where places are off by 1e-7/8; rtol is 1e-7 as well.
-    np.testing.assert_allclose(far.pixels(d[near]) / 100, sm.encode(d[near], "sphere"), atol=1e-8)
+    for distance in (1e7, 1e9):
+        far = view((100, 100), Outline((50, 50), 50, 50), distance=distance)
+        near = d @ far.toward > -0.99
+        # Of 50 pixels 1e-7 / 2 at 1e7 radii; rtol is 1e-7 as well.
+        np.testing.assert_allclose(
+            far.pixels(d[near]) / 100, sm.encode(d[near], "sphere"), atol=1e-8
+        )
+
+
+def test_far_cameras_are_where_they_are():
+    rim = Outline((50, 50), 50, 50)
+    for distance in (1e3, 1e7, 9e7):
+        # An angle of 1e-8 is the difference of two that are off by 1e-16 each.
+        assert view((100, 100), rim, distance=distance).distance == pytest.approx(
+            distance, rel=1e-6
+        )
+    # Not 1e7, silently.
+    assert view((100, 100), rim, distance=1e9).ideal
 
 
 @pytest.mark.parametrize("distance", [1.001, 1.02, 1.5, 2.0, 2.2, 2.5, 3.0, 5.0, 100.0])
@@ -157,7 +171,7 @@ def test_a_mask_hides():
     photo[:, :40] = np.nan
     mask = np.zeros((80, 80), bool)
     mask[:, 40:] = True
-    found = sm.ball.unwrap(photo, center=(40, 40), radius=38, mask=mask, size=16)
+    found = sm.ball.unwrap(photo, center=(40, 40), radius=38, mask=mask, size=16, distance=np.inf)
     assert 0.3 < found.coverage < 0.6
     assert np.all(found.image[found.seen] == 1)
 
@@ -197,6 +211,23 @@ def test_found_before_a_plain_wall(level):
     assert off + abs(found.radius - 62) < 0.02 * 62
     # A wall as bright as the ball leaves doubt: there is hardly a step.
     assert found.confidence > (0.7 if level in (0.0, 3.0) else 0.1)
+
+
+@pytest.mark.parametrize("lens", ["angular", "perspective"])
+def test_a_frame_is_no_ball(lens):
+    """The round picture of a dome camera, or a porthole: a sharp rim that mirrors nothing."""
+    camera = sm.projection(lens, fov=170 if lens == "angular" else 90)
+    d = sm.directions("latlong", 256)
+    # Waves from everywhere: edges that run in all directions alike, as the page says.
+    waves = random_directions(40, 5)
+    scene = np.repeat(4 + np.sin(25 * d @ waves.T).sum(axis=-1, keepdims=True) / 3, 3, axis=-1)
+    photo = np.zeros((240, 240, 3))
+    photo[40:200, 40:200] = sm.convert(scene, "latlong", camera, size=160)
+    photo[np.hypot(*(np.mgrid[:240, :240] + 0.5 - 120)) > 80] = 0
+    photo += 0.01 * np.random.default_rng(0).standard_normal(photo.shape)
+    assert sm.ball.find(photo).confidence < 0.5
+    ball = before_a_wall((240, 240), (120, 120), 80, 0.0, scene)
+    assert sm.ball.find(ball).confidence > 0.7
 
 
 def test_doubt_is_told():
@@ -245,6 +276,16 @@ def test_merged_with_masks_and_given_rotations():
     assert np.allclose(found.weights.sum(axis=0), 1, atol=1e-6)
 
 
+def test_nobody_saw_it():
+    """Where no photo saw anything is what is asked for there, 0 by default."""
+    photo, ball = np.ones((64, 64, 2), np.float32), sm.ball.Ball((32, 32), (30, 30), 0, 1)
+    found = sm.ball.merge([photo], balls=[ball], distance=3, size=32)
+    hidden = found.weights[0] == 0
+    assert 0 < hidden.mean() < 0.2 and (found.image[hidden] == 0).all()
+    marked = sm.ball.merge([photo], balls=[ball], distance=3, size=32, fill=[np.nan, 7])
+    assert np.isnan(marked.image[hidden, 0]).all() and (marked.image[hidden, 1] == 7).all()
+
+
 def angle(a, b):
     return np.degrees(np.arccos(np.clip((np.trace(a.T @ b) - 1) / 2, -1, 1)))
 
@@ -282,7 +323,9 @@ def test_photos_that_do_not_overlap():
     left, right = np.zeros((2, 96, 96), bool)
     left[:, :40] = right[:, 60:] = True
     with pytest.raises(ValueError, match="photo 2 does not overlap"):
-        sm.ball.merge([a, a], balls=[ball] * 2, poses=[np.eye(3)] * 2, masks=[left, right], size=8)
+        sm.ball.merge(
+            [a, a], balls=[ball] * 2, poses=[np.eye(3)] * 2, masks=[left, right], size=8, fov=25
+        )
 
 
 @pytest.mark.parametrize(
@@ -311,12 +354,14 @@ def test_errors(call, words):
 
 
 WALL = before_a_wall((96, 112), (58, 47), 32, 0.2).astype(np.float32)
-KNOWN = dict(center=(58, 47), radius=32)
+KNOWN = dict(center=(58, 47), radius=32, distance=6)
 # Every public function that takes a photo or an environment.
 CALLS = {
     "find": lambda p: np.array(sm.ball.find(p).points(8)),
     "unwrap": lambda p: sm.ball.unwrap(p, size=8, **KNOWN).image,
-    "merge": lambda p: sm.ball.merge([p], balls=[sm.ball.Ball((58, 47), (32, 32), 0, 1)]).image,
+    "merge": lambda p: (
+        sm.ball.merge([p], balls=[sm.ball.Ball((58, 47), (32, 32), 0, 1)], distance=6).image
+    ),
     "render": lambda p: sm.ball.render(p, size=12),
     "bake_matcap": lambda p: sm.light.bake_matcap(p, material="mirror", size=8),
     "shade_matcap": lambda p: sm.light.shade_matcap(
@@ -372,6 +417,7 @@ def test_pixels_that_are_not_finite():
         [holes, WALL],
         balls=[sm.ball.Ball((58, 47), (32, 32), 0, 1)] * 2,
         poses=[np.eye(3)] * 2,
+        distance=6,
         size=24,
     )
     assert np.isfinite(two.image).all(axis=-1).sum() == np.isfinite(two.image[..., 0]).sum()

@@ -20,6 +20,11 @@ def test_conventions_lists_the_table() -> None:
     angular = good("conventions", "angular")
     assert "angular:debevec" in angular and "cube:" not in angular
     bad("conventions", "latlon", code=2, says="did you mean 'latlong'")
+    unity = good("conventions", "unity")
+    assert "cube:unity" in unity and "latlong:unity" in unity and "unreal" not in unity
+    bad("explain", "unity", code=2, says="latlong:unity")
+    bad("explain", "cube:strip", code=2, says="it is a layout of 'cube'")
+    assert "fov = 60" in good("explain", "perspective(fov=60)")
 
 
 def test_compare_prints_what_the_library_says() -> None:
@@ -48,3 +53,21 @@ def test_identify_fails_where_it_cannot_tell(tmp_path: Path) -> None:
     io.write(odd, np.ones((30, 47, 3), np.float32))
     bad("identify", flat, odd, code=1, says="47 x 30")
     bad("identify", flat, flat, "--b", "latlon", code=2, says="did you mean 'latlong'")
+
+
+def test_convert_says_what_it_did_about_worlds(tmp_path: Path) -> None:
+    sky, out = tmp_path / "sky.exr", tmp_path / "cube.exr"
+    io.write(sky, SOURCE)
+    ways = ["--from", "latlong:blender", "--to", "cube:opengl", "--size", "16"]
+    done = run("convert", sky, out, *ways)
+    assert done.returncode == 0
+    assert done.stderr == (
+        "blender (+z up, +y ahead) → opengl (+y up, -z ahead): turned by 90° about -x\n"
+    )
+    cross = sm.projection("cube:opengl", layout="cross")
+    assert np.array_equal(io.read(out), sm.convert(SOURCE, "latlong:blender", cross, size=16))
+    good("convert", sky, out, *ways, "--world", "literal")
+    want = sm.convert(SOURCE, "latlong:blender", cross, size=16, world="literal")
+    assert np.array_equal(io.read(out), want)
+    good("convert", sky, out, "--from", "latlong:threejs", "--to", "cube:opengl")
+    bad("convert", sky, out, *ways, "--world", "same", code=2, says="literal")

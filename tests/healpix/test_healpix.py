@@ -233,7 +233,7 @@ def test_errors_read():
         healpix.npix2nside(13)
     with pytest.raises(ValueError, match=r"\(12, nside, nside\).*got \(6, 4, 4\)"):
         healpix.from_image(np.zeros((6, 4, 4)))
-    with pytest.raises(ValueError, match="`step` must be at least 1, got 0"):
+    with pytest.raises(ValueError, match="`step` must be from 1 to 536870912, got 0"):
         healpix.boundaries(1, 0, step=0)
 
 

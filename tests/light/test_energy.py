@@ -114,9 +114,9 @@ def image_file(tmp_path):
 
 
 def run(capsys, *arguments: object) -> tuple[int, str, str]:
-    from spheremap.cli import commands
+    from spheremap.cli import app
 
-    code = commands.run([str(a) for a in arguments])
+    code = app.run([str(a) for a in arguments])
     said = capsys.readouterr()
     return code, said.out, said.err
 

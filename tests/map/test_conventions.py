@@ -471,3 +471,40 @@ def test_reference_agrees_with_the_row(row):
     ok = ~np.isnan(want[:, 0])
     # Two encoders in float64, each good to 4 ε (test_hard_directions), and as much for cells.
     assert np.abs(got - want)[ok].max() < 4e-15
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("perspective(fov=60)", sm.projection("perspective", fov=60)),
+        ("perspective(fov=75, aspect=16/9)", sm.projection("perspective", fov=75, aspect=16 / 9)),
+        ("dual_fisheye(fov=200)", sm.projection("dual_fisheye", fov=200)),
+        (
+            "angular(fov=180):openimageio",
+            sm.projection("angular", convention="openimageio", fov=180),
+        ),
+    ],
+)
+def test_a_string_says_parameters_as_well(text, same):
+    assert sm.projection(text) == same == sm.Projection(text)
+    assert np.array_equal(sm.encode(D, text), same.encode(D), equal_nan=True)
+    image = np.random.default_rng(62).random((16, 32))
+    assert np.array_equal(
+        sm.convert(image, "latlong", text, size=8), sm.convert(image, "latlong", same, size=8)
+    )
+
+
+def test_rows_of_a_program():
+    def names(of: str) -> set[str]:
+        return {f"{row['kind']}:{row['name']}" for row in sm.conventions(of)}
+
+    assert names("unity") == names("Unity") == {"cube:unity", "latlong:unity"}
+    assert {"cube:ffmpeg-c3x2", "latlong:ffmpeg", "cube_equiangular:ffmpeg-eac"} <= names("ffmpeg")
+    assert names("ffmpeg-c3x2") == {"cube:ffmpeg-c3x2"}
+    for name, says in (
+        ("unitty", "did you mean 'unity'"),
+        ("latlon", "did you mean 'latlong'"),
+        ("erp", "here it is 'latlong'"),
+    ):
+        with pytest.raises(ValueError, match=says):
+            sm.conventions(name)

@@ -9,6 +9,7 @@ import pytest
 import reference
 import spheremap as sm
 from conftest import DEFAULTS, LAYOUTS, each, random_directions, valid_uv
+from spheremap import _arrays, _core
 
 VERBS = ("encode", "decode", "jacobian", "density")
 
@@ -433,3 +434,9 @@ def test_as_many_axes_as_numpy_allows(leading):
     else:
         with pytest.raises(ValueError, match="dimension"):
             sm.jacobian(uv, "latlong")
+
+
+def test_the_core_calls_helpers_that_there_are():
+    names = _core.helpers()
+    assert names == sorted(names)
+    assert all(callable(getattr(_arrays, name)) for name in names)

@@ -222,3 +222,92 @@ def test_channels_zero():
         assert "image" in str(e) or "channel" in str(e)
     else:
         assert got.shape == (4, 0)
+
+
+SUN = sm.light.Sun(np.eye(3)[0], 1e-4, np.ones(1), np.zeros(1), 0.1)
+GRAY = np.ones((8, 16))
+# Numbers, words and flags of which Python or numpy would say neither which nor what was expected.
+SCALARS = {
+    "roughness": lambda: sm.light.prefilter(GRAY, "latlong", "cube", roughness=(1,), size=2),
+    "samples": lambda: sm.light.prefilter(
+        GRAY, "latlong", "cube", roughness=1.0, size=2, samples="9"
+    ),
+    "distribution": lambda: sm.light.dfg(8, distribution=np.ones(3)),
+    "multiscatter": lambda: sm.light.dfg(8, multiscatter=np.ones(3)),
+    "size": lambda: sm.light.prefilter_chain(GRAY, "latlong", "cube", size=(4, 8)),
+    "levels": lambda: sm.light.prefilter_chain(GRAY, "latlong", "cube", size=4, levels=[1]),
+    "lobe": lambda: sm.light.convolve(GRAY, "latlong", "cube", lobe=["cone"], size=2),
+    "half_angle": lambda: sm.light.convolve(
+        GRAY, "latlong", "cube", lobe="cone", half_angle="x", size=2
+    ),
+    "skipna": lambda: sm.light.integrate(GRAY, "latlong", skipna=np.ones(3)),
+    "normalized": lambda: sm.light.weights("latlong", 4, normalized=[]),
+    "compensate": lambda: sm.light.Distribution(GRAY, "latlong", compensate=np.ones(2)),
+    "peak": lambda: sm.light.ws_psnr(GRAY, GRAY, "latlong", peak="x"),
+    "method": lambda: sm.light.lights(GRAY, "latlong", count=1, method=np.ones(2)),
+    "sun": lambda: sm.light.add_sun(GRAY, "x", "latlong"),
+    "order": lambda: sm.sh.project(GRAY, "latlong", order="two"),
+    "window": lambda: sm.sh.window(np.ones(4), width=(1,)),
+    "texels": lambda: sm.sh.project(GRAY, "latlong", order=1, texels=np.ones(2)),
+    "yaw": lambda: sm.rotation("x", 0, 0),
+    "axes": lambda: sm.encode(D, "latlong", axes=np.ones(3)),
+    "dtype": lambda: sm.directions("latlong", 4, dtype="x"),
+    "n": lambda: sm.pad(GRAY, "latlong", 1.5),
+    "feather": lambda: sm.embed(GRAY, "latlong", GRAY, "latlong", feather="x"),
+    "family": lambda: sm.packing.packings(family=[]),
+    "nest": lambda: sm.healpix.reorder(np.zeros(12), nest=None),
+    "step": lambda: sm.healpix.boundaries(4, 0, step=1.5),
+    "exposure": lambda: sm.io.tonemap(GRAY, exposure="x"),
+    "path": lambda: sm.io.write_dds(3, [np.ones((4, 4, 3))]),
+    "as_matrix": lambda: sm.encode(D, "latlong", rotation=type("R", (), {"as_matrix": 3})()),
+    "color": lambda: sm.light.bake_matcap(GRAY, size=2, color="x"),
+    "faces": lambda: sm.projections(faces="x"),
+}
+
+
+@pytest.mark.parametrize("name", SCALARS)
+def test_what_is_no_number_word_or_flag_is_named(name):
+    with pytest.raises(TypeError) as info:
+        SCALARS[name]()
+    said = "\n".join([str(info.value), *getattr(info.value, "__notes__", ())])
+    assert name in said or (name == "window" and "width" in said), said
+
+
+def test_numbers_beyond_floats_are_value_errors():
+    for call in (
+        lambda: sm.rotation(10**400, 0, 0),
+        lambda: sm.projection("angular", fov=10**400),
+        lambda: sm.light.prefilter(GRAY, "latlong", "cube", roughness=10**400, size=2),
+        lambda: sm.sh.lobe("phong", order=2, exponent=10**400),
+    ):
+        with pytest.raises(ValueError, match="a float can hold"):
+            call()
+
+
+def test_shapes_that_do_not_broadcast_are_named():
+    for call in (
+        lambda: sm.reflect(np.ones((2, 3)), np.ones((5, 3))),
+        lambda: sm.healpix.ang2pix(4, np.ones(2), np.ones(3)),
+        lambda: sm.packing.pack_frame(np.ones((2, 3)), np.ones((5, 3))),
+    ):
+        with pytest.raises(ValueError, match=r"broadcast, got \(2,"):
+            call()
+
+
+def test_signaling_nan_gives_no_warning():
+    bits = np.full((4, 3), 0x7F800001, np.uint32).view(np.float32)
+    assert np.isnan(sm.light.irradiance_at(GRAY, bits, "latlong")).all()
+    assert np.isnan(sm.sh.rotate(bits[:, 0], np.eye(3))).all()
+    with pytest.raises(ValueError, match="not finite"):
+        sm.packing.pack_frame(bits, bits)
+
+
+@pytest.mark.parametrize("path", ["a\0b.dds", "\ud800.dds"])
+def test_paths_that_no_disk_can_have(path):
+    with pytest.raises(ValueError, match="`path`"):
+        sm.io.write_dds(path, [np.ones((4, 4, 3))])
+
+
+def test_ragged_codes_are_named():
+    with pytest.raises(ValueError, match="Expected `codes` to be an array"):
+        sm.packing.unpack([[1], [1, 2]], "oct32")

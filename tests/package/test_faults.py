@@ -23,6 +23,8 @@ VERBS = {
     "skipna": 'sm.convert(im, "latlong", "cube", size=512, skipna=True)',
     "alpha": 'sm.convert(im, "latlong", "cube", size=512, alpha=2)',
     "sample": 'sm.sample(im, d, "latlong", skipna=True)',
+    "sample lod": 'sm.sample(im, d, "latlong", lod=1.5)',
+    "sample_uv": "sm.sample_uv(im, d[:, :2], lod=1.5)",
     "mipmaps": 'sm.mipmaps(im, "latlong")',
     "pad": 'sm.pad(im, "latlong", 16)',
     "integrate": 'sm.light.integrate(im, "latlong")',
@@ -105,6 +107,10 @@ CALLS = {
     "convert": lambda a: sm.convert(a, "sphere", "latlong", size=2, filter="bicubic"),
     "convert alpha": lambda a: sm.convert(a, "sphere", "latlong", size=2, alpha=0, skipna=True),
     "mipmaps": lambda a: sm.mipmaps(a, "sphere"),
+    "sample lod": lambda a: sm.sample(np.ones((4, 8)), [[0, 0, 1]], "latlong", lod=a),
+    "derivatives": lambda a: sm.sample(np.ones((4, 8)), a, "latlong", derivatives=(a, a)),
+    "sample_uv": lambda a: sm.sample_uv(a, [[0.5, 0.5]]),
+    "sample_uv lod": lambda a: sm.sample_uv(a, [[0.5, 0.5]], lod=[1, 2]),
     "pad": lambda a: sm.pad(a, "sphere", 1),
     "integrate": lambda a: sm.light.integrate(a, "sphere"),
     "energy": lambda a: sm.light.energy(a, "sphere"),
@@ -134,9 +140,12 @@ def test_odd_arrays_work_or_raise(call, array):
 
 
 STOPPED = """
-    import sys, time
+    import signal, sys, time
     import numpy as np
     import spheremap as sm
+
+    # A job in the background inherits that it is ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
     im = np.ones((1024, 2048, 3), np.float32)
     sm.set_num_threads({threads})
@@ -156,6 +165,7 @@ LONG = {
     "area": 'sm.convert(im, "latlong", "hammer", size=3000, filter="area", rotation=np.eye(3))',
     "lanczos": '[sm.convert(im, "latlong", "cube", size=4096, filter="lanczos3")]',
     "irradiance": 'sm.light.irradiance(im, "latlong", "cube", size=128)',
+    "derivatives": 'sm.sample(im, np.ones((9_000_000, 3)), "latlong", derivatives=np.eye(3)[:2])',
     "solid angles": 'sm.solid_angle("sinusoidal", 8000)',
     "integrate": '[sm.light.integrate(np.ones((n, 2 * n)), "latlong") for n in range(2000, 2100)]',
 }
@@ -211,3 +221,36 @@ def test_threads_are_never_more_than_four_a_core():
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
     )
     assert int(done.stdout) <= 4 * (os.cpu_count() or 1)
+
+
+HUGE = {
+    "canonical": lambda: sm.packing.canonical(np.broadcast_to(np.int64(1), 2**40), "oct32"),
+    "unpack": lambda: sm.packing.unpack(np.broadcast_to(np.int64(1), 2**40), "sphere12"),
+    "as many as addresses": lambda: sm.packing.unpack(
+        np.broadcast_to(np.uint8(1), (2**31, 2**31)), "oct32"
+    ),
+    "pad": lambda: sm.pad(np.ones((2, 4)), "latlong", 2**31 - 1),
+    "image": lambda: sm.light.integrate(np.broadcast_to(np.uint8(1), (2**31, 2**30)), "latlong"),
+    "coefficients": lambda: sm.sh.evaluate(np.broadcast_to(np.float32(1), 2**40), [0, 0, 1]),
+    "matcap": lambda: sm.light.shade_matcap(np.empty((2**40, 0, 3)), np.ones((4, 4))),
+    "step": lambda: sm.healpix.boundaries(4, 0, step=2**62),
+}
+
+
+@pytest.mark.parametrize("call", HUGE)
+def test_what_no_memory_holds_is_refused_before_it_is_read(call):
+    with pytest.raises((MemoryError, ValueError)):
+        HUGE[call]()
+
+
+def test_a_disk_in_a_narrow_image_is_weighed_at_once():
+    # Owners of texels across the rim were looked for far beyond the image.
+    weights = sm.light.weights("stereographic", (2, 2**12))
+    # A sum of 8192 roundings.
+    assert abs(weights.sum() / sm.projection("stereographic").covered_solid_angle - 1) < 1e-9
+
+
+def test_energy_of_an_image_whose_texels_see_no_sphere():
+    # The four corners around a disk: a panic, before.
+    energy = sm.light.energy(np.zeros((2, 2)), sm.projection("matcap", grid="corners"))
+    assert energy.sun is None and energy.luminance == 0

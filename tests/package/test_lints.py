@@ -27,6 +27,7 @@ floors = tool("lint_floors")
 tree = tool("lint_tree")
 spelling = tool("lint_spelling")
 tolerances = tool("lint_tolerances")
+licenses = tool("lint_licenses")
 
 
 def grow(root: Path, files: dict[str, str]) -> Path:
@@ -419,6 +420,46 @@ def test_a_parameter_counts_as_what_it_is_given(tmp_path):
     assert missing(tmp_path, text.format("", "")) == [3]
     assert missing(tmp_path, text.format("", "  # rounding")) == []
     assert missing(tmp_path, text.format("# Rounding.\n", "")) == []
+
+
+# Licenses -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "expression, fits",
+    [
+        ("MIT", True),
+        ("MIT OR GPL-3.0", True),
+        ("MIT/Apache-2.0", True),
+        ("MIT AND GPL-3.0", False),
+        ("(MIT OR Apache-2.0) AND Unicode-3.0", True),
+        ("(MIT OR Apache-2.0) AND GPL-3.0", False),
+        ("Apache-2.0 WITH LLVM-exception OR MIT", True),
+        ("GPL-3.0-or-later", False),
+        (None, False),
+    ],
+)
+def test_licenses_are_read(expression, fits):
+    assert licenses.allows(expression) is fits
+
+
+def test_crates_from_elsewhere_and_those_of_tests():
+    crate = {"name": "a", "version": "1", "license": "MIT", "source": "git+https://a"}
+    assert len(licenses.complaints([crate])) == 1
+    assert licenses.complaints([{**crate, "source": None}]) == []
+
+    def needs(name, kind):
+        return {"pkg": name, "dep_kinds": [{"kind": kind}]}
+
+    nodes = [
+        {"id": "root", "deps": [needs("a", None), needs("b", "dev"), needs("c", "build")]},
+        *({"id": name, "deps": []} for name in "abc"),
+    ]
+    metadata = {
+        "packages": [{"id": name} for name in ("root", "a", "b", "c")],
+        "resolve": {"root": "root", "nodes": nodes},
+    }
+    assert [package["id"] for package in licenses.shipped(metadata)] == ["root", "a", "c"]
 
 
 # Pages that name what is elsewhere ----------------------------------------------------------------

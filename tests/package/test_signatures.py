@@ -95,6 +95,14 @@ def test_rotation_wherever_a_world_matters(name):
     assert ("rotation" in parameters(name)) is (name not in WORLDLESS)
 
 
+@pytest.mark.parametrize("name", with_projection)
+def test_world_wherever_two_maps_meet(name):
+    given = parameters(name)
+    if {"src", "dst"} <= set(given):
+        # `remap_plan` and `embed` hand it to `convert` with all the rest.
+        assert "world" in given or "options" in given
+
+
 @pytest.mark.parametrize("name", list(FUNCTIONS))
 def test_one_word_for_one_thing(name):
     given = parameters(name)
@@ -130,7 +138,7 @@ RENAMED = {"plan": ("spheremap.remap_plan"), "sh_project": "sh.project"}
 
 def method_and_function():
     for name, method in vars(sm.Projection).items():
-        if name.startswith("_") or name in ("turned", "shape", "explain"):
+        if name.startswith("_") or name in ("turned", "in_world_of", "shape", "explain"):
             continue
         for room in ("spheremap", "light"):
             if f"{room}.{name}" in FUNCTIONS:
@@ -155,5 +163,5 @@ def test_every_verb_of_an_image_is_a_method():
     # What takes one projection, or makes an image of one projection from one of another.
     verbs = {"encode", "decode", "jacobian", "density", "valid", "covers", "directions"}
     verbs |= {"solid_angle", "sample", "convert", "pad", "embed", "mipmaps", "plan", "integrate"}
-    verbs |= {"mean", "irradiance", "sh_project", "turned", "explain", "shape"}
+    verbs |= {"mean", "irradiance", "sh_project", "turned", "in_world_of", "explain", "shape"}
     assert verbs <= set(vars(sm.Projection))

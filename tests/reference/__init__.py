@@ -1,6 +1,7 @@
 """What the library computes, once more: plainly, in long double where it matters, without it.
 
-`maps` has the projections, and what is here; `area`, `atlas`, `light` and `packing` have the rest.
+`maps` has the projections, and what is here; `area`, `atlas`, `light`, `packing` and `sampler` have
+the rest.
 """
 
 from .maps import (

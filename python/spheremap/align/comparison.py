@@ -35,6 +35,9 @@ class Comparison:
         Whether that is a mirror image, whose determinant is -1.
     differences : tuple of str
         Everything that differs, one phrase each; empty where nothing does.
+    worlds : str
+        What `convert` does with directions to match the worlds of the two programs; empty where
+        both have one world.
     """
 
     a: Projection
@@ -42,6 +45,7 @@ class Comparison:
     matrix: NDArray[np.float64] | None
     mirrored: bool | None
     differences: tuple[str, ...]
+    worlds: str = ""
 
     @property
     def same(self) -> bool:
@@ -54,6 +58,9 @@ class Comparison:
         if self.matrix is not None and not np.array_equal(self.matrix, np.eye(3)):
             lines.append("direction in b = M @ direction in a, M =")
             lines += ["  " + " ".join(f"{x:+.0f}" for x in row) for row in self.matrix]
+        if self.worlds:
+            programs, _, done = self.worlds.partition(": ")
+            lines += [f"convert matches worlds: {programs}", f"  {done}"]
         return "\n".join(lines)
 
 
@@ -81,9 +88,11 @@ def compare(a: ProjectionLike, b: ProjectionLike) -> Comparison:
     The words say what happens to the scene if an image made for `a` is read as `b`: first the
     mirror, then turns about the world's axes, yaw about the axis that is up in `a`. Angles are in
     degrees and right-handed. Whether programs disagree about their worlds (z up, left-handed) or
-    about their images cannot be told from an image: only both together make the matrix.
-    To turn an image made for `a` into one for `b` that shows the same directions, use
-    ``convert(image, a, b)``.
+    about their images cannot be told from an image: only both together make the matrix. What the
+    table says about their worlds is told beside it.
+    To turn an image made for `a` into one for `b`, use ``convert(image, a, b)``, which matches the
+    worlds: a person sees the same in both. With ``world="literal"`` both images show the same at
+    each (x, y, z).
 
     Examples
     --------
@@ -91,18 +100,21 @@ def compare(a: ProjectionLike, b: ProjectionLike) -> Comparison:
     >>> print(sm.align.compare("latlong:mitsuba", "latlong:openimageio"))
     latlong:mitsuba -> latlong:openimageio
     grid differs: corners-v and centers, by up to half a texel
-    >>> print(sm.align.compare("latlong:skylibs", "latlong:filament"))
-    latlong:skylibs -> latlong:filament
-    mirrored (z changes sign); grid differs: centers and corners, by up to half a texel
+    >>> print(sm.align.compare("latlong:skylibs", "latlong:cmft"))
+    latlong:skylibs -> latlong:cmft
+    mirrored (z changes sign)
     direction in b = M @ direction in a, M =
       +1 +0 +0
       +0 +1 +0
       +0 +0 -1
+    convert matches worlds: skylibs (+y up, -z ahead) → cmft (+y up, +z ahead, left-handed)
+      (x, y, z) becomes (x, y, -z), another hand, so that nothing is mirrored
     """
     p, q = resolve(a), resolve(b)
     matrix, mirrored, differences = _core.compare(p, q)
     rows = None if matrix is None else np.array(matrix, np.float64)
-    return Comparison(p, q, rows, mirrored, tuple(differences))
+    worlds = _core.worlds(p, q) or ""
+    return Comparison(p, q, rows, mirrored, tuple(differences), worlds)
 
 
 def _title(p: Projection) -> str:

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._scalars import as_whole
 from ..map.named import conventions, projection, resolve
 from ..map.variants import axes_matrix, axes_text, changed
 from ..map.verbs import rotation
@@ -70,7 +71,7 @@ class Candidate:
     score : float
         The correlation of both, compressed in tone: 1 for the same image.
     projection : Projection
-        The map of the second image with these axes and this grid.
+        The map of the second image with these axes and this grid, in the world of the first.
     mirrored : bool
         Whether one image is the mirror image of the other.
     kind : str or None
@@ -110,8 +111,8 @@ class Identification:
     candidates : tuple of Candidate
         The best first.
     rows : tuple of str
-        The rows of `conventions` that say what the first candidate does, were the world of the
-        first image theirs: ``"cube:opengl"``, ...
+        The rows of `conventions` that say what the first candidate does, ``"cube:opengl"``, ...:
+        an image of such a row is what `convert`, which matches worlds, makes of the first.
     """
 
     certain: bool
@@ -169,7 +170,8 @@ def identify(
     Notes
     -----
     ``candidate.projection`` and ``candidate.rotation`` go into `convert` and `sample`: image b seen
-    through them shows what image a shows.
+    through them shows what image a shows. Axes and yaw are told in the world of `a`; the rows of
+    the table are those of programs whose images look so once worlds are matched, as `convert` does.
 
     Images of one scene, clean and of the kinds that are given, score above 0.98. Below 0.995, or
     where a face does not fit, kinds of the same shape are tried in place of the given ones, and all
@@ -187,9 +189,11 @@ def identify(
     >>> found.certain, found.best.axes, found.best.mirrored
     (True, '-x -y -z', True)
     """
-    if count < 1:
+    if as_whole(count, "count") < 1:
         raise ValueError(f"`count` must be at least 1, got {count}.")
     first, second = _Image("image_a", image_a, a), _Image("image_b", image_b, b)
+    # The second one's axes are looked for in the world of the first.
+    second.map = changed(second.map, world=first.map.world)
     if first.values.shape[-1] != second.values.shape[-1]:
         first.to_gray()
         second.to_gray()
@@ -313,7 +317,7 @@ def _rows(best: Candidate) -> tuple[str, ...]:
     wanted = changed(p, grid=best.grid or "centers").directions(size)
     found = []
     for row in conventions(p.name):
-        q = projection(p.name, convention=row["name"])
+        q = projection(p.name, convention=row["name"]).in_world_of(p)
         if best.grid not in (None, q.grid) or q.parameters != p.parameters:
             continue
         own = changed(q, grid=best.grid or "centers").directions(size)
@@ -380,7 +384,12 @@ class _Image:
         n = _ROWS // 2
         p = changed(self.map, axes="+x +y +z")
         fine = convert(
-            self.values, p, projection("cube", axes="+x +y +z"), size=n * _FINER, fill=np.nan
+            self.values,
+            p,
+            projection("cube", axes="+x +y +z"),
+            size=n * _FINER,
+            fill=np.nan,
+            world="literal",
         )
         blocks = fine.reshape(6, n, _FINER, n, _FINER, -1).astype(np.float64)
         known = np.isfinite(blocks).all(axis=-1, keepdims=True)

@@ -25,7 +25,7 @@ def alike(p: Projection) -> list[Projection]:
         if name == p.name or q.faces != p.faces:
             continue
         try:
-            q = projection(name, layout=p.layout, grid=p.grid, axes=p.axes)
+            q = projection(name, layout=p.layout, grid=p.grid, axes=p.axes, world=p.world)
         except ValueError:
             continue
         # Twice, for one size may fit by rounding.

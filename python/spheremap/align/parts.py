@@ -92,7 +92,7 @@ class Arrangement:
     def __init__(
         self, p: Projection, yaw: float, score: float, words: tuple[str, ...], shown: Array
     ) -> None:
-        self.yaw, self.score, self.words = yaw, score, words
+        self.yaw, self.score, self.words, self._world = yaw, score, words, p.world
         self.fits = False
         # Where each stored texel looks, by the given map and in truth.
         given = np.asarray(p.directions(_TILE), np.float64)
@@ -114,7 +114,7 @@ class Arrangement:
             # Directions to rounding; the next texel is a hundred thousand times that away.
             if np.abs(own[held] @ turn - self._directions).max() < _SAME:
                 axes = axes_text(axes_matrix(q.axes) @ turn)
-                found.append((f"cube:{row['name']}", changed(q, axes=axes)))
+                found.append((f"cube:{row['name']}", changed(q, axes=axes, world=self._world)))
         return found
 
 

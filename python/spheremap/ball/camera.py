@@ -29,6 +29,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._scalars import as_number
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -38,6 +40,8 @@ if TYPE_CHECKING:
 _STEPS, _STEPS_FAR = 9, 4
 # The nearest camera, in radii from the center.
 NEAREST = 1.001
+# From here on a camera is the ideal one: directions differ by 1e-8.
+_IDEAL = 1e8
 # How far two statements about one camera may differ, in the size of the outline.
 _TOLERANCE = 0.05
 
@@ -255,20 +259,24 @@ def view(
     """Return the camera that sees a ball with this outline.
 
     Of the field of view, the distance and the size of the outline, two give the third. With the
-    outline alone the camera is at infinity. Without an outline, its `center` is needed and both
-    others.
+    outline alone, or with a distance of 1e8 and more, the camera is at infinity. Without an
+    outline, its `center` is needed and both others.
     """
     height, width = size
     middle = (width / 2, height / 2) if principal is None else principal
-    if distance is not None and math.isinf(distance):
+    if distance is not None:
+        distance = as_number(distance, "distance")
+    if fov is not None:
+        fov = as_number(fov, "fov")
+    if distance is not None and (math.isinf(distance) or (distance >= _IDEAL and fov is None)):
         distance = None
     if distance is not None and not distance >= NEAREST:
         raise ValueError(
             f"`distance` must be at least {NEAREST} (radii of the ball, from its center to the "
             f"camera), got {distance}."
         )
-    if fov is not None and not 0 < fov < 179:
-        raise ValueError(f"`fov` must be in (0, 179) degrees, got {fov}.")
+    if fov is not None and not 1e-6 <= fov < 179:
+        raise ValueError(f"`fov` must be in [1e-6, 179) degrees, got {fov}.")
     focal = math.inf if fov is None else width / 2 / math.tan(math.radians(fov) / 2)
     if outline is None:
         if fov is None or distance is None or center is None:
@@ -284,7 +292,7 @@ def view(
             _bisect(
                 lambda t: wanted - _angles(off, outline.mean, math.exp(t))[1],
                 math.log(outline.mean * 1e-3),
-                math.log(outline.mean * 1e7),
+                math.log(outline.mean * 10 * distance),
             )
         )
         if fov is None:

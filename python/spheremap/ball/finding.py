@@ -20,7 +20,7 @@ import numpy as np
 from .._arrays import as_image
 from .camera import Outline
 from .circles import circles
-from .rim import Picture, found_near, prominence, refined
+from .rim import Picture, compression, found_near, prominence, refined
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -35,6 +35,10 @@ _SMALL = 320
 _LARGE = 2400
 # How far a rim must stand out to count as a ball, and to count fully.
 _LEAST, _CERTAIN = 0.3, 0.5
+# How much a picture must be compressed toward the rim to count fully as a mirror's: balls in four
+# scenes have 0.33 to 1.0, round frames of fisheyes and flat pictures there -0.4 to 0.0 but for two
+# that are mostly black.
+_COMPRESSED = 0.3
 # How far a rim may move, in radii, at half the confidence, if a quarter of it is not asked.
 _SHARP = 0.005
 
@@ -53,8 +57,10 @@ class Ball:
     angle : float
         The direction of the first one, in degrees clockwise from +x.
     confidence : float
-        From 0 to 1: how far the rim stands out from what is beside it, and how little it moves if a
-        quarter of it is left out. Below 0.7 look at it. 1 if given by hand.
+        From 0 to 1, the product of three: how far the rim stands out from what is beside it, how
+        little it moves if a quarter of it is left out, and whether what is inside is compressed
+        toward it, as a mirror's picture is and a fisheye's or a porthole's is not. It is no
+        probability. Below 0.7 look at it. 1 if given by hand.
     """
 
     center: tuple[float, float]
@@ -149,6 +155,7 @@ def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     if not found or found[-1][0] < _LEAST:
         raise ValueError("no ball found in the photo: give `center` and `radius` by hand.")
     stands_out, rim = found[-1]
+    mirrors = min(max(compression(picture, rim) / _COMPRESSED, 0.0), 1.0)
     factor, last = shrink, max(1, round(max(gray.shape) / _LARGE))
     fine = refined(picture, rim)
     while factor > last:
@@ -159,7 +166,7 @@ def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     angle = (math.degrees(rim.angle) + 90) % 180 - 90
     sharp = 1 / (1 + (fine.doubt / (_SHARP * fine.rim.mean)) ** 2)
     # Only a hand is certain.
-    confidence = min(stands_out / _CERTAIN, 1.0) * min(sharp, 0.999)
+    confidence = min(stands_out / _CERTAIN, 1.0) * min(sharp, 0.999) * mirrors
     return Ball(rim.center, (rim.along, rim.across), angle, confidence)
 
 

@@ -6,11 +6,14 @@ each rim are unknowns beside each rotation, and Gauss and Newton's method looks 
 the photos differ least in log brightness. At each of some thousand directions both photos of a pair
 are averaged over a disk as wide as the coarser one's pixels there. Tukey's weights keep out what
 moved. How well a rim was found is a prior: where the photos say little, it stays.
+
+Nor does one rotation mend a wrong distance: taken as infinite, a camera 5 radii away puts what its
+rim shows asin(1/5) = 12° off, and the second photo has that elsewhere. So the photos' angle, from
+which each rim has its distance, may be one unknown more, the same for all of them.
 """
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -40,7 +43,17 @@ _COARSEST = 0.15
 # ones first, from far away.
 _WIDTHS = ((4.0, 6), (2.0, 12), (1.0, 16))
 # The step of a slope: radians of a rotation, radii of a rim.
-_SLOPE = np.array([2e-3, 2e-3, 2e-3, 1e-3, 1e-3, 1e-3])
+_SLOPE = np.array([2e-3, 2e-3, 2e-3, 1e-3, 1e-3, 1e-3, 2e-3])
+# The angle of a rim about which the lens is looked for, and how far it may be from there, in
+# radians: most photos are taken from 3 radii (0.34) or farther.
+LIKELY_ANGLE, _LENS = 0.12, 0.2
+# The camera looked for is between these angles of a rim, in radians.
+_FARTHEST_LENS, _NEAREST_LENS = 1e-3, 0.9
+# The widest picture by how far it is: 170°.
+_WIDEST = 2 * math.tan(math.radians(85))
+# Neighboring places err alike, and rims are not where they were said: by so much more than its
+# formal error an estimate is off, at most 1.3 times the doubt in eight pairs of known distances.
+_ALIKE = 20.0
 # How far a rim may be off, in radii, when it is found with full confidence.
 _RIM = 0.01
 # It is left where it was found if it goes farther than this.
@@ -55,20 +68,25 @@ _ENOUGH = 100
 class Placed:
     """A photo, its rim, and how its camera is turned; what of them is to be found.
 
-    `seen_by` returns the camera that sees a rim.
+    `seen_by` returns the camera that sees a rim, with a lens whose picture is `lens` times as wide
+    as far; None where it is known.
     """
 
     shot: Shot
     ball: Ball
     turn: Array
-    seen_by: Callable[[Ball], View]
+    seen_by: Callable[[Ball, float | None], View]
     free_rim: bool
     free_turn: bool
+    lens: float | None = None
 
     def changed(self, change: Array) -> Placed:
-        """Return it turned by three radians, its rim moved and grown by shares of the radius."""
-        ball, shot = self.ball, self.shot
-        if np.any(change[3:]):
+        """Return it turned by three radians, its rim moved and grown by shares of the radius.
+
+        The seventh is what the lens's `lens` grows by.
+        """
+        ball, shot, lens = self.ball, self.shot, self.lens
+        if np.any(change[3:6]):
             x, y = ball.center
             grown = 1 + change[5]
             ball = replace(
@@ -76,53 +94,75 @@ class Placed:
                 center=(x + change[3] * self.ball.radius, y + change[4] * self.ball.radius),
                 radii=(ball.radii[0] * grown, ball.radii[1] * grown),
             )
-            shot = copy.copy(shot)
-            shot.view = self.seen_by(ball)
+        if lens is not None:
+            width = shot.view.size[1] / ball.radius
+            lens = float(np.clip(lens + change[6], _FARTHEST_LENS * width, _NEAREST_LENS * width))
+            lens = min(lens, _WIDEST)
+        if np.any(change[3:]):
+            shot = shot.seen_by(self.seen_by(ball, lens))
         turn = orthogonal(rotation_of_vector(change[:3]) @ self.turn)
-        return replace(self, shot=shot, ball=ball, turn=turn)
+        return replace(self, shot=shot, ball=ball, turn=turn, lens=lens)
 
     @property
     def free(self) -> NDArray[np.bool_]:
-        """Which of the six numbers of `changed` are unknown."""
-        return np.array([self.free_turn] * 3 + [self.free_rim] * 3)
+        """Which of the seven numbers of `changed` are unknown."""
+        return np.array(
+            [self.free_turn] * 3 + [self.free_rim] * 3 + [self.lens is not None], np.bool_
+        )
 
 
-def refined(photos: Sequence[Placed], behind: float) -> list[Placed]:
-    """Return the photos with the rims and rotations at which they differ least.
+def refined(photos: Sequence[Placed], behind: float) -> tuple[list[Placed], float]:
+    """Return the photos with the rims, rotations and lens at which they differ least.
 
-    `behind` is half the angle of the cone about each camera that does not count.
+    `behind` is half the angle of the cone about each camera that does not count. Also returned is
+    how far, in radians, the angle of the first rim may be off, one standard deviation; infinite
+    where it is unknown.
     """
     first, photos = list(photos), list(photos)
-    free = np.concatenate([photo.free for photo in photos])
-    if not free.any():
-        return photos
-    moved = np.zeros(len(free))  # of the rims, from where they were found
-    prior = np.zeros(len(free))
+    free = np.array([photo.free for photo in photos])
+    # One lens for all of them: the last unknown.
+    unknown = np.append(free[:, :6].ravel(), free[:, 6].any())
+    if not unknown.any():
+        return photos, 0.0
+    used = np.flatnonzero(unknown)
+    moved = np.zeros(len(unknown))  # of rims and lens, from where they were found
+    prior = np.zeros(len(unknown))
     for k, photo in enumerate(photos):
         prior[6 * k + 3 : 6 * k + 6] = (max(photo.ball.confidence, 0.1) / _RIM) ** 2
-    used = np.flatnonzero(free)
+    angle = photos[0].ball.radius / photos[0].shot.view.size[1]
+    prior[-1] = (angle / _LENS) ** 2
+    data = np.zeros((len(used), len(used)))
     for width, steps in _WIDTHS:
         for _ in range(steps):
             normal, right = _equations(photos, behind, width)
+            data = normal[np.ix_(used, used)]
             normal += np.diag(prior)
             right -= prior * moved
             matrix = normal[np.ix_(used, used)]
             matrix += 1e-9 * np.trace(matrix) * np.eye(len(used))
-            change = np.zeros(len(free))
+            change = np.zeros(len(unknown))
             change[used] = np.linalg.solve(matrix, right[used])
             # Slopes hold for as far as a disk is wide.
             change *= min(1.0, 0.02 / max(float(np.abs(change).max()), 1e-12))
-            photos = [p.changed(c) for p, c in zip(photos, change.reshape(-1, 6), strict=True)]
+            each = np.concatenate(
+                [change[:-1].reshape(-1, 6), np.full((len(photos), 1), change[-1])], axis=1
+            )
+            photos = [p.changed(c) for p, c in zip(photos, each, strict=True)]
             moved += change
             if np.abs(change).max() < 1e-4 * width:
                 break
-    return photos if np.abs(moved.reshape(-1, 6)[:, 3:]).max() < _FARTHEST else first
+    if np.abs(moved[:-1].reshape(-1, 6)[:, 3:]).max() >= _FARTHEST:
+        return first, math.inf
+    if not unknown[-1]:
+        return photos, 0.0
+    known = data / _ALIKE**2 + np.diag(prior[used] + 1e-9)
+    return photos, angle * math.sqrt(float(np.linalg.inv(known)[-1, -1]))
 
 
 def _equations(photos: Sequence[Placed], behind: float, disk: float) -> tuple[Array, Array]:
-    """Return the normal equations of all unknowns, six to a photo."""
+    """Return the normal equations of all unknowns, six to a photo and one for the lens."""
     count = len(photos)
-    normal, right = np.zeros((6 * count, 6 * count)), np.zeros(6 * count)
+    normal, right = np.zeros((6 * count + 1, 6 * count + 1)), np.zeros(6 * count + 1)
     everywhere = points(_POINTS)
     spacing = [disk * _spacing(photo, everywhere, behind) for photo in photos]
     for i, j in combinations(range(count), 2):
@@ -132,13 +172,13 @@ def _equations(photos: Sequence[Placed], behind: float, disk: float) -> tuple[Ar
             continue
         d = _disks(everywhere[used], width[used])
         a, b = _brightness(photos[i], d), _brightness(photos[j], d)
-        columns = np.zeros((len(d), 12))
+        columns = np.zeros((len(d), 13))
         for side, photo in enumerate((photos[i], photos[j])):
             for k in np.flatnonzero(photo.free):
-                step = _SLOPE[k] * np.eye(6)[k]
+                step = _SLOPE[k] * np.eye(7)[k]
                 ahead, back = photo.changed(step), photo.changed(-step)
                 slope = (_brightness(ahead, d) - _brightness(back, d)) / (2 * _SLOPE[k])
-                columns[:, 6 * side + k] = slope if side == 0 else -slope
+                columns[:, 6 * side + k if k < 6 else 12] += slope if side == 0 else -slope
         known = np.isfinite(a) & np.isfinite(b) & np.isfinite(columns).all(axis=1)
         if known.sum() < _ENOUGH:
             continue
@@ -154,7 +194,7 @@ def _equations(photos: Sequence[Placed], behind: float, disk: float) -> tuple[Ar
         mean = weight / weight.sum()
         columns = columns - mean @ columns
         error = error - mean @ error
-        place = np.concatenate([6 * i + np.arange(6), 6 * j + np.arange(6)])
+        place = np.concatenate([6 * i + np.arange(6), 6 * j + np.arange(6), [6 * count]])
         normal[np.ix_(place, place)] += columns.T @ (weight[:, None] * columns)
         right[place] += columns.T @ (weight * error)
     return normal, right

@@ -11,15 +11,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import as_image
+from .._scalars import as_items, as_number
 from ..align.rotation_search import Panorama, median, search
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..resample.verbs import sample
 from .camera import view
-from .finding import find
-from .joint import Placed, refined
+from .doubts import warn_of_ideal_camera, warn_of_unknown_distance
+from .finding import Ball, find
+from .joint import LIKELY_ANGLE, Placed, refined
 from .metals import reflectance_of
 from .photo import Shot, fitting_size
+from .supersample import Texels
+from .threads import on_all_threads
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -29,7 +33,6 @@ if TYPE_CHECKING:
     from .._projection import Projection
     from ..map.named import ProjectionLike
     from .camera import View
-    from .finding import Ball
 
     Array = NDArray[np.float64]
 
@@ -41,6 +44,8 @@ _LEVELS = (16, 32, 64, 128, 256)
 _LEAST_CORRELATION = 0.5
 # How much the photographer counts, where another photo sees what is behind him.
 _PHOTOGRAPHER = 1e-4
+# An estimate of the camera that may be farther off than this angle, in radians, is none.
+_MOST_DOUBT = math.radians(3)
 # The weight of a photo goes with this power of its pixels per radian: at 4 what is sampled half as
 # finely counts a sixteenth.
 _POWER = 4
@@ -69,6 +74,15 @@ class MergedBalls:
         Of each photo with those before it: 1 for the first, NaN where the pose was given.
     balls : tuple of Ball
         The rims, as they were used.
+    distances : ndarray, shape (K,)
+        From the center of the ball to each camera, in radii of the ball; infinite for the ideal
+        camera.
+    fov : float or None
+        The horizontal angle of the first photo in degrees; None for the ideal camera.
+    doubt : float
+        How far, in degrees, directions at the first photo's rim may be off because the camera was
+        estimated, one standard deviation: of the angle asin(1/distance). 0 where it was given, or
+        taken to be ideal.
     projection : Projection
         Of the image.
     """
@@ -81,6 +95,9 @@ class MergedBalls:
     exposures: NDArray[np.float64]
     correlations: NDArray[np.float64]
     balls: tuple[Ball, ...]
+    distances: NDArray[np.float64]
+    fov: float | None
+    doubt: float
     projection: Projection
 
     def angle(self, photo: int) -> float:
@@ -104,6 +121,7 @@ def merge(
     dst: ProjectionLike = "latlong",
     size: Size | None = None,
     filter: Filter = "bilinear",
+    fill: float | Sequence[float] = 0.0,
 ) -> MergedBalls:
     """Join photos of a mirrored ball from several sides into one map of the whole sphere.
 
@@ -118,14 +136,15 @@ def merge(
         The rim in each photo. By default, and for None, `find` finds it. One with a confidence
         below 1 is refined together with the poses, unless the camera is ideal.
     fov, distance : float or sequence, optional
-        As for `unwrap`; one for all or one for each photo.
+        As for `unwrap`; one for all or one for each photo. If neither is given, two or more photos
+        tell: one angle is assumed for all of them, and found together with the poses.
     masks : sequence of array_like or None, optional
         For each photo what counts, of its shape (H, W): bool, 0 to 1, or uint8 from 0 to 255.
     photographer : float
         Half the angle in degrees, about the direction to each camera, that is left to the other
         photos. 0 for no such cone.
-    reflectance, metal, dst, size, filter
-        As for `unwrap`.
+    reflectance, metal, dst, size, filter, fill
+        As for `unwrap`. `fill` is where no photo saw anything: there `weights` are 0.
 
     Returns
     -------
@@ -144,6 +163,10 @@ def merge(
     Each photo counts with the fourth power of its pixels per radian, in its worst direction. So the
     rim, where a pixel sees many degrees, gives way to a photo that has that direction nearer its
     middle.
+
+    The camera that is found is off by 0.1° to 0.6° at the rim, in photos of 256 pixels; `doubt` is
+    larger where the photos say less, as from one place they say nothing. A `UserWarning` says so
+    where it is above 3°, and where a single photo is taken to be of the ideal camera.
 
     Exposures are the weighted median of the ratio of what two photos show, channel by channel.
 
@@ -164,7 +187,7 @@ def merge(
     >>> bool(np.abs(found.poses[1] - pose).max() < 0.01)
     True
     """
-    arrays = [as_image(photo, None) for photo in photos]
+    arrays = [as_image(photo, None) for photo in as_items(photos, "photos", "images")]
     count = len(arrays)
     if count == 0:
         raise ValueError("Expected `photos` to hold at least one photo, got none.")
@@ -178,14 +201,18 @@ def merge(
                 f"Expected all photos to have the same channels, got shapes {arrays[0].shape} and "
                 f"{pixels.shape}."
             )
-    if not 0 <= photographer < 90:
+    if not 0 <= as_number(photographer, "photographer") < 90:
         raise ValueError(f"`photographer` must be in [0, 90) degrees, got {photographer}.")
     channels = arrays[0].shape[2:]
     reflects, metal = reflectance_of(reflectance, metal, channels[0] if channels else 1)
     shots, rims, cameras = [], [], []
+    outlines = _each(balls, count, "balls")
+    for outline in outlines:
+        if not isinstance(outline, Ball | None):
+            raise TypeError(f"Expected `balls` to hold Ball or None, got {type(outline).__name__}.")
     given = zip(
         arrays,
-        _each(balls, count, "balls"),
+        outlines,
         _each(fov, count, "fov"),
         _each(distance, count, "distance"),
         _each(masks, count, "masks"),
@@ -200,21 +227,37 @@ def merge(
             raise ValueError(f"photo {k + 1}: {error}") from None
         rims.append(rim)
         cameras.append(camera)
+    # Two photos say how far the camera is; one says nothing of it.
+    unknown = count > 1 and fov is None and distance is None
+    lens = None
+    if unknown:
+        lens = math.tan(LIKELY_ANGLE) * arrays[0].shape[1] / rims[0].radius
+        shots = [
+            shot.seen_by(camera(rim, lens))
+            for shot, rim, camera in zip(shots, rims, cameras, strict=True)
+        ]
+    elif all(shot.view.ideal for shot in shots) and not _meant(distance):
+        warn_of_ideal_camera(shots[0].view, 2)
     known = None
     if poses is not None:
         known = [pose_matrix(pose) for pose in _each(list(poses), count, "poses")]
     seen_behind = math.radians(photographer)
     turns, gains, correlations = _aligned(shots, known, seen_behind)
     placed = [
-        Placed(shot, rim, turn, camera, rim.confidence < 1 and not shot.view.ideal, known is None)
+        Placed(
+            shot, rim, turn, camera, rim.confidence < 1 and not shot.view.ideal, known is None, lens
+        )
         for shot, rim, turn, camera in zip(shots, rims, turns, cameras, strict=True)
     ]
     placed[0].free_turn = False
+    doubt = 0.0
     # With rims that are certain the rotation is as good as it gets.
-    if count > 1 and any(p.free_rim for p in placed):
-        placed = refined(placed, seen_behind)
+    if unknown or (count > 1 and any(p.free_rim for p in placed)):
+        placed, doubt = refined(placed, seen_behind)
         shots, rims, turns = ([getattr(p, n) for p in placed] for n in ("shot", "ball", "turn"))
         _, gains, _ = _aligned(shots, turns, seen_behind)
+    if unknown and doubt > _MOST_DOUBT:
+        warn_of_unknown_distance(doubt)
 
     target = resolve(dst)
     if size is None:
@@ -240,7 +283,7 @@ def merge(
     residual = _residual(values, image, weights, solid_angle)
     dtype = np.float64 if arrays[0].dtype == np.float64 else np.float32
     return MergedBalls(
-        image=np.where(seen[:, None], image, np.nan).astype(dtype).reshape(shape + channels),
+        image=np.where(seen[:, None], image, fill).astype(dtype).reshape(shape + channels),
         weights=weights.astype(np.float32).reshape(count, *shape),
         coverage=float(solid_angle[seen].sum() / solid_angle.sum()),
         residual=residual,
@@ -248,19 +291,36 @@ def merge(
         exposures=np.array(gains),
         correlations=np.array(correlations),
         balls=tuple(rims),
+        distances=np.array([shot.view.distance for shot in shots]),
+        fov=shots[0].view.fov,
+        doubt=math.degrees(doubt),
         projection=target,
     )
 
 
-def _camera(shape: tuple[int, int], fov: float | None, distance: float | None, ball: Ball) -> View:
+def _camera(
+    shape: tuple[int, int],
+    fov: float | None,
+    distance: float | None,
+    ball: Ball,
+    lens: float | None = None,
+) -> View:
+    """Return the camera that sees a rim; `lens` is the width of its picture by how far that is."""
+    if lens is not None:
+        fov = math.degrees(2 * math.atan(lens / 2))
     return view(shape, ball._outline(), fov=fov, distance=distance)
+
+
+def _meant(distance: float | Sequence[float | None] | None) -> bool:
+    """Whether some camera was said to be so far away that it is ideal."""
+    return any(d is not None for d in np.atleast_1d(np.asarray(distance, object)))
 
 
 def _each(value: Any, count: int, name: str) -> list[Any]:
     """Return one value for each photo."""
     if value is None or isinstance(value, (int, float)):
         return [value] * count
-    values = list(value)
+    values = list(as_items(value, name, "entries"))
     if len(values) != count:
         raise ValueError(
             f"Expected `{name}` to have one entry for each of {count} photos, got {len(values)}."
@@ -270,15 +330,20 @@ def _each(value: Any, count: int, name: str) -> list[Any]:
 
 def _weight(shot: Shot, p: Projection, shape: tuple[int, ...], turn: Array, behind: float) -> Array:
     """Return the mask in each texel, without what hides behind the photographer."""
-    d = np.asarray(p.directions(shape)).reshape(-1, 3) @ turn
-    held = np.isfinite(d[:, 0])
-    out = np.zeros(len(d))
-    out[held] = shot.weight(d[held])
-    if behind > 0:
-        with np.errstate(invalid="ignore"):
-            angle = np.arccos(np.clip(d @ shot.view.toward, -1, 1))
-        t = np.clip((angle / behind - 1) / 0.5, 0, 1)
-        out *= np.where(held, _PHOTOGRAPHER + (1 - _PHOTOGRAPHER) * t * t * (3 - 2 * t), 0)
+    texels, width = Texels(p, shape), shape[-1]
+    out = np.empty(math.prod(shape))
+
+    def work(block: tuple[int, int, slice]) -> None:
+        first, last, _ = block
+        d = texels.directions_of_rows(slice(first, last)) @ turn
+        weight = shot.weight(d)
+        if behind > 0:
+            away = np.nan_to_num(d @ shot.view.toward)
+            t = np.clip((np.arccos(np.clip(away, -1, 1)) / behind - 1) / 0.5, 0, 1)
+            weight = weight * (_PHOTOGRAPHER + (1 - _PHOTOGRAPHER) * t * t * (3 - 2 * t))
+        out[first * width : last * width] = weight
+
+    on_all_threads(work, texels.row_blocks())
     return out
 
 

@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arrays import as_doubles
 from ..map.named import projection
 from ..resample.verbs import sample
 from ..resample.views import mask_weights
+from .aiming import Aim
 from .finding import Ball
-from .metals import fresnel
-from .supersample import BLOCK, Texels, counts, means
+from .supersample import Texels, counts, means, spreads
+from .threads import on_all_threads
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._names import Filter
     from .._projection import Projection
+    from .aiming import Spot
     from .camera import View
 
     Array = NDArray[np.float64]
 
 # Pixels across the rim hold what is behind the ball as well: none is looked up nearer to it.
 _INSET = 0.5
+# Lookups lie at most this much more than a pixel apart, as in `convert`.
+_SLACK = 0.15
+# Filters of which so many lie in a pixel each way: one would miss their lobes.
+_DENSE = {"bicubic": 2, "catmull-rom": 2, "lanczos3": 2}
 
 
 class Shot:
@@ -51,67 +59,105 @@ class Shot:
         height, width = pixels.shape[:2]
         self._plane = projection("perspective", fov=90.0, aspect=width / height)
 
+    def seen_by(self, view: View) -> Shot:
+        """Return the same photo, taken by another camera."""
+        other = copy.copy(self)
+        other.view = view
+        return other
+
+    def aim(self, turn: Array) -> Aim:
+        """Return where directions of a world are seen, in which the camera is turned."""
+        return Aim(self.view, turn, _INSET, self.metal)
+
     def look(self, d: Array) -> Array:
         """Return what the photo shows of unit directions in the camera's frame; NaN if nothing."""
-        values = self._at(self.pixels, self.view.pixels(d), self.filter)
-        if self.metal is not None:
-            values /= np.maximum(fresnel(self.view.incidence(d), self.metal), 1e-9)
-        return values / self.reflectance
+        aim = self.aim(np.eye(3))
+        rays, spot = aim.places(d.reshape(-1, 3))
+        colors = self._colors(aim, rays, spot)
+        return np.asarray(colors, np.float64).reshape(*d.shape[:-1], -1)
 
     def weight(self, d: Array) -> Array:
         """Return the mask in unit directions: 0 where the photo saw nothing."""
-        xy = self.view.pixels(d)
-        if self.mask is None:
-            height, width = self.pixels.shape[:2]
-            inside = (xy >= 0) & (xy <= (width, height))
-            return np.asarray(inside.all(axis=-1), np.float64)
-        return np.nan_to_num(self._at(self.mask[..., None], xy, "bilinear")[..., 0])
+        aim = self.aim(np.eye(3))
+        rays, _ = aim.places(d.reshape(-1, 3))
+        weights = self._weights(rays, *aim.pixels(rays))
+        return np.asarray(weights, np.float64).reshape(d.shape[:-1])
 
-    def _at(self, image: NDArray[Any], xy: Array, filter: Filter) -> Array:
-        height, width = image.shape[:2]
-        outline = self.view.outline
-        place = outline.relative(xy)
-        radius = np.hypot(place[..., 0], place[..., 1])
-        most = 1 - min(_INSET / min(outline.along, outline.across), 0.5)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            shrink = np.minimum(most / radius, 1)
-        near = shrink < 1
-        xy[near] = outline.center + (xy[near] - outline.center) * shrink[near][..., None]
-        ray = np.empty((*xy.shape[:-1], 3))
-        ray[..., 0] = 2 * xy[..., 0] / width - 1
-        ray[..., 1] = (1 - 2 * xy[..., 1] / height) * (height / width)
-        ray[..., 2] = -1
-        return np.asarray(sample(image, ray, self._plane, filter=filter, fill=np.nan), np.float64)
+    def _colors(self, aim: Aim, rays: Array, spot: Spot) -> NDArray[np.floating[Any]]:
+        values = sample(self.pixels, rays, self._plane, filter=self.filter, fill=np.nan)
+        if self.metal is not None:
+            values /= np.maximum(aim.reflectance(spot), 1e-9)
+        if np.any(self.reflectance != 1):
+            values /= self.reflectance
+        return values
+
+    def _weights(self, rays: Array, x: Array, y: Array) -> NDArray[np.floating[Any]]:
+        height, width = self.pixels.shape[:2]
+        if self.mask is None:
+            inside = (x >= 0) & (x <= width) & (y >= 0) & (y <= height)
+            return np.asarray(inside, np.float32)
+        weights = sample(self.mask, rays, self._plane, fill=np.nan)
+        return np.asarray(np.nan_to_num(weights, copy=False))
 
     def unwrap(
         self, p: Projection, shape: tuple[int, ...], turn: Array
-    ) -> tuple[Array, Array, Array]:
+    ) -> tuple[NDArray[np.floating[Any]], Array, Array]:
         """Return the texels, (N, C), and the pixels per radian there: least and most."""
         texels, total = Texels(p, shape), math.prod(shape)
-        image = np.full((total, self.channels), np.nan)
-        least, most = np.zeros(total), np.zeros(total)
-        for first in range(0, total, BLOCK):
-            part = np.arange(first, min(first + BLOCK, total))
-            d = texels.directions(part)
-            held = np.isfinite(d[:, 0])
-            part, d = part[held], d[held] @ turn
-            low, high = self.view.pixels_per_radian(d)
-            seen = (self.weight(d) > 0) & (low > 0)
-            part, low, high = part[seen], low[seen], high[seen]
-            number = counts(high * texels.extent(part))
+        image = np.empty((total, self.channels), self.pixels.dtype)
+        least, most = np.empty(total), np.empty(total)
+        aim = self.aim(turn)
 
-            def look(index: NDArray[np.intp], offset: Array, part: Any = part) -> Array:
-                there = texels.directions(part[index], offset)
-                known = np.isfinite(there[:, 0])
-                values = np.full((len(index), self.channels), np.nan)
-                values[known] = self.look(there[known] @ turn)
-                return values
+        def work(block: tuple[int, int, slice]) -> None:
+            part = slice(block[0] * shape[-1], block[1] * shape[-1])
+            image[part], least[part], most[part] = self._unwrapped(aim, texels, block)
 
-            image[part] = means(number, self.channels, look)
-            least[part], most[part] = low, high
-        unknown = np.isnan(image).all(axis=-1)
-        least[unknown] = most[unknown] = 0
+        on_all_threads(work, texels.row_blocks())
         return image, least, most
+
+    def _unwrapped(
+        self, aim: Aim, texels: Texels, block: tuple[int, int, slice]
+    ) -> tuple[NDArray[np.floating[Any]], Array, Array]:
+        """Return the same for a block of rows."""
+        first, last, rows = block
+        width = texels.shape[-1]
+        rays, spot = aim.places(texels.directions_of_rows(rows))
+        x, y = aim.pixels(rays)
+        inner = slice((first - rows.start) * width, (last - rows.start) * width)
+        sides = self._sides(x.reshape(-1, width), y.reshape(-1, width)).reshape(-1, 2)[inner]
+        rays, x, y, spot = rays[inner], x[inner], y[inner], spot[inner]
+        least, most = aim.pixels_per_radian(rays, x, y, spot)
+        values = self._colors(aim, rays, spot)
+        seen = (self._weights(rays, x, y) > 0) & (least > 0)
+        spread = spreads(sides)
+        number = counts(_DENSE.get(self.filter, 1) * spread * sides - _SLACK)
+        several = np.flatnonzero((number > 1).any(axis=-1) & seen)
+
+        def look(index: NDArray[np.intp], offset: Array) -> NDArray[np.floating[Any]]:
+            texel = several[index]
+            d = texels.directions(first * width + texel, offset * spread[texel])
+            return self._colors(aim, *aim.places(d))
+
+        values[several] = means(number[several], self.channels, look)
+        values[~seen] = np.nan
+        unknown = np.isnan(values).all(axis=-1)
+        least[unknown] = most[unknown] = 0
+        return values, least, most
+
+    def _sides(self, x: Array, y: Array) -> Array:
+        """Return how many pixels long the sides of texels are, from neighbors: (..., 2).
+
+        Of the two on a side the nearer one counts: the other may be across a seam.
+        """
+        sides = np.full((*x.shape, 2), np.nan)
+        for k, axis in ((0, 1), (1, 0)):
+            far = np.hypot(np.diff(x, axis=axis), np.diff(y, axis=axis))
+            side = np.moveaxis(sides[..., k], axis, 0)
+            far = np.moveaxis(far, axis, 0)
+            side[:-1] = far
+            side[1:] = np.fmin(side[1:], far)
+        outline = self.view.outline
+        return np.where(np.isnan(sides), 2 * max(outline.along, outline.across), sides)
 
 
 def by_hand(
@@ -122,7 +168,7 @@ def by_hand(
 ) -> Ball:
     """Return the ball that a caller described, turned toward the principal point."""
     x, y = as_pair_of_numbers(center, "center")
-    radii = np.asarray(radius, np.float64)
+    radii = as_doubles(radius, "radius")
     if radii.shape not in ((), (2,)) or not np.all((radii > 0) & np.isfinite(radii)):
         raise ValueError(f"`radius` must be one or two numbers above 0, got {radius}.")
     along, across = (float(r) for r in np.broadcast_to(radii, 2))

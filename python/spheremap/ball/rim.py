@@ -58,6 +58,8 @@ _CARRIED = 1.1
 _TAIL = 0.15
 # Blur of the pictures that profiles are taken of, pixels in all.
 _PROFILE_BLUR = 0.8
+# Where it is compared how far the picture is compressed, in radii.
+_RINGS = ((0.2, 0.5), (0.75, 0.96))
 # How fast shapes are given up that are no circle: a ball 15 % longer than wide is rare.
 _ROUND = 150.0
 
@@ -114,6 +116,27 @@ def prominence(picture: Picture, rim: Outline) -> float:
     if asked.mean() < _VISIBLE:
         return 0.0
     return float(evidence[asked, steps].mean() - evidence[asked].mean())
+
+
+def compression(picture: Picture, rim: Outline) -> float:
+    """Return how much the picture is compressed toward a rim: 1 as by a ball, 0 not at all.
+
+    The mean of cos 2θ is (1 - a) / (1 + a) where a is how much it is compressed, for edges that run
+    in all directions alike; where they do not, less so near the middle is as telling.
+    """
+    means, wanted, normals = [], [], _normals(rim)
+    for least, most in _RINGS:
+        q = np.linspace(least, most, 40)
+        xy = q[:, None] * (_RING @ rim.matrix().T)[:, None, :] + rim.center
+        gx, gy = _lookup(picture.gx, xy), _lookup(picture.gy, xy)
+        along = (gx * normals[:, None, 0] + gy * normals[:, None, 1]) ** 2
+        power = gx * gx + gy * gy
+        weight = np.where(np.isfinite(power), power / (power + 4 * picture.slope_noise), 0)
+        cosine = np.nan_to_num(2 * along / np.maximum(power, 1e-30) - 1)
+        total = max(float(weight.sum()), 1e-9)
+        means.append(float(np.sum(weight * cosine)) / total)
+        wanted.append(float(np.sum(weight * q * q / (2 - q * q))) / total)
+    return (means[1] - means[0]) / max(wanted[1] - wanted[0], 1e-9)
 
 
 def refined(picture: Picture, rim: Outline) -> Fit:

@@ -12,6 +12,7 @@ from .._arrays import as_image
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from .camera import view
+from .doubts import warn_of_ideal_camera
 from .finding import Ball, find
 from .metals import reflectance_of
 from .photo import Shot, as_pair_of_numbers, by_hand, fitting_size
@@ -116,7 +117,8 @@ def unwrap(
     fov : float, optional
         The horizontal angle of the whole photo, in degrees.
     distance : float, optional
-        From the camera to the center of the ball, **in radii of the ball**.
+        From the camera to the center of the ball, **in radii of the ball**. ``math.inf`` is the
+        ideal camera, and so is what is beyond 1e8.
     principal : (x, y), optional
         Where the camera's axis meets the photo, in pixels; by default its middle. A cropped photo
         needs it.
@@ -157,6 +159,7 @@ def unwrap(
     Of field of view, distance and outline two give the third. If neither `fov` nor `distance` is
     given, the camera is at infinity, as the `sphere` projection has it; no real camera is, and the
     result is then off by asin(1/distance) at the rim: a ball that fills a picture of 40° by 20°.
+    A `UserWarning` says so, unless `distance` is infinite. Two photos tell the distance: `merge`.
     `docs/mirror-balls.md` has the geometry and measurements.
 
     The result is in the camera's frame, x right, y up, z **toward** the camera, unless `pose`
@@ -204,11 +207,14 @@ def unwrap(
     channels = 1 if pixels.ndim == 2 else pixels.shape[2]
     reflects, metal = reflectance_of(reflectance, metal, channels)
     shot = Shot(pixels, seen_by, mask, reflects, metal, filter)
+    if seen_by.ideal and distance is None:
+        warn_of_ideal_camera(seen_by, 2)
     image, least, most = shot.unwrap(target, shape, turn)
-    seen = least > 0
+    image = _stored(image, least > 0, pixels.dtype, fill)
+    # In place: at the size of a large photo each is a hundred megabytes.
     with np.errstate(divide="ignore"):
-        solid_angle, spacing = 1 / (least * most), 1 / least
-    image = _stored(image, seen, pixels.dtype, fill)
+        solid_angle = np.divide(1, np.multiply(least, most, out=most), out=most)
+        spacing = np.divide(1, least, out=least)
     return UnwrappedBall(
         image=image.reshape(shape + pixels.shape[2:]),
         solid_angle=solid_angle.reshape(shape),
@@ -223,10 +229,14 @@ def unwrap(
 
 
 def _stored(
-    image: Array, seen: NDArray[np.bool_], dtype: np.dtype[Any], fill: float | Sequence[float]
+    image: NDArray[np.floating[Any]],
+    seen: NDArray[np.bool_],
+    dtype: np.dtype[Any],
+    fill: float | Sequence[float],
 ) -> NDArray[Any]:
-    """Return float64 texels in the dtype of the photo."""
-    image = np.where(seen[:, None], image, fill)
+    """Return texels in the dtype of the photo. They are overwritten."""
+    image[~seen] = fill
     if dtype.kind == "u":
-        image = np.clip(np.floor(image + 0.5), 0, np.iinfo(dtype).max)
-    return image.astype(dtype)
+        np.floor(np.add(image, 0.5, out=image), out=image)
+        np.clip(image, 0, np.iinfo(dtype).max, out=image)
+    return image.astype(dtype, copy=False)

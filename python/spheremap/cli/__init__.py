@@ -8,6 +8,13 @@ from collections.abc import Sequence
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command and exit: 0 if all went well, 1 for a failure, 2 for wrong usage."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if given == ["--version"]:
+        # Programs ask this often; no parser is needed.
+        import spheremap
+
+        print(f"spheremap {spheremap.__version__}")
+        sys.exit(0)
     try:
         import rich  # noqa: F401
         import typer  # noqa: F401
@@ -17,6 +24,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
             file=sys.stderr,
         )
         sys.exit(1)
-    from spheremap.cli.commands import run
+    from spheremap.cli.app import run
 
-    sys.exit(run(sys.argv[1:] if arguments is None else arguments))
+    sys.exit(run(given))

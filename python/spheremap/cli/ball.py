@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,7 +14,7 @@ import typer
 
 import spheremap as sm
 from spheremap import io
-from spheremap.cli import files
+from spheremap.cli import exif, files
 from spheremap.cli.terminal import (
     UsageError,
     as_usage,
@@ -42,7 +44,8 @@ def ball(
         typer.Option(min=1, metavar="N", help="Height of a latlong, side of a square or face."),
     ] = None,
     fov: Annotated[
-        float | None, typer.Option(metavar="DEG", help="Horizontal angle of the photos.")
+        float | None,
+        typer.Option(metavar="DEG", help="Horizontal angle of the photos; else of Exif."),
     ] = None,
     distance: Annotated[
         float | None,
@@ -72,7 +75,8 @@ def ball(
     """Join photos of a mirrored ball into one map of the sphere.
 
     It is in the frame of the first camera, which looks along -z. Without --fov and --distance the
-    camera is taken to be infinitely far away.
+    angle is that of Exif, if all photos have it; else two photos or more tell how far the camera
+    was, and one is taken to be from infinitely far away, with a warning. --distance inf means it.
     """
     check_projection(to)
     for given, name in ((rim, "--rim"), (mask, "--mask")):
@@ -104,34 +108,50 @@ def ball(
                     _draw(preview, images, [], None, exposure)
                     raise ValueError(f"{path}: {error}") from None
         _draw(preview, images, rims, None, exposure)
+        said = fov is not None or distance is not None
+        angles = [] if said else [exif.fov(path) for path in photos]
+        told = [angle for angle in angles if angle is not None]
+        known = told if len(told) == len(photos) else fov
         step("joining")
-        merged = sm.ball.merge(
-            images,
-            balls=rims,
-            fov=fov,
-            distance=distance,
-            masks=masks or None,
-            photographer=photographer if len(images) > 1 else 0,
-            metal=metal,
-            dst=dst,
-            size=size,
-        )
+        with warnings.catch_warnings(record=True) as doubts:
+            warnings.simplefilter("always", UserWarning)
+            merged = sm.ball.merge(
+                images,
+                balls=rims,
+                fov=known,
+                distance=distance,
+                masks=masks or None,
+                photographer=photographer if len(images) > 1 else 0,
+                metal=metal,
+                dst=dst,
+                size=size,
+            )
         step(f"writing {target.name}")
-        image = np.nan_to_num(merged.image, nan=0.0)
+        image = merged.image
         write(target, image, exposure or 0.0, None, ("R", "G", "B")[: image.shape[-1]])
         _draw(preview, images, rims, image, exposure)
+    for doubt in doubts:
+        words = str(doubt.message).replace("`fov`", "--fov").replace("`distance`", "--distance")
+        print(f"warning: {words}", file=sys.stderr)
     for k, (path, found) in enumerate(zip(photos, merged.balls, strict=True)):
         x, y = found.center
         words = f"ball at {x:.1f}, {y:.1f}, radii {found.radii[0]:.1f} and {found.radii[1]:.1f}"
         words += f", confidence {found.confidence:.2f}"
+        if merged.fov is not None:
+            words += f"; camera {merged.distances[k]:.2f} radii away"
         if k:
             gains = " ".join(f"{g:.3g}" for g in merged.exposures[k])
             words += f"; turned by {merged.angle(k):.2f}°, brightness x {gains}"
         print(f"{path}: {words}")
+    if merged.fov is not None and not said:
+        whence = "from Exif" if known else f"estimated, rims to {merged.doubt:.1f}° (1 sigma)"
+        print(f"the first photo spans {merged.fov:.1f}°: {whence}")
     height, width = image.shape[:2]
+    # A single photo differs from no other.
+    residual = f"residual {merged.residual:.2f} stops; " if len(images) > 1 else ""
     print(
-        f"{target}: {files.described(dst)}, {width} x {height}, covers {merged.coverage:.1%}, "
-        f"residual {merged.residual:.2f} stops; {time.perf_counter() - start:.1f} s"
+        f"{target}: {files.described(dst)}, {width} x {height}, covers {merged.coverage:.1%}; "
+        f"{residual}{time.perf_counter() - start:.1f} s"
     )
 
 

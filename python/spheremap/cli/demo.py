@@ -14,7 +14,8 @@ import numpy as np
 
 import spheremap as sm
 from spheremap import io, plot
-from spheremap.cli import files, sky
+from spheremap.cli import files, picture, sky
+from spheremap.cli.terminal import Step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,9 +43,7 @@ class Report(NamedTuple):
     sheet: Path
 
 
-def run(
-    folder: Path, file: Path | None, name: str | None, size: int, step: Callable[[str], None]
-) -> Report:
+def run(folder: Path, file: Path | None, name: str | None, size: int, step: Step) -> Report:
     """Fill the folder and return the measurements."""
     if find_spec("matplotlib") is None:
         raise ImportError("the demonstration draws with matplotlib: pip install spheremap[plot]")
@@ -81,6 +80,7 @@ def run(
             )
         )
         pictures.append((p, converted))
+        step.done()
 
     step("drawing the contact sheet")
     io.write(sheet, _contact_sheet(source, pictures, rows, labels=file is not None))
@@ -92,9 +92,9 @@ def _source(
 ) -> tuple[str, NDArray[Any], sm.Projection]:
     if file is not None:
         step(f"reading {file.name}")
-        image = io.read(file)
+        image = picture.as_light(picture.load(file)).pixels
         name = name or files.likely(*image.shape[:2])
-        src = files.of_file(name, None, *image.shape[:2], any_aspect=False)
+        src = files.of_file(name, None, *image.shape[:2])
         return f"{file.name} ({files.described(src)})", image, src
     step("making the sky")
     src = sm.projection("latlong")

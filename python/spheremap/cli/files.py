@@ -34,13 +34,30 @@ def flat(name: str, layout: str | None = None) -> sm.Projection:
     return sm.projection(name, layout=legible)
 
 
+def of_faces(name: str) -> sm.Projection:
+    """Return the named projection as an array of its faces, a flat one as it is."""
+    plain = sm.projection(name)
+    return plain if plain.faces == 1 else sm.projection(name, layout="faces")
+
+
 def size_of_height(projection: sm.Projection, height: int) -> int:
     """Return the size at which a flat image has that many rows."""
-    rows = projection.shape(_UNIT)[0]
+    rows = projection.shape(_UNIT)[-2]
     size, rest = divmod(height * _UNIT, rows)
     if rest:
         raise ValueError(
             f"the height of {described(projection)} is a multiple of {rows // _UNIT}, got {height}"
+        )
+    return size
+
+
+def size_of_width(projection: sm.Projection, width: int) -> int:
+    """Return the size at which an image has that many columns."""
+    columns = projection.shape(_UNIT)[-1]
+    size, rest = divmod(width * _UNIT, columns)
+    if rest:
+        raise ValueError(
+            f"the width of {described(projection)} is a multiple of {columns // _UNIT}, got {width}"
         )
     return size
 
@@ -52,9 +69,12 @@ def fits(projection: sm.Projection, height: int, width: int) -> bool:
 
 
 def of_file(
-    name: str, layout: str | None, height: int, width: int, *, any_aspect: bool
+    name: str, layout: str | None, height: int, width: int, *, any_aspect: bool | None = None
 ) -> sm.Projection:
-    """Return the projection of an image that has been read, of a layout that fits it."""
+    """Return the projection of an image that has been read, of a layout that fits it.
+
+    `any_aspect` is what a command's option --any-aspect says, None where it has no such option.
+    """
     plain = sm.projection(name, layout=layout)
     if plain.faces == 1:
         candidates = [plain]
@@ -69,8 +89,8 @@ def of_file(
         for rows, columns in [_nearest_shape(candidate, height)]
     )
     raise ValueError(
-        f"the image is {width} x {height} (width x height), expected for example {wanted}; "
-        "--any-aspect takes it as it is"
+        f"the image is {width} x {height} (width x height), expected for example {wanted}"
+        + ("" if any_aspect is None else "; --any-aspect takes it as it is")
     )
 
 
@@ -85,6 +105,17 @@ def fitting(height: int, width: int) -> list[str]:
         elif fits(sm.projection(name), height, width):
             found.append(name)
     return found
+
+
+def claimed(name: str | None, height: int, width: int) -> str | None:
+    """Return what a file says that it is, if there is such a projection and it fits."""
+    if name is None:
+        return None
+    try:
+        of_file(name, None, height, width)
+    except ValueError:
+        return None
+    return name
 
 
 def likely(height: int, width: int) -> str:

@@ -1,23 +1,29 @@
-"""What the subcommands share: usage errors, progress, tables, files to write."""
+"""What the subcommands share: usage errors, progress, files to read and write."""
 
 from __future__ import annotations
 
 import os
 import sys
-import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+import typer
 
 import spheremap as sm
-from spheremap import io
+from spheremap import _core, io
 from spheremap.io.images import STORED
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+
+World = Annotated[
+    Literal["match", "literal"],
+    typer.Option(help="Keep up, ahead and right where the programs' worlds differ; or (x, y, z)."),
+]
 
 
 class UsageError(Exception):
@@ -30,6 +36,13 @@ def check_projection(name: str) -> None:
         sm.projection(name)
 
 
+def tell_worlds(src: sm.Projection, dst: sm.Projection, world: str) -> None:
+    """Say what was done to match the worlds of two programs, where they differ."""
+    said = _core.worlds(src, dst) if world == "match" else None
+    if said:
+        print(said, file=sys.stderr)
+
+
 @contextmanager
 def as_usage() -> Iterator[None]:
     """Turn a ValueError of the library into a usage error."""
@@ -39,11 +52,13 @@ def as_usage() -> Iterator[None]:
         raise UsageError(str(error)) from None
 
 
-def read(path: Path) -> np.ndarray[Any, Any]:
+def read(path: Path, *, part: str | None = None, fill: float = 0.0) -> np.ndarray[Any, Any]:
     """Read an image file; what its library prints meanwhile becomes a part of the error."""
     if sys.stderr.isatty():
         # There the spinner prints as well.
-        return io.read(path)
+        return io.read(path, part=part, fill=fill)
+    import tempfile
+
     said = b""
     sys.stderr.flush()
     kept = os.dup(2)
@@ -51,7 +66,7 @@ def read(path: Path) -> np.ndarray[Any, Any]:
         with tempfile.TemporaryFile() as file:
             os.dup2(file.fileno(), 2)
             try:
-                return io.read(path)
+                return io.read(path, part=part, fill=fill)
             finally:
                 os.dup2(kept, 2)
                 file.seek(0)
@@ -79,34 +94,58 @@ def write(
         io.write(path, image, compression=compression, channels=names)
 
 
-def table_console() -> Console:
-    """Return a console for tables."""
-    # In a pipe there is no width to fit: rows stay whole.
-    return Console(width=None if sys.stdout.isatty() else 1000, highlight=False)
+def was_given(context: typer.Context, name: str) -> bool:
+    """Tell whether an option stands on the command line, at its default or not."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
+
+
+def refuse(context: typer.Context, names: Sequence[str], why: str) -> None:
+    """Raise a usage error for the first of these options that is given and would do nothing."""
+    for name in names:
+        if was_given(context, name):
+            raise UsageError(f"--{name.strip('_').replace('_', '-')} does nothing {why}")
 
 
 class Step:
-    """Names the work in hand beside the spinner."""
+    """Names the work in hand, and counts what is done."""
 
-    def __init__(self, progress: Progress) -> None:
+    def __init__(self, progress: Progress | None = None, total: int | None = None) -> None:
         self._progress = progress
-        self._task = progress.add_task("", total=None)
+        self._task = None if progress is None else progress.add_task("", total=total)
 
     def __call__(self, description: str) -> None:
         """Name the work."""
-        self._progress.update(self._task, description=escape(description))
+        if self._progress is not None and self._task is not None:
+            from rich.markup import escape
+
+            self._progress.update(self._task, description=escape(description))
+
+    def done(self) -> None:
+        """Count one more of the total."""
+        if self._progress is not None and self._task is not None:
+            self._progress.advance(self._task)
 
 
 @contextmanager
-def progress() -> Iterator[Step]:
-    """Show a spinner on a terminal, and what is being worked on."""
-    console = Console(stderr=True)
-    with Progress(
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        TimeElapsedColumn(),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    ) as progress:
-        yield Step(progress)
+def progress(total: int | None = None) -> Iterator[Step]:
+    """Show on a terminal what is being worked on; of several things, how many and how long yet."""
+    if not sys.stderr.isatty():
+        yield Step()
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        SpinnerColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = [SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()]
+    if total is not None and total > 1:
+        columns += [BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()]
+    with Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+        yield Step(shown, total)

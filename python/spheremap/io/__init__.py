@@ -1,15 +1,22 @@
 """Images in and out, textures for renderers, and the way from light to a picture on a screen.
 
-`read`, `channel_names` and `write` need ``pip install spheremap[cli]``.
+What reads and writes images needs ``pip install spheremap[cli]``.
 """
 
-from .images import channel_names, check_target, read, tonemap, write
+from .color import from_linear, to_linear
+from .header import Header, header
+from .images import channel_names, check_target, read, write
 from .textures import write_dds, write_ktx2
+from .tonemap import tonemap
 
 __all__ = [
+    "Header",
     "channel_names",
     "check_target",
+    "from_linear",
+    "header",
     "read",
+    "to_linear",
     "tonemap",
     "write",
     "write_dds",

@@ -1,23 +1,24 @@
-"""Images in and out, by OpenImageIO, and the way from light to a picture on a screen.
-
-Reading and writing need `pip install spheremap[cli]`; `tonemap` does not.
-"""
+"""Images in and out, by OpenImageIO: `pip install spheremap[cli]`."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .whole import written_whole
+from .._scalars import as_items, as_number, as_text
+from .header import PROJECTION, TRAVELS, header_of, upright
+from .opened import library, one_line, opened, said_by
+from .packets import with_panorama
+from .whole import as_path, written_whole
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["channel_names", "check_target", "read", "tonemap", "write"]
+__all__ = ["channel_names", "check_target", "read", "write"]
 
 # What each format stores, the widest last. A float image must not pass for 8 bits unnoticed.
 STORED: dict[str, tuple[str, ...]] = {
@@ -29,49 +30,83 @@ STORED: dict[str, tuple[str, ...]] = {
     ".jpg": ("uint8",),
     ".jpeg": ("uint8",),
 }
+# What `write_ktx2` and `write_dds` write.
+TEXTURES = (".ktx2", ".dds")
 _MOST_CHANNELS = {".hdr": 3, ".png": 4, ".jpg": 3, ".jpeg": 3}
 
 
-def read(path: str | os.PathLike[str]) -> NDArray[Any]:
+def read(
+    path: str | os.PathLike[str],
+    *,
+    part: int | str | None = None,
+    fill: float | Sequence[float] = 0.0,
+) -> NDArray[Any]:
     """Read an image file.
 
     Parameters
     ----------
     path : path-like
+    part : int or str, optional
+        Which image of a file of several: its number from 0, or its name.
+    fill : float or sequence of float
+        What the image has outside the file's data window; one number for each channel, or one.
 
     Returns
     -------
     image : ndarray, shape (H, W, C)
-        uint8, uint16, float16 or float32, as the file has it: no tone mapping, no change of
-        color space, alpha not multiplied in.
+        The display window, upright. uint8, uint16, float16 or float32, as the file has it: no tone
+        mapping, no change of color space, alpha neither multiplied in nor divided out.
 
     Raises
     ------
     OSError
-        For a file that is missing or that OpenImageIO cannot read.
+        For a file that is missing, that OpenImageIO cannot read, or that holds samples of several
+        depths.
+    ValueError
+        For a file of several parts of which none is named, or not one that there is.
     ImportError
         If OpenImageIO is missing.
     """
-    oiio = _oiio()
-    source = _open(path)
-    try:
-        spec = source.spec()
-        kept = {"uint8": "uint8", "uint16": "uint16", "half": "half"}
-        image = source.read_image(0, 0, 0, spec.nchannels, kept.get(str(spec.format), "float"))
+    with opened(path, part) as source:
+        spec, head = source.spec(), header_of(source)
+        kind = {"float16": "half", "float32": "float"}.get(head.dtype, head.dtype)
+        image = source.read_image(source.current_subimage(), 0, 0, spec.nchannels, kind)
         if image is None:
-            raise OSError(f"cannot read {os.fspath(path)!r}: {_reason(source, oiio)}")
-        pixels: NDArray[Any] = image
-        return pixels.reshape(spec.height, spec.width, spec.nchannels)
-    finally:
-        source.close()
+            raise OSError(f"cannot read {os.fspath(path)!r}: {said_by(source)}")
+        pixels: NDArray[Any] = image.reshape(spec.height, spec.width, spec.nchannels)
+    size = (head.height, head.width) if head.orientation < 5 else (head.width, head.height)
+    return upright(_placed(pixels, head.window, size, fill), head.orientation)
 
 
-def channel_names(path: str | os.PathLike[str]) -> tuple[str, ...]:
+def _placed(
+    pixels: NDArray[Any],
+    window: tuple[int, int, int, int],
+    size: tuple[int, int],
+    fill: float | Sequence[float],
+) -> NDArray[Any]:
+    """Return a display window with the texels of a data window in it."""
+    top, left, bottom, right = window
+    height, width = size
+    if (top, left, bottom, right) == (0, 0, height, width):
+        return pixels
+    image = np.empty((height, width, pixels.shape[-1]), pixels.dtype)
+    image[...] = np.asarray(fill)
+    rows = slice(max(top, 0), max(0, min(bottom, height)))
+    columns = slice(max(left, 0), max(0, min(right, width)))
+    held = pixels[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
+    image[rows, columns] = held
+    return image
+
+
+def channel_names(
+    path: str | os.PathLike[str], *, part: int | str | None = None
+) -> tuple[str, ...]:
     """Read the names of the channels of an image file, as ``("R", "G", "B")``.
 
     Parameters
     ----------
-    path : path-like
+    path, part
+        As for `read`.
 
     Returns
     -------
@@ -79,14 +114,11 @@ def channel_names(path: str | os.PathLike[str]) -> tuple[str, ...]:
 
     Raises
     ------
-    OSError, ImportError
+    OSError, ValueError, ImportError
         As for `read`.
     """
-    source = _open(path)
-    try:
+    with opened(path, part) as source:
         return tuple(source.spec().channelnames)
-    finally:
-        source.close()
 
 
 def write(
@@ -95,6 +127,9 @@ def write(
     *,
     compression: str | None = None,
     channels: Sequence[str] | None = None,
+    color_space: str | None = None,
+    projection: str | None = None,
+    metadata: Mapping[str, Any] | None = None,
 ) -> None:
     """Write an image file: whole or not at all.
 
@@ -114,6 +149,14 @@ def write(
         As OpenImageIO names it: ``"zip"``, ``"piz"``, ``"dwaa:45"``, ``"jpeg:90"`` ...
     channels : sequence of str, optional
         Names of the channels, for formats that keep them.
+    color_space : str, optional
+        Of the colors, as `Header` has it. It is noted, nothing is changed.
+    projection : str, optional
+        How the image maps the sphere, as ``"latlong"``: noted where the format can say it, as
+        GPano for ``"latlong"`` in .jpg and .png, as ``envmap`` for ``"latlong:openexr"`` and
+        ``"cube:openexr"`` in .exr, and in our own words in .exr and .png.
+    metadata : mapping, optional
+        As `Header` has it. What the format cannot say, and other names, are left out.
 
     Raises
     ------
@@ -124,31 +167,76 @@ def write(
     ImportError
         If OpenImageIO is missing.
     """
-    oiio = _oiio()
+    oiio = library()
     # A rename would replace a symbolic link, where the caller means the file behind it.
-    target = Path(os.path.realpath(path))
+    name = as_path(path)
+    target = Path(os.path.realpath(name))
     extension = target.suffix.lower()
-    pixels = _stored(np.asarray(image), extension, os.fspath(path))
-    _check_place(target, os.fspath(path))
+    pixels = _stored(np.asarray(image), extension, name)
+    _check_place(target, name)
 
     height, width, count = pixels.shape
     spec = oiio.ImageSpec(width, height, count, _OIIO_TYPE[pixels.dtype.name])
     spec.attribute("oiio:UnassociatedAlpha", 1)
     if compression is not None:
-        spec.attribute("compression", compression)
+        spec.attribute("compression", as_text(compression, "compression"))
     if channels is not None:
-        if len(channels) != count:
-            raise ValueError(f"Expected `channels` to name {count} channels, got {len(channels)}.")
-        spec.channelnames = tuple(channels)
+        names = tuple(as_text(x, "channels") for x in as_items(channels, "channels", "names"))
+        if len(names) != count:
+            raise ValueError(f"Expected `channels` to name {count} channels, got {len(names)}.")
+        spec.channelnames = names
+    _note(oiio, spec, extension, color_space, projection, metadata or {})
 
     def put(place: Path) -> None:
-        _write_pixels(oiio, place, spec, pixels, os.fspath(path))
+        _write_pixels(oiio, place, spec, pixels, name)
+        if projection == "latlong":
+            try:
+                with_panorama(place, width, height)
+            except OSError as error:
+                raise OSError(f"cannot write {name!r}: {error.strerror}") from None
 
     written_whole(target, put)
 
 
+def _note(
+    oiio: Any,
+    spec: Any,
+    extension: str,
+    color_space: str | None,
+    projection: str | None,
+    metadata: Mapping[str, Any],
+) -> None:
+    """Put into a file's header what it says besides its texels."""
+    if not isinstance(metadata, Mapping):
+        raise TypeError(f"Expected `metadata` to be a mapping, got {type(metadata).__name__}.")
+    for name, value in metadata.items():
+        floats = TRAVELS.get(name)
+        if floats:
+            items = as_items(value, name, "numbers") if floats > 1 else [value]
+            numbers = tuple(as_number(x, name) for x in items)
+            if len(numbers) != floats:
+                raise ValueError(f"Expected `{name}` to be {floats} numbers, got {len(numbers)}.")
+            spec.attribute(
+                name, oiio.TypeDesc(f"float[{floats}]" if floats > 1 else "float"), numbers
+            )
+        elif name == "ICCProfile":
+            if not isinstance(value, bytes | np.ndarray):
+                raise TypeError(f"Expected `{name}` to be bytes, got {type(value).__name__}.")
+            profile = np.frombuffer(bytes(value), np.uint8)
+            spec.attribute(name, oiio.TypeDesc(f"uint8[{len(profile)}]"), profile)
+        elif floats == 0:
+            spec.attribute(name, str(value))
+    if color_space is not None:
+        spec.attribute("oiio:ColorSpace", as_text(color_space, "color_space"))
+    if projection is not None:
+        spec.attribute(PROJECTION, as_text(projection, "projection"))
+        environment = {"latlong:openexr": "LatLong", "cube:openexr": "CubeFace"}.get(projection)
+        if extension == ".exr" and environment:
+            spec.attribute("textureformat", f"{environment} Environment")
+
+
 def check_target(path: str | os.PathLike[str]) -> None:
-    """Raise the error that `write` would raise for this place, before any work is done.
+    """Raise the error that writing to this place would raise, before any work is done.
 
     Parameters
     ----------
@@ -159,84 +247,14 @@ def check_target(path: str | os.PathLike[str]) -> None:
     OSError
         For a place that cannot be written, or an unknown format.
     """
-    name = os.fspath(path)
-    target = Path(os.path.realpath(path))
-    _check_format(target.suffix.lower(), name)
+    name = as_path(path)
+    target = Path(os.path.realpath(name))
+    if target.suffix.lower() not in TEXTURES:
+        _check_format(target.suffix.lower(), name)
     _check_place(target, name)
 
 
-def tonemap(image: ArrayLike, *, exposure: float | None = 0.0) -> NDArray[np.uint8]:
-    """Turn linear light into an 8-bit picture for a screen.
-
-    The curve is Reinhard's with a white point: y = x (1 + x/w²)/(1 + x) with w = 4, of each
-    channel, then the sRGB transfer function.
-
-    Parameters
-    ----------
-    image : array_like, shape (H, W) or (H, W, C)
-        Linear light. Of two channels the first is taken, of more than three the first three.
-    exposure : float or None
-        In stops: the light is multiplied by 2^exposure. None puts the geometric mean of the
-        luminance at 0.18.
-
-    Returns
-    -------
-    picture : ndarray of uint8, shape (H, W), (H, W, 1) or (H, W, 3)
-        NaN and negative values are black, infinity is white.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from spheremap.io import tonemap
-    >>> tonemap(np.array([[0.0, 0.18, 4.0, np.inf]])).tolist()
-    [[0, 109, 255, 255]]
-    """
-    light = np.asarray(image, dtype=np.float32)
-    if light.ndim == 3 and light.shape[-1] != 1:
-        light = light[..., : 3 if light.shape[-1] >= 3 else 1]
-    # Beyond this the curve is white whatever the exposure; it keeps infinity out of inf/inf.
-    light = np.clip(np.nan_to_num(light, nan=0.0, posinf=1e12, neginf=0.0), 0.0, 1e12)
-    stops = _automatic_exposure(light) if exposure is None else exposure
-    light = np.minimum(light * np.float32(2.0**stops), 1e12)
-    white = 4.0
-    curve = np.minimum(light * (1.0 + light / white**2) / (1.0 + light), 1.0)
-    encoded = np.where(curve <= 0.0031308, 12.92 * curve, 1.055 * curve ** (1 / 2.4) - 0.055)
-    return np.asarray(np.rint(encoded * 255.0), dtype=np.uint8)
-
-
-def _automatic_exposure(light: NDArray[np.float32]) -> float:
-    brightness = light if light.ndim == 2 else light.mean(axis=-1)
-    lit = brightness[brightness > 0]
-    if lit.size == 0:
-        return 0.0
-    return float(np.log2(0.18) - np.mean(np.log2(lit), dtype=np.float64))
-
-
 _OIIO_TYPE = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
-
-
-def _oiio() -> Any:
-    try:
-        import OpenImageIO
-    except ImportError:
-        raise ImportError(
-            "images need OpenImageIO: pip install spheremap[cli]", name="OpenImageIO"
-        ) from None
-    return OpenImageIO
-
-
-def _open(path: str | os.PathLike[str]) -> Any:
-    oiio = _oiio()
-    name = os.fspath(path)
-    if not os.path.exists(name):
-        raise FileNotFoundError(f"no such file: {name!r}")
-    # Multiplying alpha in would lose the color of transparent texels.
-    wish = oiio.ImageSpec()
-    wish.attribute("oiio:UnassociatedAlpha", 1)
-    source = oiio.ImageInput.open(name, wish)
-    if source is None:
-        raise OSError(f"cannot read {name!r}: {_one_line(oiio.geterror())}")
-    return source
 
 
 def _stored(image: NDArray[Any], extension: str, name: str) -> NDArray[Any]:
@@ -260,7 +278,9 @@ def _stored(image: NDArray[Any], extension: str, name: str) -> NDArray[Any]:
                 f"{extension} holds integers and the image holds {dtype}: "
                 "make a picture of it with spheremap.io.tonemap"
             )
-        return np.ascontiguousarray(pixels, dtype=np.float32)
+        # What float32 does not hold becomes infinite.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.ascontiguousarray(pixels, dtype=np.float32)
     if dtype not in ("uint8", "uint16"):
         raise ValueError(f"Expected `image` to be uint8, uint16 or floats, got {dtype}.")
     if "float32" in kinds:
@@ -317,11 +337,11 @@ def _write_pixels(oiio: Any, place: Path, spec: Any, pixels: NDArray[Any], name:
 def _check_last_row(oiio: Any, place: Path, name: str) -> None:
     source = oiio.ImageInput.open(str(place))
     if source is None:
-        raise OSError(f"cannot write {name!r}: {_one_line(oiio.geterror())}")
+        raise OSError(f"cannot write {name!r}: {one_line(oiio.geterror())}")
     try:
         last = source.spec().height - 1
         if source.read_scanline(last, 0) is None:
-            reason = _reason(source, oiio)
+            reason = said_by(source)
             raise OSError(f"cannot write {name!r}: what was written is not whole: {reason}")
     finally:
         source.close()
@@ -332,20 +352,12 @@ def _put_pixels(
 ) -> None:
     sink = oiio.ImageOutput.create(extension.lstrip("."))
     if sink is None:
-        raise OSError(f"cannot write {name!r}: {_one_line(oiio.geterror())}")
+        raise OSError(f"cannot write {name!r}: {one_line(oiio.geterror())}")
     good = sink.open(str(place), spec) and sink.write_image(pixels)
-    reason = "" if good else _reason(sink, oiio)
+    reason = "" if good else said_by(sink)
     # The last bytes go out on closing: a full disk may show only here.
     if not sink.close() and not reason:
-        reason = _reason(sink, oiio)
+        reason = said_by(sink)
         good = False
     if not good:
         raise OSError(f"cannot write {name!r}: {reason.replace(str(place), name)}")
-
-
-def _reason(handle: Any, oiio: Any) -> str:
-    return _one_line(handle.geterror() or oiio.geterror())
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split()) or "unknown error"

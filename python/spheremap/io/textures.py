@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._scalars import as_items
 from .whole import write_bytes
 
 if TYPE_CHECKING:
@@ -138,17 +139,18 @@ def write_dds(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> i
 
 def _halves(levels: Sequence[NDArray[Any]]) -> tuple[list[NDArray[np.float16]], int]:
     """Return the levels as (faces, H, W, 4) half floats, and how many values were too large."""
-    if not levels:
+    given = [np.asarray(level) for level in as_items(levels, "levels", "arrays")]
+    if not given:
         raise ValueError("Expected at least one level.")
     mips: list[NDArray[np.float16]] = []
     clipped = 0
-    for k, level in enumerate(levels):
-        array = np.asarray(level)
-        array = array[np.newaxis] if array.ndim == 3 else array
+    for k, level in enumerate(given):
+        if level.dtype.kind not in "fiub":
+            raise TypeError(f"Expected `levels` to be real numbers, got dtype {level.dtype}.")
+        array = level[np.newaxis] if level.ndim == 3 else level
         if array.ndim != 4:
             raise ValueError(
-                "Expected each level to have shape (H, W, C) or (6, N, N, C), "
-                f"got {np.shape(level)}."
+                f"Expected each level to have shape (H, W, C) or (6, N, N, C), got {level.shape}."
             )
         first = mips[0].shape if mips else array.shape
         wanted = (first[0], max(first[1] >> k, 1), max(first[2] >> k, 1))
@@ -156,7 +158,7 @@ def _halves(levels: Sequence[NDArray[Any]]) -> tuple[list[NDArray[np.float16]], 
         if not fits or array.shape[0] not in (1, 6) or 0 in array.shape:
             raise ValueError(
                 f"Expected level {k} to have shape {wanted[1:]} or (6, N, N), each half of the one "
-                f"before, with 1 to 4 channels, got {np.shape(level)}."
+                f"before, with 1 to 4 channels, got {level.shape}."
             )
         channels = array.shape[-1]
         wide = np.zeros((*array.shape[:3], 4), np.result_type(array.dtype, np.float32))

@@ -8,15 +8,26 @@ from __future__ import annotations
 
 import os
 import re
-import secrets
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["write_bytes", "written_whole"]
+__all__ = ["as_path", "write_bytes", "written_whole"]
 
 _MARK = "spheremap-part"
 _LEFT = re.compile(rf"\..*\.{_MARK}-(\d+)-[0-9a-f]{{8}}(\.[^.]*)?")
+
+
+def as_path(path: object) -> str:
+    """Return a path as text that a file system can have."""
+    try:
+        text = os.fsdecode(path)  # type: ignore[arg-type]
+    except TypeError:
+        kind = type(path).__name__
+        raise TypeError(f"Expected `path` to be a path, got {kind}.") from None
+    if "\0" in text or any("\ud800" <= c <= "\udfff" for c in text):
+        raise ValueError(f"Expected `path` to be a path, got {text!r:.80}.")
+    return text
 
 
 def written_whole(target: Path, write: Callable[[Path], None]) -> None:
@@ -35,7 +46,7 @@ def written_whole(target: Path, write: Callable[[Path], None]) -> None:
         As `write` does, and where the disk does not take what was written.
     """
     _remove_left(target.parent)
-    name = f".{target.stem}.{_MARK}-{os.getpid()}-{secrets.token_hex(4)}{target.suffix}"
+    name = f".{target.stem}.{_MARK}-{os.getpid()}-{os.urandom(4).hex()}{target.suffix}"
     beside = target.with_name(name)
     try:
         write(beside)
@@ -54,7 +65,7 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
     def write(place: Path) -> None:
         place.write_bytes(data)
 
-    written_whole(Path(os.path.realpath(path)), write)
+    written_whole(Path(os.path.realpath(as_path(path))), write)
 
 
 def _remove_left(folder: Path) -> None:

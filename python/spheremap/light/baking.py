@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import checked_image
+from .._scalars import as_flag
 from ..io.textures import write_dds, write_ktx2
 from ..io.whole import write_bytes
-from ..map.named import resolve
+from ..map.named import resolve, resolve_pair
 from ..sh import convert as sh_convert
 from ..sh import project as sh_project
 from .lobes import irradiance
@@ -22,7 +23,7 @@ from .specular import dfg, prefilter_chain
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from ..map.named import ProjectionLike
+    from ..map.named import ProjectionLike, Worlds
 
 __all__ = ["Bake", "bake"]
 
@@ -106,6 +107,7 @@ def bake(
     axes: str | None = None,
     rotation: Any | None = None,
     skipna: bool = False,
+    world: Worlds = "match",
 ) -> Bake:
     """Make the set of maps that image-based lighting needs.
 
@@ -123,6 +125,9 @@ def bake(
         Of the spherical harmonics.
     axes, rotation
         As for `encode`.
+    world : {"match", "literal"}
+        What is made lives in the world of plain names, +y up and -z ahead, right-handed, harmonics
+        as well. ``"match"``: what is up in the world of `projection` is so there, as for `convert`.
 
     Returns
     -------
@@ -143,12 +148,17 @@ def bake(
     ((6, 4, 4, 3), 3, (9, 3))
     """
     pixels = checked_image(image, skipna=skipna)
-    p = resolve(projection, axes, rotation)
+    for name, wanted in (("diffuse", diffuse), ("specular", specular), ("sh", sh)):
+        as_flag(wanted, name)
+    given = resolve(projection, axes, rotation)
+    cube, p = resolve_pair("cube", given, None, world)
     return Bake(
-        diffuse=irradiance(pixels, p, "cube", size=diffuse_size) / np.float32(np.pi)
+        diffuse=irradiance(pixels, p, cube, size=diffuse_size, world=world) / np.float32(np.pi)
         if diffuse
         else None,
-        specular=prefilter_chain(pixels, p, "cube", size=size, levels=levels, samples=samples)
+        specular=prefilter_chain(
+            pixels, p, cube, size=size, levels=levels, samples=samples, world=world
+        )
         if specular
         else None,
         sh=sh_project(pixels, p, order=order) if sh else None,

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import _core
 from .._arrays import as_real, spatial_axes
+from .._scalars import as_flag
 from ..map.named import resolve
 from .image import as_light, coefficients, luminance_of, texel_weights
 
@@ -106,7 +107,7 @@ class Distribution:
         n = spatial_axes(p)
         weights = coefficients(light, n, luminance)
         density = luminance_of(light, n, weights)
-        if compensate:
+        if as_flag(compensate, "compensate"):
             density = _compensated(density, texel_weights(p, density.shape))
         self._core = _core.Distribution(p, density, light)
         # What makes it again from a pickle.
@@ -169,7 +170,7 @@ class Distribution:
         (True, [1.0, 1.0, 1.0])
         """
         numbers = as_real(xi, "xi")
-        wanted = 3 if weights else 2
+        wanted = 3 if as_flag(weights, "weights") else 2
         given: tuple[Any, ...] = (None,) * wanted if out is None else out
         if not isinstance(given, tuple) or len(given) != wanted:
             raise TypeError(f"Expected `out` to be a tuple of {wanted} arrays or None.")

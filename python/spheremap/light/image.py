@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .. import _core
-from .._arrays import as_image, as_real, checked_image, spatial_axes
+from .._arrays import as_doubles, as_image, checked_image, spatial_axes
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -40,7 +40,9 @@ def as_light(
             f"got {array.shape}."
         )
     if array.dtype.itemsize < 4:
-        array = array.astype(np.float32)
+        # A signaling NaN would warn.
+        with np.errstate(invalid="ignore"):
+            array = array.astype(np.float32)
     if projection.used_part < 1:
         outside = texel_weights(projection, spatial) == 0
         if outside.any():
@@ -69,7 +71,7 @@ def coefficients(image: NDArray[Any], axes: int, given: ArrayLike | None) -> NDA
                 f"`luminance` must say how {channels} channels make luminance: one number for each."
             )
         given = (*REC709, 0.0)[:channels]
-    array = np.asarray(as_real(given, "luminance"), np.float64)
+    array = as_doubles(given, "luminance")
     if array.shape != (channels,):
         raise ValueError(f"Expected `luminance` to have shape ({channels},), got {array.shape}.")
     if not (np.isfinite(array).all() and array.min() >= 0 and array.max() > 0):

@@ -9,7 +9,8 @@ import numpy as np
 
 from .. import _core
 from .._arrays import as_size, as_unit_vectors, checked_image, has_channels, result_dtype
-from ..map.named import resolve
+from .._scalars import as_number, as_text
+from ..map.named import resolve, resolve_pair
 from ..sh import convolve as sh_convolve
 from ..sh import evaluate as sh_evaluate
 from ..sh import project as sh_project
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
-    from ..map.named import ProjectionLike
+    from .._projection import Projection
+    from ..map.named import ProjectionLike, Worlds
 
 __all__ = ["convolve", "irradiance", "irradiance_at"]
 
@@ -36,6 +38,7 @@ def irradiance(
     method: Literal["exact", "sh"] = "exact",
     order: int = 8,
     skipna: bool = False,
+    world: Worlds = "match",
 ) -> NDArray[np.floating[Any]]:
     """Return the irradiance of a surface for every normal: E(n) = ∫ L max(0, n·ω) dω.
 
@@ -57,6 +60,8 @@ def irradiance(
         far below).
     skipna : bool
         Count NaN and infinite values as 0 instead of raising.
+    world : {"match", "literal"}
+        Whether what is up in the world of `src` is so in that of `dst`, as for `convert`.
 
     Returns
     -------
@@ -86,10 +91,10 @@ def irradiance(
     """
     if method not in ("exact", "sh"):
         raise ValueError(f"Expected `method` to be 'exact' or 'sh', got {method!r}.")
+    source, target = resolve_pair(src, dst, rotation, world)
     if method == "exact":
-        return lobe_image(image, resolve(src, rotation=rotation), dst, size, "cosine", 0.0, skipna)
-    coefficients = sh_project(image, src, order=order, rotation=rotation, skipna=skipna)
-    target = resolve(dst)
+        return lobe_image(image, source, target, size, "cosine", 0.0, skipna)
+    coefficients = sh_project(image, source, order=order, skipna=skipna)
     directions = target.directions(target.shape(as_size(size)))
     found = sh_evaluate(sh_convolve(coefficients, lobe="cosine"), directions)
     return np.nan_to_num(found, nan=0.0).astype(result_dtype(np.asarray(image)))
@@ -156,12 +161,13 @@ def convolve(
     size: Size = 32,
     rotation: Any | None = None,
     skipna: bool = False,
+    world: Worlds = "match",
 ) -> NDArray[np.floating[Any]]:
     """Return the mean radiance under a lobe about every direction, by exact summation.
 
     Parameters
     ----------
-    image, src, dst, size, rotation, skipna
+    image, src, dst, size, rotation, skipna, world
         As for `irradiance`.
     lobe : {"cone", "phong", "vmf"}
         ``"cone"``: all directions within `half_angle`, equally. ``"phong"``: max(0, cos)^exponent.
@@ -200,7 +206,7 @@ def convolve(
     """
     given = {"half_angle": half_angle, "exponent": exponent, "kappa": kappa}
     names = {"cone": "half_angle", "phong": "exponent", "vmf": "kappa"}
-    if lobe not in names:
+    if as_text(lobe, "lobe") not in names:
         raise ValueError(f"unknown lobe {lobe!r}; there are {', '.join(names)}")
     wanted = names[lobe]
     value = given.pop(wanted)
@@ -209,7 +215,7 @@ def convolve(
         raise ValueError(f"lobe {lobe!r} takes `{wanted}`, got `{surplus[0]}`.")
     if value is None:
         raise ValueError(f"lobe {lobe!r} needs `{wanted}`.")
-    parameter = float(value)
+    parameter = as_number(value, wanted)
     if lobe == "cone":
         if not 0 < parameter <= 180:
             raise ValueError(f"`half_angle` must be in (0, 180], got {value}.")
@@ -217,19 +223,19 @@ def convolve(
         parameter = -2.0 if parameter == 180 else math.cos(math.radians(parameter))
     elif not (math.isfinite(parameter) and parameter >= 0):
         raise ValueError(f"`{wanted}` must be at least 0 and finite, got {value}.")
-    return lobe_image(image, resolve(src, rotation=rotation), dst, size, lobe, parameter, skipna)
+    source, target = resolve_pair(src, dst, rotation, world)
+    return lobe_image(image, source, target, size, lobe, parameter, skipna)
 
 
 def lobe_image(
     image: ArrayLike,
-    src: ProjectionLike,
-    dst: ProjectionLike,
+    source: Projection,
+    target: Projection,
     size: Size,
     lobe: str,
     parameter: float,
     skipna: bool,
 ) -> NDArray[np.floating[Any]]:
-    source, target = resolve(src), resolve(dst)
     pixels = checked_image(image, skipna=skipna)
     shape = target.shape(as_size(size))
     normals: NDArray[Any] = target.directions(shape).reshape(-1, 3)

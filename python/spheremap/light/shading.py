@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arrays import as_image, as_real, spatial_shape
+from .._arrays import as_doubles, as_image, common_shape, spatial_shape
+from .._scalars import as_number, as_text, as_whole
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..map.verbs import reflect
@@ -20,13 +21,15 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from .._names import Filter
+    from .._names import SampleFilter
     from ..map.named import ProjectionLike
 
 __all__ = ["bake_matcap", "shade_environment", "shade_matcap"]
 
 # Lookups along a side of a texel of a mirror.
 _DETAIL = 4
+# The longest axis that an empty array of vectors may have.
+_LONGEST = 1 << 24
 
 
 def bake_matcap(
@@ -87,11 +90,12 @@ def bake_matcap(
     >>> (100 * matcap[8, 8]).round().tolist()
     [80.0, 40.0, 20.0]
     """
-    if material not in ("mirror", "diffuse", "rough"):
+    if as_text(material, "material") not in ("mirror", "diffuse", "rough"):
         raise ValueError(
             f"Expected `material` to be 'mirror', 'diffuse' or 'rough', got {material!r}."
         )
-    if not isinstance(size, (int, np.integer)) or size < 1:
+    size = as_whole(size, "size")
+    if size < 1:
         raise ValueError(f"`size` must be a whole number above 0, got {size}.")
     source = resolve(projection)
     light = as_image(image, None)
@@ -106,25 +110,29 @@ def bake_matcap(
     else:
         seen = light
     if material == "diffuse":
-        baked = np.asarray(irradiance(seen, source, "matcap", size=size)) / math.pi
-    elif material == "rough" and roughness > 0:
-        baked = np.asarray(prefilter(seen, source, "sphere", size=size, roughness=roughness))
+        baked = np.asarray(irradiance(seen, source, "matcap", size=size, world="literal")) / math.pi
+    elif material == "rough" and as_number(roughness, "roughness") > 0:
+        baked = np.asarray(
+            prefilter(seen, source, "sphere", size=size, roughness=roughness, world="literal")
+        )
     else:
-        fine = convert(seen, source, "sphere", size=size * _DETAIL, fill=math.nan)
+        fine = convert(seen, source, "sphere", size=size * _DETAIL, fill=math.nan, world="literal")
         blocks = fine.reshape(size, _DETAIL, size, _DETAIL, -1).astype(np.float64)
         known = ~np.isnan(blocks)
         with np.errstate(invalid="ignore"):
             mean = np.where(known, blocks, 0).sum(axis=(1, 3)) / known.sum(axis=(1, 3))
         baked = mean.reshape(size, size, *light.shape[len(held) :])
     outside = ~np.isfinite(resolve("matcap").directions(size)[..., 0])
-    tint = np.asarray(color, np.float64)
+    tint = as_doubles(color, "color")
     channels = light.shape[len(held) :]
     if tint.shape not in ((), (1,), channels):
         raise ValueError(
             f"Expected `color` to be one number or {channels}, got shape {tint.shape}."
         )
     result = np.asarray(baked * tint, light.dtype)
-    result[outside] = fill
+    # What float32 does not hold becomes infinite.
+    with np.errstate(over="ignore", invalid="ignore"):
+        result[outside] = _filling(fill, channels)
     return result
 
 
@@ -136,7 +144,9 @@ def shade_matcap(
     positions: ArrayLike | None = None,
     eye: ArrayLike | None = None,
     pose: Any | None = None,
-    filter: Filter = "bilinear",
+    filter: SampleFilter | None = None,
+    lod: ArrayLike | None = None,
+    mipmaps: bool = False,
 ) -> NDArray[Any]:
     """Shade a surface with a MatCap: the color is that of the normal, as the viewer sees it.
 
@@ -153,8 +163,14 @@ def shade_matcap(
         Where the camera is.
     pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         The camera's orientation in the world.
-    filter : str
+    filter : str, optional
         As for `sample`.
+    lod : array_like, shape (...), optional
+        As for `sample`: the level of detail of each point.
+    mipmaps : bool
+        Whether each point is a pixel that shows all that it sees of the MatCap, by the differences
+        to its neighbors; `normals` then has shape (H, W, 3). By default each is one lookup, and
+        pixels that see many texels flicker.
 
     Returns
     -------
@@ -164,7 +180,8 @@ def shade_matcap(
     Raises
     ------
     ValueError
-        For shapes that do not fit, or only one of `positions` and `eye`.
+        For shapes that do not fit, only one of `positions` and `eye`, both `lod` and `mipmaps`, and
+        a filter that does not go with them.
     TypeError
         For unsupported dtypes.
 
@@ -173,6 +190,9 @@ def shade_matcap(
     With positions, x = normalize(V.z, 0, -V.x) and y = V × x, for V from the surface to the eye in
     the camera's frame (three.js). A MatCap turns with the camera: lights baked into it stay where
     they were in the picture. `shade_environment` has lights that stay where they are in the world.
+
+    With `mipmaps` a pixel's derivatives are the differences to its neighbors, as on a graphics
+    card, but of each pair of neighbors to the nearer one, so that an outline blurs nothing.
 
     Examples
     --------
@@ -183,10 +203,12 @@ def shade_matcap(
     """
     if (positions is None) != (eye is None):
         raise ValueError("Give both `positions` and `eye`, or neither.")
-    n = _vectors(normals, "normals") @ pose_matrix(pose)
-    n = n / np.linalg.norm(n, axis=-1, keepdims=True)
+    # Infinity times 0 is no number, and a normal that is none shows nothing.
+    with np.errstate(invalid="ignore"):
+        n = _unit(_vectors(normals, "normals") @ pose_matrix(pose))
     if positions is not None and eye is not None:
         v = _to_eye(positions, eye) @ pose_matrix(pose)
+        common_shape(n.shape, v.shape)
         x = np.stack([v[..., 2], np.zeros_like(v[..., 0]), -v[..., 0]], axis=-1)
         length = np.linalg.norm(x, axis=-1, keepdims=True)
         # Straight above or below, any frame is as good.
@@ -197,14 +219,21 @@ def shade_matcap(
     if image.ndim not in (2, 3) or image.shape[0] != image.shape[1]:
         raise ValueError(f"Expected `matcap` to have shape (N, N) or (N, N, C), got {image.shape}.")
     # The outermost texels' centers are half a texel inside the rim.
-    radius = np.linalg.norm(n[..., :2], axis=-1)
     most = 1 - 1 / image.shape[0]
     with np.errstate(invalid="ignore", divide="ignore"):
+        radius = np.linalg.norm(n[..., :2], axis=-1)
         shrink = np.where((n[..., 2] < 0) | (radius > most), most / radius, 1)
-    xy = n[..., :2] * np.where(np.isfinite(shrink), shrink, 1)[..., None]
-    z = np.sqrt(np.maximum(1 - np.sum(xy * xy, axis=-1), 0))
+        xy = n[..., :2] * np.where(np.isfinite(shrink), shrink, 1)[..., None]
+        z = np.sqrt(np.maximum(1 - np.sum(xy * xy, axis=-1), 0))
     toward = np.concatenate([xy, z[..., None]], axis=-1)
-    return sample(image, toward, resolve("matcap"), filter=filter)
+    return sample(
+        image,
+        toward,
+        resolve("matcap"),
+        filter=filter,
+        lod=lod,
+        derivatives=_derivatives(toward) if mipmaps else None,
+    )
 
 
 def shade_environment(
@@ -216,7 +245,9 @@ def shade_environment(
     projection: ProjectionLike = "latlong",
     *,
     rotation: Any | None = None,
-    filter: Filter = "bilinear",
+    filter: SampleFilter | None = None,
+    lod: ArrayLike | None = None,
+    mipmaps: bool = False,
 ) -> NDArray[Any]:
     """Shade a surface as a mirror of an environment: reflect, then look up.
 
@@ -227,12 +258,19 @@ def shade_environment(
     eye : array_like, shape (3,)
         Where the camera is.
     image : array_like
-        The environment, in `projection`; prefiltered, it makes a rough mirror.
+        The environment, in `projection`; prefiltered, it makes a rough mirror. With `lod` it may be
+        a list of levels, as from `prefilter_chain`.
     projection : Projection or str
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         Turns the environment in the world: what is at d goes to ``rotation @ d``.
-    filter : str
+    filter : str, optional
         As for `sample`.
+    lod : array_like, shape (...), optional
+        As for `sample`: the level of detail of each point.
+    mipmaps : bool
+        Whether each point is a pixel that shows all that it sees of the image, by the differences
+        to its neighbors; `normals` then has shape (H, W, 3). By default each is one lookup, and
+        pixels that see many texels flicker.
 
     Returns
     -------
@@ -241,11 +279,13 @@ def shade_environment(
     Raises
     ------
     ValueError, TypeError
-        As for `reflect` and `sample`.
+        As for `reflect` and `sample`, and for `mipmaps` without a picture of normals.
 
     Notes
     -----
-    Blinn and Newell, Texture and Reflection in Computer Generated Images, 1976.
+    Blinn and Newell, Texture and Reflection in Computer Generated Images, 1976. With `mipmaps` the
+    differences, taken as in `shade_matcap`, are those of what is reflected: curved mirrors blur
+    what they make small.
 
     Examples
     --------
@@ -253,21 +293,67 @@ def shade_environment(
     >>> sky = np.maximum(sm.directions("latlong", 64)[..., 1], 0)
     >>> float(sm.light.shade_environment([0, 0, 0], [0, 1, 1], [0, 0, 9], sky).round(1))
     1.0
+
+    A ball of 5 × 5 pixels that each see many stripes of one texel:
+
+    >>> y, x = np.mgrid[0.5:-0.5:5j, -0.5:0.5:5j]
+    >>> ball = np.stack([x, y, np.sqrt(1 - x**2 - y**2)], axis=-1)
+    >>> stripes = np.tile([0.0, 1.0], (64, 64))
+    >>> color = sm.light.shade_environment(ball, ball, [0, 0, 9], stripes, mipmaps=True)
+    >>> bool(np.abs(color - 0.5).max() < 0.01)
+    True
     """
-    view = _to_eye(positions, eye)
+    directions = np.asarray(reflect(_to_eye(positions, eye), _vectors(normals, "normals")))
     return sample(
         image,
-        reflect(view, _vectors(normals, "normals")),
+        directions,
         projection,
         rotation=rotation,
         filter=filter,
+        lod=lod,
+        derivatives=_derivatives(directions) if mipmaps else None,
     )
 
 
+def _derivatives(directions: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return how the directions of a picture change to the next pixel right and down."""
+    if directions.ndim != 3:
+        raise ValueError(
+            "Expected `normals` to be a picture of shape (H, W, 3), whose pixels have neighbors, "
+            f"for `mipmaps`; got {directions.shape}."
+        )
+    unit = directions / np.linalg.norm(directions, axis=-1, keepdims=True)
+    return _differences(unit, 1), _differences(unit, 0)
+
+
+def _differences(unit: NDArray[Any], axis: int) -> NDArray[Any]:
+    """Return differences along an axis to the nearer of both neighbors, 0 where there is none."""
+    unknown = np.full_like(np.take(unit, [0], axis), np.nan)
+    steps = np.diff(unit, axis=axis)
+    ahead = np.concatenate([steps, unknown], axis)
+    behind = np.concatenate([unknown, steps], axis)
+    far = np.linalg.norm(ahead, axis=-1, keepdims=True)
+    is_far = np.isnan(far) | (far > np.linalg.norm(behind, axis=-1, keepdims=True))
+    return np.nan_to_num(np.where(is_far, behind, ahead))
+
+
+def _filling(fill: float | Sequence[float], channels: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return what is outside: one number, or one a channel."""
+    array = as_doubles(fill, "fill")
+    if array.shape not in ((), channels):
+        raise ValueError(
+            f"Expected `fill` to be one number or {channels}, got shape {array.shape}."
+        )
+    return array
+
+
 def _vectors(value: ArrayLike, name: str) -> NDArray[np.float64]:
-    array = np.asarray(as_real(value, name), np.float64)
+    array = as_doubles(value, name)
     if array.shape[-1:] != (3,):
         raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
+    # Loops over nothing are long where an empty array has a long axis.
+    if not array.size and max(array.shape) > _LONGEST:
+        raise ValueError(f"Expected `{name}` to have fewer points, got shape {array.shape}.")
     return array
 
 
@@ -277,4 +363,10 @@ def _to_eye(positions: ArrayLike, eye: ArrayLike) -> NDArray[np.float64]:
     if place.shape != (3,):
         raise ValueError(f"Expected `eye` to have shape (3,), got {place.shape}.")
     v = place - _vectors(positions, "positions")
-    return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True))
+    return _unit(v)
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return vectors at length 1, and NaN for those that have none."""
+    with np.errstate(all="ignore"):
+        return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 
 from .. import _core
-from .._arrays import spatial_axes
+from .._arrays import as_doubles, spatial_axes
+from .._scalars import as_number, as_text
 from ..map.named import resolve
 from .image import as_light, coefficients
 
@@ -192,7 +193,7 @@ def lights(
     (4, True)
     """
     count = _count(count)
-    if method not in ("median", "variance"):
+    if as_text(method, "method") not in ("median", "variance"):
         raise ValueError(f"unknown method {method!r}; there are 'median' and 'variance'")
     array, p, weights = light_of(image, projection, axes, rotation, luminance, skipna)
     return Lights(*_core.lights(array, p, weights, count, method))
@@ -348,6 +349,11 @@ def add_sun(
     """
     p = resolve(projection, axes, rotation)
     array = as_light(image, p, skipna=skipna)
-    toward = tuple(float(x) for x in sun.direction)
-    irradiance = np.asarray(sun.irradiance, np.float64).ravel().tolist()
-    return _core.add_sun(array, p, toward, sun.solid_angle, irradiance)
+    if not isinstance(sun, Sun):
+        raise TypeError(f"Expected `sun` to be a Sun, got {type(sun).__name__}.")
+    toward = as_doubles(sun.direction, "sun.direction")
+    if toward.shape != (3,):
+        raise ValueError(f"Expected `sun.direction` to have shape (3,), got {toward.shape}.")
+    solid_angle = as_number(sun.solid_angle, "sun.solid_angle")
+    irradiance = as_doubles(sun.irradiance, "sun.irradiance").ravel()
+    return _core.add_sun(array, p, tuple(toward.tolist()), solid_angle, irradiance.tolist())

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from .. import _core
-from .._arrays import as_size, checked_image, has_channels, result_dtype
-from ..map.named import resolve
+from .._arrays import as_size, checked_image, has_channels, result_dtype, spatial_axes
+from .._scalars import as_flag, as_items, as_number, as_text, as_whole
+from ..map.named import resolve_pair
 from .lobes import lobe_image
 
 if TYPE_CHECKING:
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
     from .._arrays import Size
     from .._projection import Projection
-    from ..map.named import ProjectionLike
+    from ..map.named import ProjectionLike, Worlds
 
 __all__ = ["dfg", "prefilter", "prefilter_chain"]
 
@@ -40,12 +42,13 @@ def prefilter(
     method: Literal["auto", "exact", "sampled"] = "auto",
     samples: int = 1024,
     skipna: bool = False,
+    world: Worlds = "match",
 ) -> NDArray[np.floating[Any]]:
     """Return an environment as a rough mirror shows it, for every direction of reflection.
 
     Parameters
     ----------
-    image, src, dst, size, rotation, skipna
+    image, src, dst, size, rotation, skipna, world
         As for `irradiance`.
     roughness : float
         Perceptual, in [0, 1]: α = roughness². 0 is a mirror.
@@ -82,12 +85,12 @@ def prefilter(
     ((6, 4, 4, 3), True)
     """
     _check(distribution, roughness, samples)
-    if method not in ("auto", "exact", "sampled"):
+    if as_text(method, "method") not in ("auto", "exact", "sampled"):
         raise ValueError(f"Expected `method` to be 'auto', 'exact' or 'sampled', got {method!r}.")
-    source, target = resolve(src, rotation=rotation), resolve(dst)
+    source, target = resolve_pair(src, dst, rotation, world)
     pixels = checked_image(image, skipna=skipna)
     shape = target.shape(as_size(size))
-    alpha = float(roughness) ** 2
+    alpha = as_number(roughness, "roughness") ** 2
     if method == "exact" and alpha == 0:
         raise ValueError("a mirror, `roughness` 0, has no exact sum; use 'sampled' or `convert`.")
     if method == "auto":
@@ -114,12 +117,13 @@ def prefilter_chain(
     distribution: Distribution = "ggx",
     samples: int = 1024,
     skipna: bool = False,
+    world: Worlds = "match",
 ) -> list[NDArray[np.floating[Any]]]:
     """Return a mip chain of rough reflections: level k for roughness k/(levels - 1).
 
     Parameters
     ----------
-    image, src, dst, rotation, distribution, samples, skipna
+    image, src, dst, rotation, distribution, samples, skipna, world
         As for `prefilter`; all levels are sampled.
     size : int
         Of level 0; each further level has half of it.
@@ -147,21 +151,24 @@ def prefilter_chain(
     >>> [level.shape for level in chain]
     [(6, 16, 16, 3), (6, 8, 8, 3), (6, 4, 4, 3)]
     """
+    size = as_whole(size, "size")
+    if size < 1:
+        raise ValueError(f"Expected a `size` of at least 1, got {size}.")
     if levels is None:
-        levels = min(6, int(size).bit_length())
-    if levels < 1 or size >> (levels - 1) < 1:
-        raise ValueError(f"Expected `levels` from 1 to {int(size).bit_length()}, got {levels}.")
+        levels = min(6, size.bit_length())
+    if not 1 <= as_whole(levels, "levels") <= size.bit_length():
+        raise ValueError(f"Expected `levels` from 1 to {size.bit_length()}, got {levels}.")
     if roughness is None:
         values = [k / max(levels - 1, 1) for k in range(levels)]
-        if distribution == "charlie":
+        if as_text(distribution, "distribution") == "charlie":
             values[0] = 0.5 / max(levels - 1, 1)
     else:
-        values = [float(x) for x in roughness]
+        values = [as_number(x, "roughness") for x in as_items(roughness, "roughness", "numbers")]
     if len(values) != levels:
         raise ValueError(f"Expected `roughness` to have {levels} numbers, got {len(values)}.")
     for value in values:
         _check(distribution, value, samples)
-    source, target = resolve(src, rotation=rotation), resolve(dst)
+    source, target = resolve_pair(src, dst, rotation, world)
     pixels = checked_image(image, skipna=skipna)
     shapes = [target.shape(size >> k) for k in range(levels)]
     alphas = [value**2 for value in values]
@@ -208,13 +215,13 @@ def dfg(
     >>> bool(abs(E - 1) < 1e-4)
     True
     """
-    if distribution not in ("ggx", "charlie"):
+    if as_text(distribution, "distribution") not in ("ggx", "charlie"):
         raise ValueError(f"unknown distribution {distribution!r}; there are ggx, charlie")
-    if not 1 <= size <= 4096:
+    if not 1 <= as_whole(size, "size") <= 4096:
         raise ValueError(f"Expected a size from 1 to 4096, got {size}.")
-    both = _core.dfg(distribution, int(size))
+    both = _core.dfg(distribution, size)
     whole, fresnel = both[..., 0], both[..., 1]
-    pair = (fresnel, whole) if multiscatter else (whole - fresnel, fresnel)
+    pair = (fresnel, whole) if as_flag(multiscatter, "multiscatter") else (whole - fresnel, fresnel)
     return np.stack(pair, axis=-1).astype(np.float32)
 
 
@@ -227,22 +234,22 @@ def _sampled(
     distribution: str,
     samples: int,
 ) -> list[NDArray[np.floating[Any]]]:
-    found = _core.prefilter(pixels, source, target, shapes, alphas, distribution, int(samples))
+    found = _core.prefilter(pixels, source, target, shapes, alphas, distribution, samples)
     dtype = result_dtype(pixels)
     channels = has_channels(pixels, source)
     return [(level if channels else level[..., 0]).astype(dtype, copy=False) for level in found]
 
 
 def _texels(pixels: NDArray[Any], source: Projection) -> int:
-    return pixels.size // (pixels.shape[-1] if has_channels(pixels, source) else 1)
+    return math.prod(pixels.shape[: spatial_axes(source)])
 
 
 def _check(distribution: str, roughness: float, samples: int) -> None:
-    if distribution not in ("ggx", "charlie"):
+    if as_text(distribution, "distribution") not in ("ggx", "charlie"):
         raise ValueError(f"unknown distribution {distribution!r}; there are ggx, charlie")
-    if not 0 <= roughness <= 1:
+    if not 0 <= as_number(roughness, "roughness") <= 1:
         raise ValueError(f"`roughness` must be in [0, 1], got {roughness}.")
     if distribution == "charlie" and roughness == 0:
         raise ValueError("`roughness` must be above 0 for 'charlie'.")
-    if not 1 <= samples <= 1 << 20:
+    if not 1 <= as_whole(samples, "samples") <= 1 << 20:
         raise ValueError(f"`samples` must be from 1 to {1 << 20}, got {samples}.")

@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import _core
 from .._arrays import as_size, checked_image, has_channels
+from .._scalars import as_flag, as_number
 from ..map.named import resolve
 
 if TYPE_CHECKING:
@@ -58,8 +59,8 @@ def weights(
     0.333
     """
     resolved = resolve(projection)
-    found = _core.quadrature_weights(resolved, as_size(size))
-    return found / resolved.covered_solid_angle if normalized else found
+    found = _core.texel_weights(resolved, as_size(size))
+    return found / resolved.covered_solid_angle if as_flag(normalized, "normalized") else found
 
 
 def integrate(
@@ -230,6 +231,8 @@ def ws_psnr(
         raise ValueError(f"Expected two images of one shape, got {a.shape} and {b.shape}.")
     if peak is None:
         peak = float(np.iinfo(a.dtype).max) if a.dtype.kind == "u" else 1.0
+    elif not (0 < as_number(peak, "peak") < math.inf):
+        raise ValueError(f"`peak` must be above 0 and finite, got {peak}.")
     squared = np.square(a.astype(np.float64) - b.astype(np.float64))
     error = float(np.mean(mean(squared, projection)))
     return 10.0 * math.log10(peak**2 / error) if error > 0 else math.inf

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeAlias
+import difflib
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from .. import _core
+from .._scalars import as_text
 
 if TYPE_CHECKING:
     from .._names import LayoutName, ProjectionName, QualifiedName
@@ -14,6 +16,9 @@ if TYPE_CHECKING:
     ProjectionLike: TypeAlias = Projection | ProjectionName | QualifiedName | str
 
 __all__ = ["conventions", "projection"]
+
+# What is done where the worlds of two maps differ.
+Worlds: TypeAlias = Literal["match", "literal"]
 
 # Only names that resolved get in, so it cannot grow beyond the registry.
 _named: dict[str, Projection] = {}
@@ -42,8 +47,22 @@ def resolve(
         return projection
     try:
         return _named[projection]  # type: ignore[index]
-    except (KeyError, TypeError):
+    except (KeyError, TypeError, ValueError):
+        # Unknown, or nothing that has a hash.
         return _first_time(projection)
+
+
+def resolve_pair(
+    src: ProjectionLike, dst: ProjectionLike, rotation: Any | None, world: Worlds
+) -> tuple[Projection, Projection]:
+    """Return two maps with their directions in the first one's world, which is turned.
+
+    This is all that `world` does, but in `convert`, whose core does it.
+    """
+    if as_text(world, "world") not in ("match", "literal"):
+        raise ValueError(f"Expected `world` to be 'match' or 'literal', got {world!r}.")
+    source, target = resolve(src, rotation=rotation), resolve(dst)
+    return source, target.in_world_of(source) if world == "match" else target
 
 
 def _first_time(projection: object) -> Projection:
@@ -53,7 +72,10 @@ def _first_time(projection: object) -> Projection:
         raise TypeError(
             f"Expected a Projection or the name of one, got {type(projection).__name__}."
         )
-    found = _named[projection] = _class(projection)
+    found = _class(projection)
+    # With parameters there is no end of names.
+    if "(" not in projection:
+        _named[projection] = found
     return found
 
 
@@ -65,6 +87,7 @@ def projection(
     axes: str | None = None,
     grid: str | None = None,
     layout: LayoutName | str | None = None,
+    world: str | None = None,
     **parameters: float,
 ) -> Projection:
     """Return a projection: a frozen, hashable, picklable value with the verbs as methods.
@@ -72,7 +95,9 @@ def projection(
     Parameters
     ----------
     name : str
-        ``"latlong"``, or with a convention ``"latlong:mitsuba"``. `projections` lists the names.
+        ``"latlong"``, with parameters ``"perspective(fov=60)"``, with a convention
+        ``"latlong:mitsuba"``, or with both ``"angular(fov=180):openimageio"``. `projections` lists
+        the names. The same strings serve wherever a projection is asked for.
     convention : str, optional
         The program whose axes, grid, layout and parameters to use, as in ``"mitsuba"``.
         `conventions` lists them.
@@ -84,6 +109,10 @@ def projection(
     layout : str, optional
         How several faces lie in an image: ``"faces"`` (an array of faces), ``"strip"``,
         ``"column"``, ``"cross"``, ``"vertical_cross"`` or ``"dice"``.
+    world : str, optional
+        Which axes of its world point to the right, up and ahead of a person who stands in it, as
+        in ``"+x +z +y"``; by default those of the convention's program, else ``"+x +y -z"``. It
+        changes no axis of the map: `convert` matches worlds by it.
     **parameters : float
         The projection's own parameters, as ``fov`` (degrees) of ``"angular"``.
 
@@ -107,22 +136,31 @@ def projection(
     """
     if not isinstance(name, str):
         raise TypeError(f"Expected the name of a projection, got {type(name).__name__}.")
-    return _class(name, convention=convention, axes=axes, grid=grid, layout=layout, **parameters)
+    return _class(
+        name,
+        convention=convention,
+        axes=axes,
+        grid=grid,
+        layout=layout,
+        world=world,
+        **parameters,
+    )
 
 
-def conventions(kind: ProjectionName | str | None = None) -> list[dict[str, Any]]:
+def conventions(name: ProjectionName | str | None = None) -> list[dict[str, Any]]:
     """Return what named programs use: one row for each program and projection.
 
     Parameters
     ----------
-    kind : str, optional
-        The name of a projection, to get its rows alone.
+    name : str, optional
+        Of a projection, or of a program such as ``"unity"``, to get its rows alone.
 
     Returns
     -------
     rows : list of dict
         With ``kind``, ``name``, ``axes``, ``grid``, ``layout``, ``parameters``, ``note``,
-        ``source``, ``version`` and ``verified``.
+        ``source``, ``version`` and ``verified``; and of the program's world ``up``, ``forward``,
+        ``left_handed``, and why that is ahead, ``ahead``.
 
     Raises
     ------
@@ -134,9 +172,22 @@ def conventions(kind: ProjectionName | str | None = None) -> list[dict[str, Any]
     >>> import spheremap as sm
     >>> [row["axes"] for row in sm.conventions("latlong") if row["name"] == "mitsuba"]
     ['-x -y +z']
+    >>> [f"{row['kind']}:{row['name']}" for row in sm.conventions("unity")]
+    ['cube:unity', 'latlong:unity']
     """
     rows = _core.convention_table()
-    if kind is None:
+    if name is None:
         return rows
-    name = resolve(kind).name
-    return [row for row in rows if row["kind"] == name]
+    if isinstance(name, str):
+        program = name.lower()
+        # A program that lays a kind out in several ways has a row for each: ffmpeg-c3x2.
+        found = [row for row in rows if f"{row['name']}-".startswith(f"{program}-")]
+        if found:
+            return found
+        programs = {row["name"].split("-")[0] for row in rows}
+        kinds = {entry["name"] for entry in _core.registry()}
+        near = difflib.get_close_matches(program, sorted(programs | kinds), 1)
+        if near and near[0] in programs:
+            raise ValueError(f"unknown projection or program {name!r}; did you mean {near[0]!r}?")
+    kind = resolve(name).name
+    return [row for row in rows if row["kind"] == kind]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import html
 import math
 from collections.abc import Iterable
@@ -12,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import _core
+from .._scalars import as_number, as_text, as_whole
 from .named import resolve
 
 # Places a side of a face at which figures are taken that have no closed form.
@@ -157,7 +157,9 @@ def projections(
     for what in ("equal_area", "conformal"):
         if not isinstance(wanted[what], bool | None):
             raise TypeError(f"Expected `{what}` to be a bool, got {wanted[what]!r}.")
-    wanted |= {"faces": faces, "seam": seam}
+    wanted |= {"faces": None if faces is None else as_whole(faces, "faces"), "seam": seam}
+    if density_ratio is not None:
+        density_ratio = as_number(density_ratio, "density_ratio")
 
     def fits(entry: dict[str, Any]) -> bool:
         low, high = entry["density_range"]
@@ -168,14 +170,9 @@ def projections(
 
 
 def _check_word(what: str, value: str | None, known: list[str]) -> None:
-    if value is None or value in known:
+    if value is None or as_text(value, what) in known:
         return
-    if not isinstance(value, str):
-        raise TypeError(f"Expected `{what}` to be a str, got {value!r}.")
-    names = sorted(set(known))
-    near = difflib.get_close_matches(value, names, 1)
-    hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(names)}"
-    raise ValueError(f"unknown {what} {value!r}{hint}")
+    _core.check_word(what, value, sorted(set(known)))
 
 
 @cache

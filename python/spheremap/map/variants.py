@@ -15,10 +15,15 @@ if TYPE_CHECKING:
 
 
 def changed(
-    p: Projection, *, axes: str | None = None, grid: str | None = None, layout: str | None = None
+    p: Projection,
+    *,
+    axes: str | None = None,
+    grid: str | None = None,
+    layout: str | None = None,
+    world: str | None = None,
 ) -> Projection:
-    """Return the same map with other axes, grid or layout."""
-    return p._changed(axes=axes, grid=grid, layout=layout)
+    """Return the same map with other axes, grid, layout, or said to be of another world."""
+    return p._changed(axes=axes, grid=grid, layout=layout, world=world)
 
 
 def pose_matrix(pose: Any | None) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
+from .._scalars import as_number
 from .named import resolve
 
 if TYPE_CHECKING:
@@ -403,7 +404,8 @@ def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
     >>> np.round(sm.rotation(90, 0, 0) @ [0, 0, 1] + 0.0, 12).tolist()
     [1.0, 0.0, 0.0]
     """
-    return _core.rotation(yaw, pitch, roll)
+    angles = ((yaw, "yaw"), (pitch, "pitch"), (roll, "roll"))
+    return _core.rotation(*(as_number(value, name) for value, name in angles))
 
 
 def explain(projection: ProjectionLike) -> None:

@@ -2,6 +2,7 @@
 
 from .depth import convert_depth
 from .padding import pad
+from .pictures import sample_uv
 from .plans import RemapPlan, remap_plan
 from .verbs import convert, mipmaps, sample
 from .views import embed
@@ -15,4 +16,5 @@ __all__ = [
     "pad",
     "remap_plan",
     "sample",
+    "sample_uv",
 ]

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import _core
 from .._arrays import spatial_axes
+from .._scalars import as_text
 from ..map.named import resolve
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def convert_depth(
     """
     p = resolve(projection)
     for name, kind in (("source", source), ("target", target or source)):
-        if kind not in _KINDS:
+        if as_text(kind, name) not in _KINDS:
             raise ValueError(f"unknown {name} '{kind}'; there are distance, z")
     if target is None:
         target = "z" if source == "distance" else "distance"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import operator
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
+from .._scalars import as_whole
 from ..map.named import resolve
 
 if TYPE_CHECKING:
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from ..map.named import ProjectionLike
 
 __all__ = ["pad"]
+
+# Texels of a border that no image has room for anyway.
+_WIDEST = (1 << 31) - 1
 
 
 def pad(
@@ -81,7 +84,7 @@ def pad(
     (6, 20, 20, 3)
     """
     resolved = resolve(projection)
-    n = operator.index(n)
-    if n < 0:
-        raise ValueError(f"Expected a border of at least 0 texels, got {n}.")
+    n = as_whole(n, "n")
+    if not 0 <= n <= _WIDEST:
+        raise ValueError(f"Expected a border of 0 to {_WIDEST} texels, got {n}.")
     return _core.pad(image, resolved, n, filter)

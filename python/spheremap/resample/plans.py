@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import spatial_axes
+from .._scalars import as_float_dtype, as_items
 from ..map.grid import cells, on_corners, row_blocks, texel
 from ..map.named import resolve
 from ..map.size import matching_size
@@ -38,7 +39,7 @@ class RemapPlan:
     source_shape : tuple of int or None
         The shape that images must have, without channels; None for any.
     options : tuple of (str, object)
-        What else `convert` is told: ``filter``, ``fill`` and so on.
+        What else `convert` is told: ``filter``, ``fill``, ``world`` and so on.
 
     Examples
     --------
@@ -151,22 +152,24 @@ class RemapPlan:
         >>> abs(y.round(5)).tolist()
         [[0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 1.0]]
         """
-        if source_shape is not None and self.source_shape not in (None, tuple(source_shape)):
+        if source_shape is not None:
+            source_shape = tuple(as_items(source_shape, "source_shape", "whole numbers"))
+        if source_shape is not None and self.source_shape not in (None, source_shape):
             raise ValueError(f"The plan was made for {self.source_shape}, got {source_shape}.")
         source_shape = source_shape or self.source_shape
         if source_shape is None:
             raise ValueError("Expected the shape of the source: the plan was made for any.")
-        dtype = np.dtype(dtype)
-        if dtype not in (np.dtype(np.float32), np.dtype(np.float64)):
-            raise TypeError(f"Expected `dtype` to be float32 or float64, got {dtype}.")
+        dtype = as_float_dtype(dtype)
         height, width = self.src.shape(tuple(source_shape))[-2:]
         (cells_v, cells_u), (corners_v, corners_u) = (
             cells(self.src),
             on_corners(self.src),
         )
+        literal = dict(self.options).get("world", "match") == "literal"
+        target = self.dst if literal else self.dst.in_world_of(self.src)
         maps = tuple(np.empty(self.shape, dtype) for _ in range(spatial_axes(self.src)))
         flat = [one.reshape(-1, self.shape[-1]) for one in maps]
-        for rows, directions in row_blocks(self.dst, self.shape):
+        for rows, directions in row_blocks(target, self.shape):
             at = self.src.encode(directions)
             flat[0][rows] = texel(at[..., 0], width, cells_u, corners_u)
             flat[1][rows] = texel(at[..., 1], height, cells_v, corners_v)
@@ -195,9 +198,9 @@ def remap_plan(
     source_shape : tuple of int, optional
         The shape of the images without channels. Given, images of another shape raise.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        Turns the content in the world: the plan's `src` is turned by it.
+        Turns the content in the world of `src`: the plan's `src` is turned by it.
     **options
-        What else `convert` takes: ``filter``, ``fill``, ... They are checked here, once.
+        What else `convert` takes: ``filter``, ``fill``, ``world``, ... They are checked here, once.
 
     Returns
     -------
@@ -227,7 +230,9 @@ def remap_plan(
     (32, 64)
     """
     source, target = resolve(src), resolve(dst)
-    known = None if source_shape is None else tuple(source.shape(tuple(source_shape)))
+    known = None
+    if source_shape is not None:
+        known = source.shape(tuple(as_items(source_shape, "source_shape", "whole numbers")))
     if size is None:
         if known is None:
             raise TypeError("Expected `size`, or the `source_shape` that gives it.")
@@ -235,11 +240,15 @@ def remap_plan(
     for name in ("image", "out"):
         if name in options:
             raise TypeError(f"`{name}` is no option of a plan: pass it when calling the plan.")
-    options = {k: tuple(v) if isinstance(v, (list, np.ndarray)) else v for k, v in options.items()}
+    options = {k: tuple(v) if _is_list(v) else v for k, v in options.items()}
     source = resolve(source, rotation=rotation)
     plan = RemapPlan(source, target, target.shape(size), known, tuple(options.items()))
     _try(plan)
     return plan
+
+
+def _is_list(value: object) -> bool:
+    return isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def _try(plan: RemapPlan) -> None:

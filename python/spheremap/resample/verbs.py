@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
-    from .._names import ConvertFilter, Filter
-    from ..map.named import ProjectionLike
+    from .._names import ConvertFilter, SampleFilter
+    from ..map.named import ProjectionLike, Worlds
 
 __all__ = ["convert", "mipmaps", "sample"]
 
@@ -28,27 +28,31 @@ def sample(
     /,
     projection: ProjectionLike,
     *,
-    filter: Filter = "bilinear",
+    filter: SampleFilter | None = None,
     axes: str | None = None,
     rotation: Any | None = None,
     fill: float | Sequence[float] = 0.0,
     out: NDArray[Any] | None = None,
     alpha: int | None = None,
     skipna: bool = False,
+    lod: ArrayLike | None = None,
+    derivatives: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> NDArray[Any]:
     """Look directions up in an image.
 
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-        Of dtype uint8, uint16, float16, float32 or float64.
+        Of dtype uint8, uint16, float16, float32 or float64. For `lod` and `derivatives` it may be a
+        list of levels, as from `mipmaps` or `light.prefilter_chain`; others are made.
     directions : array_like, shape (..., 3)
         World directions of any length.
     projection, axes, rotation
         As for `encode`: how the image maps the sphere.
-    filter : str
-        ``"bilinear"``, ``"nearest"``, ``"catmull-rom"`` (also called ``"bicubic"``), which
-        interpolates, ``"mitchell"``, which is softer and rings less [1]_, ... The documentation's
+    filter : str, optional
+        ``"bilinear"``, the default, ``"nearest"``, ``"catmull-rom"`` (also called ``"bicubic"``),
+        which interpolates, ``"mitchell"``, which is softer and rings less [1]_, ... With `lod` or
+        `derivatives` ``"trilinear"``, the default there, or ``"ewa"``. The documentation's
         table has all. All know what lies beyond an edge: seams do not show.
     fill : float or sequence of float
         The value for directions that the image does not hold, or one for each channel. Black by
@@ -62,6 +66,14 @@ def sample(
     skipna : bool
         Whether NaN and infinite values have no weight. By default they spread to every
         value that they touch.
+    lod : array_like, shape (...), optional
+        The level of detail of each lookup, broadcast against `directions`: 0 is the image, k level
+        k of its `mipmaps`, 1.25 three parts of level 1 and one of level 2. Below 0 it is 0, and
+        beyond the last level that one. Where it is NaN, the result is `fill`.
+    derivatives : pair of array_like, shape (..., 3), optional
+        How the direction changes to the next pixel of your picture, to the right and down: then
+        the level follows from what the pixel sees. Of the units of `directions`, whose length does
+        not matter. Where one is NaN, the result is `fill`; where one is infinite, the last level.
 
     Returns
     -------
@@ -70,10 +82,20 @@ def sample(
     Raises
     ------
     ValueError, TypeError
-        As for `encode`, and for an image of an unfit shape or dtype.
+        As for `encode`, and for an image of an unfit shape or dtype; for both `lod` and
+        `derivatives`, or one of them with a filter that knows no levels; for levels without either,
+        or with `alpha` or `skipna`.
 
     Notes
     -----
+    Levels go by the rules of graphics APIs [2]_ [3]_. By the projection's Jacobian, `derivatives`
+    become the two sides of a pixel in texels of the image; the longer one's length ρ gives the
+    level log₂ ρ, and between two levels the mix is linear in it (`convert` mixes linearly in ρ).
+    ``"ewa"`` goes by the shorter axis of the pixel's ellipse, of at least a 16th of the longer one,
+    and averages over the ellipse in both levels. Where the map is singular, at a pole of a latlong,
+    ρ is infinite. Each call makes the levels of the image once, as `mipmaps` does, but without
+    rounding them to its dtype: one call of many lookups is faster than many calls.
+
     An image that is not C-contiguous (``rgba[..., :3]``, ``image[::-1]``, Fortran order) or not of
     native byte order is copied for the call. It is the one array that costs memory beside itself
     and the result.
@@ -82,6 +104,8 @@ def sample(
     ----------
     .. [1] Mitchell, D. P. and Netravali, A. N., Reconstruction Filters in Computer Graphics,
        SIGGRAPH 1988.
+    .. [2] Direct3D 11.3 Functional Specification, 7.18.11, Texture Mipmap Selection.
+    .. [3] The OpenGL Graphics System, Version 4.6, 8.14, Texture Minification.
 
     Examples
     --------
@@ -89,6 +113,20 @@ def sample(
     >>> height = sm.directions("latlong", 64)[..., 1]
     >>> np.round(sm.sample(height, [[0, 1, 1], [0, -1, 1]], "latlong"), 2).tolist()
     [0.71, -0.71]
+
+    Stripes of one texel, from level to level:
+
+    >>> stripes = np.tile([0.0, 1.0], (64, 64))
+    >>> d = sm.directions("latlong", 64)[32, 1]
+    >>> sm.sample(stripes, d, "latlong", lod=[0, 0.5, 1]).tolist()
+    [1.0, 0.75, 0.5]
+
+    A rough mirror's reflections, for a roughness at each place:
+
+    >>> chain = sm.light.prefilter_chain(height, "latlong", "cube", size=8, levels=4, samples=64)
+    >>> roughness = np.array([0.0, 0.3, 0.9])
+    >>> sm.sample(chain, [0, 1, 0], "cube", lod=roughness * 3).round(1).tolist()
+    [1.0, 0.9, 0.4]
     """
     p = resolve(projection, axes, rotation)
     return _core.Projection.sample(
@@ -100,6 +138,8 @@ def sample(
         out=out,
         alpha=alpha,
         skipna=skipna,
+        lod=lod,
+        derivatives=derivatives,
     )
 
 
@@ -117,6 +157,7 @@ def convert(
     skipna: bool = False,
     antialias: bool = True,
     alpha: int | None = None,
+    world: Worlds = "match",
 ) -> NDArray[Any]:
     """Turn an image from one projection into another.
 
@@ -130,8 +171,8 @@ def convert(
         As for `solid_angle`. By default the size that holds about as many texels per covered
         steradian as the source.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        Turns the content in the world: what is at d goes to ``rotation @ d``. For the view of a
-        camera, see `Projection.turned`.
+        Turns the content in the world of `src`: what is at d goes to ``rotation @ d``. For the
+        view of a camera, see `Projection.turned`.
     filter : str
         Those of `sample` look texels up, and are averaged where `antialias` says so.
         ``"area"`` is conservative: each texel is the mean of the source over its own solid angle,
@@ -154,6 +195,10 @@ def convert(
         The number of the channel, -1 for the last, that says how opaque a texel is. The others are
         then means by opacity: colors of transparent texels do not bleed. They are straight (not
         premultiplied) before and after; where nothing is opaque they are 0.
+    world : {"match", "literal"}
+        What is done where the programs of `src` and `dst` live in different worlds (z up, +x
+        ahead, left-handed; `conventions` says which). ``"match"``: what is up stays up, what is
+        ahead stays ahead, and nothing is mirrored. ``"literal"``: (x, y, z) stays (x, y, z).
 
     Returns
     -------
@@ -188,6 +233,13 @@ def convert(
     >>> sm.convert(probe, "angular", "latlong").shape
     (40, 80, 3)
 
+    Blender has +z up, Unity +y; the sky stays above, and nothing is mirrored:
+
+    >>> height = sm.directions("latlong:blender", 64)[..., 2]
+    >>> there = sm.convert(height, "latlong:blender", "latlong:unity", size=64)
+    >>> bool(np.allclose(there, sm.directions("latlong:unity", 64)[..., 1], atol=1e-12))
+    True
+
     A sun of one texel keeps its energy:
 
     >>> sky = np.zeros((256, 512))
@@ -213,6 +265,7 @@ def convert(
         skipna=skipna,
         antialias=antialias,
         alpha=alpha,
+        world=world,
     )
 
 

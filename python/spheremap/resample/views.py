@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import as_image, spatial_shape
+from .._scalars import as_number
 from ..map.named import resolve
 from .verbs import convert
 
@@ -56,7 +57,7 @@ def embed(
     out : ndarray, optional
         Where to put the result; it may be `image` itself.
     **options
-        ``filter`` and what else `convert` takes to look the view up.
+        ``filter``, ``world`` and what else `convert` takes to look the view up.
 
     Returns
     -------
@@ -104,6 +105,7 @@ def embed(
         raise TypeError(
             f"Expected `view` to have the dtype of `image`, {whole.dtype}, got {crop.dtype}."
         )
+    feather = as_number(feather, "feather")
     if not feather >= 0 or not np.isfinite(feather):
         raise ValueError(
             f"Expected `feather` to be a number of texels of at least 0, got {feather}."

@@ -31,6 +31,11 @@ impl Rect {
     }
 
     /// Its area in the image.
+    ///
+    /// ```
+    /// use spheremap::geometry::Rect;
+    /// assert_eq!(Rect { u0: 0.5, ..Rect::WHOLE }.area(), 0.5);
+    /// ```
     pub fn area(self) -> f64 {
         self.du() * self.dv()
     }

@@ -2,7 +2,7 @@
 
 use super::refine::Refine;
 use super::search::{BELOW_ONE, WINDOW, bucket, position, search};
-use super::{Distribution, Radiance};
+use super::{Distribution, Records};
 use crate::error::{Error, expect_length};
 use crate::kernel::threads;
 use crate::kernel::tile::prefetch_item;
@@ -47,12 +47,12 @@ impl Distribution {
     /// The slices' lengths do not go together.
     ///
     /// ```
-    /// use spheremap::Map;
-    /// use spheremap::light::distribution::{Distribution, Radiance};
+    /// use spheremap::light::distribution::Distribution;
+    /// use spheremap::{Map, image::ImageView};
     /// let map = Map::new("latlong")?;
     /// let mut sky = vec![0.0; 4 * 8];
     /// sky[12] = 1.0; // one bright texel
-    /// let light = Distribution::new(&map, &[4, 8], None, &sky, &Radiance::Double(sky.clone()), 1)?;
+    /// let light = Distribution::new(&ImageView::new(&map, &[4, 8], 1, &sky)?, &sky)?;
     /// let (mut direction, mut pdf, mut weight) = ([0.0_f64; 3], [0.0], [0.0]);
     /// light.sample(&[0.3, 0.7], &mut direction, &mut pdf, &mut weight)?;
     /// let (_, uv) = map.encode_one(direction.into()).expect("a direction");
@@ -255,8 +255,8 @@ impl Distribution {
     fn prefetch_record(&self, texel: usize) {
         let at = texel * (self.channels + 1);
         match &self.records {
-            Radiance::Single(records) => prefetch_item(records, at),
-            Radiance::Double(records) => prefetch_item(records, at),
+            Records::Single(records) => prefetch_item(records, at),
+            Records::Double(records) => prefetch_item(records, at),
         }
     }
 
@@ -315,15 +315,9 @@ impl Distribution {
             }
         } else {
             match (&self.records, self.channels) {
-                (Radiance::Single(records), 3) => {
-                    weigh::<R, _, 3>(records, 3, texels, pdf, weights)
-                }
-                (Radiance::Single(records), c) => {
-                    weigh::<R, _, 0>(records, c, texels, pdf, weights)
-                }
-                (Radiance::Double(records), c) => {
-                    weigh::<R, _, 0>(records, c, texels, pdf, weights)
-                }
+                (Records::Single(records), 3) => weigh::<R, _, 3>(records, 3, texels, pdf, weights),
+                (Records::Single(records), c) => weigh::<R, _, 0>(records, c, texels, pdf, weights),
+                (Records::Double(records), c) => weigh::<R, _, 0>(records, c, texels, pdf, weights),
             }
         }
     }

@@ -17,11 +17,11 @@ impl Distribution {
     /// The slices' lengths do not go together.
     ///
     /// ```
-    /// use spheremap::Map;
-    /// use spheremap::light::distribution::{Distribution, Radiance};
+    /// use spheremap::light::distribution::Distribution;
+    /// use spheremap::{Map, image::ImageView};
     /// let map = Map::new("latlong")?;
-    /// let white = Radiance::Single(vec![1.0; 4 * 8]);
-    /// let light = Distribution::new(&map, &[4, 8], None, &[1.0; 4 * 8], &white, 1)?;
+    /// let white = ImageView::new(&map, &[4, 8], 1, &[1.0_f32; 4 * 8])?;
+    /// let light = Distribution::new(&white, &[1.0; 4 * 8])?;
     /// let mut pdf = [0.0_f64];
     /// light.pdf(&[0.0, 1.0, 0.0], &mut pdf)?;
     /// assert!((pdf[0] * 4.0 * std::f64::consts::PI - 1.0).abs() < 1e-6);

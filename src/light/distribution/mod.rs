@@ -41,16 +41,17 @@ mod refine;
 mod row;
 mod search;
 
-use crate::error::Error;
+use crate::error::{Error, expect_length};
 use crate::geometry::axes::Rotation;
+use crate::image::ImageView;
 use crate::image::raster::Raster;
+use crate::image::texel::Texel;
 use crate::kernel::memory::expect_room;
 use crate::kernel::pages;
 use crate::kernel::threads;
 use crate::map::Map;
 use cells::Cells;
 pub use cells::STRAIGHT;
-use glam::DMat3;
 use records::{recorded, sources};
 use row::Row;
 use search::{accumulate, fill_guide, normalize};
@@ -62,9 +63,29 @@ const GRIDS: [(usize, f64); 3] = [(512, 0.1), (1024, 0.4), (2048, 1.0)];
 /// Fewer buckets take more steps of a search, and leave more of the cache to what is searched.
 const COLUMNS_A_BUCKET: usize = 4;
 
-/// Texels that samples return, each divided by its density.
+/// Texels whose channels samples return: f32 or f64.
+pub trait Radiance: Texel {
+    /// The records of texels of this type.
+    #[doc(hidden)]
+    fn records(texels: Vec<Self>) -> Records;
+}
+
+impl Radiance for f32 {
+    fn records(texels: Vec<f32>) -> Records {
+        Records::Single(texels)
+    }
+}
+
+impl Radiance for f64 {
+    fn records(texels: Vec<f64>) -> Records {
+        Records::Double(texels)
+    }
+}
+
+/// What samples return, each texel's channels and its density.
+#[doc(hidden)]
 #[derive(Clone, Debug)]
-pub enum Radiance {
+pub enum Records {
     /// Single precision.
     Single(Vec<f32>),
     /// Double precision.
@@ -95,49 +116,35 @@ pub struct Distribution {
     /// For each texel, face by face, the density per steradian.
     density: Vec<f32>,
     /// For each texel its channels, and its density once more: a sample finds both in one place.
-    records: Radiance,
+    records: Records,
     channels: usize,
     integral: f64,
 }
 
 impl Distribution {
-    /// The density of an image of a map: for each stored texel a luminance that is finite and not negative, and
-    /// the channels that `sample` divides by the density.
+    /// The density of an image: for each stored texel a luminance that is finite and not negative, and its channels, which
+    /// `sample` divides by the density.
     ///
     /// # Errors
-    /// The shape is none of the map's, lengths do not go together, or the image is black or too bright to sum.
+    /// There is not one luminance a texel, or the image is black or too bright to sum.
     ///
     /// ```
-    /// use spheremap::Map;
-    /// use spheremap::light::distribution::{Distribution, Radiance};
+    /// use spheremap::light::distribution::Distribution;
+    /// use spheremap::{Map, image::ImageView};
     /// let map = Map::new("latlong")?;
-    /// let white = Radiance::Single(vec![1.0; 4 * 8]);
-    /// let light = Distribution::new(&map, &[4, 8], None, &[1.0; 4 * 8], &white, 1)?;
+    /// let white = ImageView::new(&map, &[4, 8], 1, &[1.0_f32; 4 * 8])?;
+    /// let light = Distribution::new(&white, &[1.0; 4 * 8])?;
     /// assert!((light.integral() - 4.0 * std::f64::consts::PI).abs() < 1e-8);
     /// # Ok::<(), spheremap::Error>(())
     /// ```
-    pub fn new(
-        map: &Map,
-        shape: &[usize],
-        rotation: Option<DMat3>,
+    pub fn new<T: Radiance>(
+        image: &ImageView<'_, T>,
         luminance: &[f64],
-        radiance: &Radiance,
-        channels: usize,
     ) -> Result<Distribution, Error> {
-        let raster = Raster::new(map, shape)?;
+        let (map, raster, channels) = (image.map(), *image.raster(), image.channels());
         let (width, height, faces) = (raster.width, raster.height, map.info().faces);
         let texels = width * height * faces;
-        let stored = match radiance {
-            Radiance::Single(texels) => texels.len(),
-            Radiance::Double(texels) => texels.len(),
-        };
-        if luminance.len() != raster.texels() || stored != luminance.len() * channels {
-            return Err(Error::Shape(format!(
-                "Expected {} texels, got {} luminances and {stored} numbers of {channels} channels.",
-                raster.texels(),
-                luminance.len()
-            )));
-        }
+        expect_length("luminance", luminance.len(), raster.texels())?;
         let Cells {
             columns,
             split,
@@ -189,20 +196,13 @@ impl Distribution {
         let mut density = Vec::with_capacity(light.len());
         pages::advise(&mut density);
         density.extend(light.iter().map(|light| (light / integral) as f32));
-        let records = match radiance {
-            Radiance::Single(stored) => {
-                Radiance::Single(recorded(&sources, stored, channels, &density))
-            }
-            Radiance::Double(stored) => {
-                Radiance::Double(recorded(&sources, stored, channels, &density))
-            }
-        };
+        let records = T::records(recorded(&sources, image.texels(), channels, &density));
         debug_assert_eq!(texels, sources.len());
         Ok(Distribution {
             map: map.clone(),
             raster,
-            into_view: map.view_rotation(rotation),
-            into_world: map.view_rotation(rotation).inverse(),
+            into_view: map.view_rotation(None),
+            into_world: map.view_rotation(None).inverse(),
             columns,
             split,
             edges,
@@ -223,9 +223,11 @@ impl Distribution {
     /// The integral of the luminance, ∫ L dω.
     ///
     /// ```
-    /// use spheremap::light::distribution::{Distribution, Radiance};
-    /// let map = spheremap::Map::new("latlong")?;
-    /// let light = Distribution::new(&map, &[4, 8], None, &[2.0; 4 * 8], &Radiance::Single(vec![1.0; 4 * 8]), 1)?;
+    /// use spheremap::light::distribution::Distribution;
+    /// use spheremap::{Map, image::ImageView};
+    /// let map = Map::new("latlong")?;
+    /// let white = ImageView::new(&map, &[4, 8], 1, &[1.0_f32; 4 * 8])?;
+    /// let light = Distribution::new(&white, &[2.0; 4 * 8])?;
     /// assert!((light.integral() - 8.0 * std::f64::consts::PI).abs() < 1e-8);
     /// # Ok::<(), spheremap::Error>(())
     /// ```
@@ -236,10 +238,11 @@ impl Distribution {
     /// The numbers that a texel has.
     ///
     /// ```
-    /// use spheremap::light::distribution::{Distribution, Radiance};
-    /// let map = spheremap::Map::new("latlong")?;
-    /// let white = Radiance::Single(vec![1.0; 3 * 4 * 8]);
-    /// let light = Distribution::new(&map, &[4, 8], None, &[1.0; 4 * 8], &white, 3)?;
+    /// use spheremap::light::distribution::Distribution;
+    /// use spheremap::{Map, image::ImageView};
+    /// let map = Map::new("latlong")?;
+    /// let white = ImageView::new(&map, &[4, 8], 3, &[1.0_f32; 3 * 4 * 8])?;
+    /// let light = Distribution::new(&white, &[1.0; 4 * 8])?;
     /// assert_eq!(light.channels(), 3);
     /// # Ok::<(), spheremap::Error>(())
     /// ```
@@ -274,8 +277,9 @@ mod tests {
             let shape = crate::image::raster::shape_of_size(&map, GRIDS[0].0);
             let texels: usize = shape.iter().product();
             let light = vec![1.0; texels];
-            let radiance = Radiance::Single(vec![1.0; texels]);
-            let made = Distribution::new(&map, &shape, None, &light, &radiance, 1).unwrap();
+            let radiance = vec![1.0_f32; texels];
+            let view = ImageView::new(&map, &shape, 1, &radiance).unwrap();
+            let made = Distribution::new(&view, &light).unwrap();
             let nonlinear: u32 = made.nonlinear.iter().map(|word| word.count_ones()).sum();
             // Most of them, even of the MatCap, whose density rises without bound toward the rim.
             let cells = made.rows.len() * made.columns;

@@ -3,9 +3,9 @@
 use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
 use crate::image::rim::nearest_valid_texel;
+use crate::image::texel::Texel;
 use crate::kernel::pages;
 use crate::kernel::threads;
-use crate::number::real::Real;
 use crate::projections::projection::Outline;
 
 /// For each texel, face by face, the stored texel that holds its value; none where it covers nothing.
@@ -47,7 +47,7 @@ fn covers_some(raster: &Raster, i: usize, j: usize) -> bool {
     p * p + q * q < 0.25
 }
 
-pub(super) fn recorded<T: Real>(
+pub(super) fn recorded<T: Texel>(
     sources: &[Option<usize>],
     stored: &[T],
     channels: usize,
@@ -58,9 +58,9 @@ pub(super) fn recorded<T: Real>(
     for (source, density) in sources.iter().zip(density) {
         match source {
             Some(texel) => out.extend_from_slice(&stored[texel * channels..][..channels]),
-            None => out.extend(std::iter::repeat_n(T::new(0.0), channels)),
+            None => out.extend(std::iter::repeat_n(T::default(), channels)),
         }
-        out.push(T::new(f64::from(*density)));
+        out.push(T::from_f64(f64::from(*density)));
     }
     out
 }

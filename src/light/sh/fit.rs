@@ -16,6 +16,7 @@
 use super::count::count;
 use super::rings::{self, Rings};
 use crate::error::Error;
+use crate::image::ImageView;
 use crate::image::texel::Texel;
 use crate::kernel::threads;
 use crate::light::sh::basis;
@@ -69,15 +70,14 @@ impl Normal {
     /// Those of texels that lie anywhere.
     pub fn new<T: Texel>(
         texels: &Texels,
-        image: &[T],
-        channels: usize,
+        image: &ImageView<'_, T>,
         order: usize,
     ) -> Result<Normal, Error> {
         let n = texels.weight.iter().filter(|w| **w > 0.0).count();
         let wide = order + 2;
         let high = if 4 * count(wide) <= n { wide } else { order };
-        let flux = texels.flux(image, channels, false)?;
-        let right = sums(texels, &flux, channels, high);
+        let flux = texels.flux(image, false)?;
+        let right = sums(texels, &flux, image.channels(), high);
         let moments = texels.moments(high, || {
             // In the same blocks, one row each: a constant image.
             sums(texels, &texels.weight, 1, 2 * high)
@@ -90,12 +90,12 @@ impl Normal {
     }
 
     /// Those of texels on rings.
-    pub fn of_rings<T: Texel>(rings: &Rings, image: &[T], channels: usize, order: usize) -> Normal {
+    pub fn of_rings<T: Texel>(rings: &Rings, image: &ImageView<'_, T>, order: usize) -> Normal {
         let high = (order + 2).min(rings.highest());
         let weights = rings.solid_angles();
         Normal {
             high,
-            right: rings.analyze(image, channels, high, &weights),
+            right: rings.analyze(image, high, &weights),
             moments: Arc::new(rings.analyze_one(2 * high, &weights)),
         }
     }

@@ -28,10 +28,10 @@ pub mod windows;
 pub use count::count;
 pub use evaluate::{evaluate, rotate, scale_degrees};
 
-use crate::error::{Error, expect_length};
+use crate::error::Error;
+use crate::image::ImageView;
 use crate::image::texel::Texel;
 use crate::light::texels::texels;
-use crate::map::Map;
 use crate::projections::projection::Coverage;
 
 /// The highest order that images are analyzed to.
@@ -50,36 +50,30 @@ pub enum Samples {
 /// The coefficients of an image: (order + 1)² rows of one number a channel.
 ///
 /// # Errors
-/// The shape is none of the map's, the image does not hold `channels` numbers a texel, or it is too small for the order.
+/// The image is too small for the order.
 ///
 /// ```
-/// use spheremap::{Map, light::sh};
+/// use spheremap::{Map, image::ImageView, light::sh};
 /// let map = Map::new("latlong")?;
 /// let white = vec![1.0_f32; 16 * 32];
-/// let coefficients = sh::project(&map, &[16, 32], &white, 1, 2, sh::Samples::Means)?;
+/// let white = ImageView::new(&map, &[16, 32], 1, &white)?;
+/// let coefficients = sh::project(&white, 2, sh::Samples::Means)?;
 /// assert_eq!(coefficients.len(), sh::count(2));
 /// let mean = (4.0 * std::f64::consts::PI).sqrt(); // of the constant 1, times Y_0,0
 /// assert!((coefficients[0] - mean).abs() < 1e-12);
 /// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn project<T: Texel>(
-    map: &Map,
-    shape: &[usize],
-    image: &[T],
-    channels: usize,
+    image: &ImageView<'_, T>,
     order: usize,
     samples: Samples,
 ) -> Result<Vec<f64>, Error> {
+    let (map, shape, channels) = (image.map(), image.shape(), image.channels());
     if order > HIGHEST {
         return Err(Error::Contradiction(format!(
             "Expected `order` to be at most {HIGHEST}, got {order}."
         )));
     }
-    expect_length(
-        "image",
-        image.len(),
-        shape.iter().product::<usize>() * channels,
-    )?;
     let whole = map.coverage() == Coverage::Sphere;
     if whole && let Some(rings) = rings::Rings::of(map, shape)? {
         let highest = rings.highest();
@@ -87,9 +81,9 @@ pub fn project<T: Texel>(
             return Err(too_high(shape, order, highest));
         }
         let own = match samples {
-            Samples::Points => rings.analyze(image, channels, order, &rings.exact()),
+            Samples::Points => rings.analyze(image, order, &rings.exact()),
             Samples::Means => {
-                let normal = fit::Normal::of_rings(&rings, image, channels, order);
+                let normal = fit::Normal::of_rings(&rings, image, order);
                 kept(&normal, channels, order).ok_or_else(|| too_high(shape, order, highest / 2))?
             }
         };
@@ -97,7 +91,7 @@ pub fn project<T: Texel>(
     }
     let texels = texels(map, shape)?;
     if !whole {
-        let flux = texels.flux(image, channels, false)?;
+        let flux = texels.flux(image, false)?;
         return Ok(fit::sums(&texels, &flux, channels, order));
     }
     let n = texels.weight.iter().filter(|w| **w > 0.0).count();
@@ -105,7 +99,7 @@ pub fn project<T: Texel>(
     if count(order) > n {
         return Err(too_high(shape, order, highest.saturating_sub(1)));
     }
-    let normal = fit::Normal::new(&texels, image, channels, order)?;
+    let normal = fit::Normal::new(&texels, image, order)?;
     let found = match samples {
         Samples::Points => normal.fitted(channels, order),
         Samples::Means => kept(&normal, channels, order),

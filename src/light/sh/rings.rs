@@ -10,6 +10,7 @@
 use super::basis::{Basis, Points, Sums};
 use super::count::count;
 use crate::error::Error;
+use crate::image::ImageView;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::kernel;
@@ -145,11 +146,11 @@ impl Rings {
     /// The coefficients in the image's own frame, with these weights of the rings.
     pub fn analyze<T: Texel>(
         &self,
-        image: &[T],
-        channels: usize,
+        image: &ImageView<'_, T>,
         order: usize,
         weights: &[f64],
     ) -> Vec<f64> {
+        let channels = image.channels();
         let h = self.across.n;
         let parts = order + 1;
         // For each ring, m, part (cosine, sine) and channel.
@@ -158,11 +159,11 @@ impl Rings {
         threads::rows(
             &mut fourier,
             parts * 2 * channels,
-            image.len() * parts / 4,
+            image.texels().len() * parts / 4,
             |ring, out| {
                 let w = self.along.n;
-                let image = &image[ring * w * channels..][..w * channels];
-                tables.sums(image, channels, out);
+                let texels = &image.texels()[ring * w * channels..][..w * channels];
+                tables.sums(texels, channels, out);
             },
         );
         self.sum(&fourier, channels, order, weights)

@@ -1,6 +1,6 @@
 //! Light probes and equidistant skies.
 
-use super::{Convention, Known, ROW};
+use super::{Convention, Known, programs};
 
 /// Rows of `angular`.
 pub const TABLE: &[Convention] = &[
@@ -11,7 +11,7 @@ pub const TABLE: &[Convention] = &[
         note: "Center -z, unmirrored: the reading of the gallery's two sentences that real light probes fit.",
         source: "Debevec, Light Probe Image Gallery",
         version: "the gallery of 1998",
-        ..ROW
+        ..programs::PROBES
     },
     Convention {
         kind: "angular",
@@ -21,7 +21,7 @@ pub const TABLE: &[Convention] = &[
         source: "OpenImageIO, maketx --lightprobe",
         version: "OpenImageIO 3.2.2",
         known: Known::Run,
-        ..ROW
+        ..programs::OPENIMAGEIO
     },
     Convention {
         kind: "angular",
@@ -31,7 +31,7 @@ pub const TABLE: &[Convention] = &[
         source: "skylibs, envmap.projections",
         version: "skylibs 0.7.7",
         known: Known::Run,
-        ..ROW
+        ..programs::SKYLIBS
     },
     Convention {
         kind: "angular",
@@ -42,6 +42,6 @@ pub const TABLE: &[Convention] = &[
         source: "skylibs, envmap.projections",
         version: "skylibs 0.7.7",
         known: Known::Run,
-        ..ROW
+        ..programs::SKYLIBS
     },
 ];

@@ -1,6 +1,6 @@
 //! Cube maps: one table of faces in hardware, and every way to put six squares into a picture.
 
-use super::{Convention, Known, ROW, Y_DOWN, Y_UP_LEFT, Z_UP, Z_UP_LEFT};
+use super::{Convention, Known, programs};
 use crate::map::grid::Grid;
 use crate::projections::faces::FaceTable;
 
@@ -9,25 +9,26 @@ const FRONT_IS_MINUS_Z: FaceTable = FaceTable::ordered(&[0, 1, 2, 3, 5, 4]);
 /// F R B L U D, as panorama tools store them.
 const FRBLUD: FaceTable = FaceTable::ordered(&[1, 3, 4, 5, 0, 2]);
 
-const HARDWARE: Convention = Convention {
-    kind: "cube",
-    axes: "+x -y +z",
-    ..ROW
-};
+/// The table of graphics hardware in a program's world.
+const fn hardware(program: Convention) -> Convention {
+    Convention {
+        kind: "cube",
+        axes: "+x -y +z",
+        ..program
+    }
+}
 const DIRECTXTEX: Convention = Convention {
     source: "DirectXTex, texassemble",
     version: "DirectXTex, 2024",
-    world: Y_UP_LEFT,
-    ..HARDWARE
+    ..hardware(programs::DIRECT3D)
 };
 const FFMPEG: Convention = Convention {
     kind: "cube",
     axes: "+x +y +z",
-    world: Y_DOWN,
     source: "ffmpeg, vf_v360",
     version: "ffmpeg 9.0.2",
     known: Known::Run,
-    ..ROW
+    ..programs::FFMPEG
 };
 const PY360CONVERT: Convention = Convention {
     grid: Grid::Corners,
@@ -35,16 +36,15 @@ const PY360CONVERT: Convention = Convention {
     source: "py360convert, utils.xyzcube",
     version: "py360convert 1.0.4",
     known: Known::Run,
-    ..HARDWARE
+    ..hardware(programs::PY360CONVERT)
 };
 const EQUILIB: Convention = Convention {
     kind: "cube",
     axes: "+y -z +x",
     faces: Some(FRBLUD),
-    world: Z_UP,
     source: "pyequilib, numpy_utils.create_xyz_grid",
     version: "pyequilib 0.6.0",
-    ..ROW
+    ..programs::EQUILIB
 };
 
 /// Rows of `cube`.
@@ -54,22 +54,21 @@ pub const TABLE: &[Convention] = &[
         note: "Faces +x -x +y -y +z -z, t down in memory; the picture of each face is mirrored from inside.",
         source: "OpenGL specification, table 8.19",
         version: "OpenGL 4.6",
-        ..HARDWARE
+        ..hardware(programs::OPENGL)
     },
     Convention {
         name: "d3d",
-        world: Y_UP_LEFT,
         note: "The same table as OpenGL's; Direct3D's left-handed world sees it unmirrored.",
         source: "Direct3D 11 functional specification, cube-map face selection",
         version: "Direct3D 11.3",
-        ..HARDWARE
+        ..hardware(programs::DIRECT3D)
     },
     Convention {
         name: "vulkan",
         note: "The same table as OpenGL's.",
         source: "Vulkan specification, cube map face selection",
         version: "Vulkan 1.3",
-        ..HARDWARE
+        ..hardware(programs::VULKAN)
     },
     Convention {
         name: "openexr",
@@ -79,15 +78,16 @@ pub const TABLE: &[Convention] = &[
         faces: Some(FRONT_IS_MINUS_Z),
         note: "OpenGL's table with z negated, so that no face is mirrored; texels lie on the edges.",
         source: "OpenEXR, ImfEnvmap, CubeMap",
-        version: "OpenEXR 3",
-        ..HARDWARE
+        version: "OpenEXR 3.1.5",
+        known: Known::Run,
+        ..hardware(programs::OPENEXR)
     },
     Convention {
         name: "nvdiffrast",
         note: "OpenGL's table; texel rows as in memory.",
         source: "nvdiffrast, texture.cu, boundary mode cube",
         version: "nvdiffrast 0.3",
-        ..HARDWARE
+        ..hardware(programs::NVIDIA)
     },
     Convention {
         name: "threejs",
@@ -95,15 +95,15 @@ pub const TABLE: &[Convention] = &[
         note: "Six images px nx py ny pz nz, looked up with x negated: px shows what lies toward -x, unmirrored.",
         source: "three.js, flipEnvMap of a CubeTexture",
         version: "three.js r150 and later",
-        ..HARDWARE
+        ..hardware(programs::THREEJS)
     },
     Convention {
         name: "filament",
         layout: Some("cross"),
-        note: "The horizontal cross, +z in the middle; mirrored from inside, which its --mirror undoes.",
+        note: "The horizontal cross, +z in the middle; mirrored in Filament's world, which cmgen undoes.",
         source: "Filament, libs/ibl, CubemapUtils",
         version: "Filament 1",
-        ..HARDWARE
+        ..hardware(programs::FILAMENT)
     },
     Convention {
         name: "filament-vertical-cross",
@@ -111,37 +111,35 @@ pub const TABLE: &[Convention] = &[
         note: "-z at the bottom, turned by half a turn.",
         source: "Filament, libs/ibl, CubemapUtils",
         version: "Filament 1",
-        ..HARDWARE
+        ..hardware(programs::FILAMENT)
     },
     Convention {
         name: "cmft",
         note: "OpenGL's table.",
         source: "cmft, texelCoordToVec",
         version: "cmft 1",
-        ..HARDWARE
+        ..hardware(programs::BGFX)
     },
     Convention {
         name: "bimg",
         note: "OpenGL's table.",
         source: "bimg, texelUvToDir",
         version: "bimg, 2023",
-        ..HARDWARE
+        ..hardware(programs::BGFX)
     },
     Convention {
         name: "unity",
-        world: Y_UP_LEFT,
         note: "Direct3D's table in a left-handed world with y up.",
         source: "Unity manual, cubemaps; its shaders sample with the world's direction",
         version: "Unity 2017 and later",
-        ..HARDWARE
+        ..hardware(programs::UNITY)
     },
     Convention {
         name: "unreal",
-        world: Z_UP_LEFT,
         note: "Direct3D's table looked up with the world's direction: face +z is up, +x ahead.",
         source: "Unreal Engine, TextureCompressorModule, TransformSideToWorldSpace",
         version: "Unreal Engine 5",
-        ..HARDWARE
+        ..hardware(programs::UNREAL)
     },
     Convention {
         name: "skylibs",
@@ -151,7 +149,7 @@ pub const TABLE: &[Convention] = &[
         source: "skylibs, envmap.projections",
         version: "skylibs 0.7.7",
         known: Known::Run,
-        ..HARDWARE
+        ..hardware(programs::SKYLIBS)
     },
     Convention {
         name: "py360convert-horizon",

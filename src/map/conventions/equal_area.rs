@@ -1,6 +1,6 @@
 //! Maps of equal or nearly equal areas: pbrt's square, 360-degree video, S2, Lambert's map in PROJ.
 
-use super::{Convention, Known, ROW, Y_DOWN, Z_UP, Z_UP_LEFT};
+use super::{Convention, Known, programs};
 use crate::projections::faces::{FaceTable, Orientation};
 
 const fn turned(swap: bool, flip_u: bool, flip_v: bool) -> Orientation {
@@ -37,12 +37,11 @@ const S2_CELLS: Convention = Convention {
     name: "s2",
     axes: "+x +y +z",
     faces: Some(S2),
-    world: Z_UP,
     note: "u = s, v = t, S2's face numbers; its latitudes and longitudes have z up.",
     source: "S2 geometry library, s2coords.h",
     version: "s2sphere 0.2.5",
     known: Known::Run,
-    ..ROW
+    ..programs::S2
 };
 
 /// Rows of `equal_area`, `cube_equiangular`, `cube_quadratic` and `equisolid`.
@@ -51,11 +50,10 @@ pub const TABLE: &[Convention] = &[
         kind: "equal_area",
         name: "pbrt",
         axes: "+x +y +z",
-        world: Z_UP_LEFT,
         note: "What pbrt-v4 wants of environment lights. Its own encoder's polynomial is off by 6e-6 rad.",
         source: "pbrt-v4, EqualAreaSquareToSphere",
         version: "pbrt-v4",
-        ..ROW
+        ..programs::PBRT
     },
     Convention {
         kind: "cube_equiangular",
@@ -63,13 +61,12 @@ pub const TABLE: &[Convention] = &[
         axes: "+x +y +z",
         layout: Some("3x2"),
         faces: Some(VIDEO),
-        world: Y_DOWN,
         note: "v360's `eac`, 360-degree video: left, front, right over down, back, up, the lower row on its \
                side. v360 takes 2 texels at the ends of each row for padding, which belong to no map.",
         source: "ffmpeg, vf_v360, eac_to_xyz",
         version: "ffmpeg 9.0.2",
         known: Known::Run,
-        ..ROW
+        ..programs::FFMPEG
     },
     Convention {
         kind: "cube_equiangular",

@@ -1,6 +1,6 @@
 //! Panoramas: everyone has the same angles, and nearly everyone other axes.
 
-use super::{Convention, Known, ROW, Y_DOWN, Y_UP_LEFT, Z_UP, Z_UP_LEFT};
+use super::{Convention, Known, programs};
 use crate::map::grid::Grid;
 
 /// Rows of `latlong`.
@@ -14,7 +14,7 @@ pub const TABLE: &[Convention] = &[
         source: "mitsuba 3, envmap emitter",
         version: "mitsuba 3.9.1",
         known: Known::Run,
-        ..ROW
+        ..programs::MITSUBA
     },
     Convention {
         kind: "latlong",
@@ -24,7 +24,7 @@ pub const TABLE: &[Convention] = &[
         source: "OpenImageIO, TextureSystem::environment",
         version: "OpenImageIO 3.2.2",
         known: Known::Run,
-        ..ROW
+        ..programs::OPENIMAGEIO
     },
     Convention {
         kind: "latlong",
@@ -35,18 +35,17 @@ pub const TABLE: &[Convention] = &[
         source: "OpenImageIO, TextureSystem::environment",
         version: "OpenImageIO 3.2.2",
         known: Known::Run,
-        ..ROW
+        ..programs::OPENIMAGEIO
     },
     Convention {
         kind: "latlong",
         name: "openimageio-z-up",
         axes: "+y -z +x",
-        world: Z_UP,
         note: "With the attribute latlong_up = \"z\"; mirrored, as its y-up map is not.",
         source: "OpenImageIO, TextureSystem::environment",
         version: "OpenImageIO 3.2.2",
         known: Known::Run,
-        ..ROW
+        ..programs::OPENIMAGEIO_Z_UP
     },
     Convention {
         kind: "latlong",
@@ -55,28 +54,28 @@ pub const TABLE: &[Convention] = &[
         grid: Grid::Corners,
         note: "An .exr with envmap = latlong: the first and last columns show the same meridian.",
         source: "OpenEXR, ImfEnvmap, LatLongMap",
-        version: "OpenEXR 3",
-        ..ROW
+        version: "OpenEXR 3.1.5",
+        known: Known::Run,
+        ..programs::OPENEXR
     },
     Convention {
         kind: "latlong",
         name: "pbrt",
         axes: "-y -z -x",
-        world: Z_UP_LEFT,
         note: "u = 0 is +x. Read from the math; pbrt-v4 itself wants its environment lights equal-area.",
         source: "pbrt-v4, SphericalTheta and SphericalPhi, imgtool makeequiarea",
         version: "pbrt-v4",
-        ..ROW
+        ..programs::PBRT
     },
     Convention {
         kind: "latlong",
         name: "blender",
         axes: "-y -z +x",
-        world: Z_UP,
         note: "Center +x, -y to the right.",
         source: "Blender, Cycles equirectangular mapping",
-        version: "Blender 4",
-        ..ROW
+        version: "Blender 5.0.1",
+        known: Known::Run,
+        ..programs::BLENDER
     },
     Convention {
         kind: "latlong",
@@ -85,7 +84,7 @@ pub const TABLE: &[Convention] = &[
         note: "Center +x, +z to the right. Textures are flipped on upload, so row 0 is the top.",
         source: "three.js, equirectUv",
         version: "three.js r150 and later",
-        ..ROW
+        ..programs::THREEJS
     },
     Convention {
         kind: "latlong",
@@ -94,7 +93,7 @@ pub const TABLE: &[Convention] = &[
         note: "The guideline for panoramas of glTF viewers: the same as three.js.",
         source: "Khronos glTF sample viewer, panorama_to_cubemap",
         version: "glTF 2.0",
-        ..ROW
+        ..programs::GLTF
     },
     Convention {
         kind: "latlong",
@@ -103,7 +102,7 @@ pub const TABLE: &[Convention] = &[
         note: "Center -z, +x to the right.",
         source: "nvdiffrec, render/util.py, latlong_to_cubemap",
         version: "nvdiffrec, 2022",
-        ..ROW
+        ..programs::NVIDIA
     },
     Convention {
         kind: "latlong",
@@ -112,7 +111,7 @@ pub const TABLE: &[Convention] = &[
         note: "The high-resolution probes of USC-ICT.",
         source: "USC-ICT, High-Resolution Light Probe Image Gallery",
         version: "the gallery",
-        ..ROW
+        ..programs::PROBES
     },
     Convention {
         kind: "latlong",
@@ -122,17 +121,17 @@ pub const TABLE: &[Convention] = &[
         source: "skylibs, envmap.projections",
         version: "skylibs 0.7.7",
         known: Known::Run,
-        ..ROW
+        ..programs::SKYLIBS
     },
     Convention {
         kind: "latlong",
         name: "filament",
         axes: "+x -y +z",
         grid: Grid::Corners,
-        note: "Mirrored: +x is to the right of the center +z.",
+        note: "As libs/ibl reads it, in a left-handed world; cmgen then mirrors x, unless told --no-mirror.",
         source: "Filament, libs/ibl, CubemapUtils::equirectangularToCubemap",
         version: "Filament 1",
-        ..ROW
+        ..programs::FILAMENT
     },
     Convention {
         kind: "latlong",
@@ -141,7 +140,7 @@ pub const TABLE: &[Convention] = &[
         note: "The same angles as Filament's.",
         source: "cmft, latLongFromVec",
         version: "cmft 1",
-        ..ROW
+        ..programs::BGFX
     },
     Convention {
         kind: "latlong",
@@ -151,7 +150,7 @@ pub const TABLE: &[Convention] = &[
         note: "cmft's angles on texel corners.",
         source: "bimg, imageCubemapFromLatLongRgba32F",
         version: "bimg, 2023",
-        ..ROW
+        ..programs::BGFX
     },
     Convention {
         kind: "latlong",
@@ -161,59 +160,55 @@ pub const TABLE: &[Convention] = &[
         source: "py360convert, utils.xyz2uv and uv2coor",
         version: "py360convert 1.0.4",
         known: Known::Run,
-        ..ROW
+        ..programs::PY360CONVERT
     },
     Convention {
         kind: "latlong",
         name: "equilib",
         axes: "+y -z +x",
-        world: Z_UP,
-        note: "As equi2cube reads it; equi2equi at no rotation shifts the picture by half a texel each way.",
+        note: "As equi2cube reads it; equi2equi at no rotation shifts the picture by half a texel each way. \
+               Its manual says right-handed; its pictures have +y to the right of +x.",
         source: "pyequilib, equi2cube.numpy.convert_grid",
         version: "pyequilib 0.6.0",
-        ..ROW
+        ..programs::EQUILIB
     },
     Convention {
         kind: "latlong",
         name: "ffmpeg",
         axes: "+x +y +z",
         grid: Grid::Corners,
-        world: Y_DOWN,
         note: "v360's `e` as it reads it. It writes texel centers, so `e` to `e` is not the identity.",
         source: "ffmpeg, vf_v360",
         version: "ffmpeg 9.0.2",
         known: Known::Run,
-        ..ROW
+        ..programs::FFMPEG
     },
     Convention {
         kind: "latlong",
         name: "ffmpeg-output",
         axes: "+x +y +z",
-        world: Y_DOWN,
         note: "v360's `e` as it writes it: on texel centers.",
         source: "ffmpeg, vf_v360",
         version: "ffmpeg 9.0.2",
         known: Known::Run,
-        ..ROW
+        ..programs::FFMPEG
     },
     Convention {
         kind: "latlong",
         name: "unity",
         axes: "-z -y +x",
-        world: Y_UP_LEFT,
         note: "Center +x, -z to the right, which is not mirrored in Unity's left-handed world.",
         source: "Unity built-in shader Skybox/Panoramic, ToRadialCoords",
         version: "Unity 2017 and later",
-        ..ROW
+        ..programs::UNITY
     },
     Convention {
         kind: "latlong",
         name: "unreal",
         axes: "+x -z -y",
-        world: Z_UP_LEFT,
         note: "Center -y, +x to the right. Its importer reads texel i at u = i/W, half a texel off this grid.",
         source: "Unreal Engine, TextureCompressorModule, LookupLongLatDouble",
         version: "Unreal Engine 5",
-        ..ROW
+        ..programs::UNREAL
     },
 ];

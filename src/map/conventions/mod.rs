@@ -4,6 +4,8 @@
 //! parameters, with the source of the fact and the version it was seen in. Where a program lays one kind
 //! out in several ways, each has a row, named after the program and the way (`ffmpeg-c3x2`).
 //!
+//! What is up and ahead in a program, and whether its world is left-handed, is said once for all its rows (`programs`).
+//!
 //! A fact is [`Known::Run`] where a test runs the program and compares, and [`Known::Read`] where it
 //! was taken from a specification or from source; those rows are held to the formula that was read, written
 //! down a second time in the tests. Where a program and its manual disagree, the row does what the
@@ -14,11 +16,14 @@ mod cube;
 mod equal_area;
 mod latlong;
 mod octahedral;
+mod programs;
 mod sphere;
 mod views;
 
 use crate::error::Error;
+use crate::geometry::world::World;
 use crate::map::grid::Grid;
+use crate::projections::REGISTRY;
 use crate::projections::faces::FaceTable;
 
 /// How a fact is known.
@@ -29,36 +34,6 @@ pub enum Known {
     /// From a specification, or from the program's source.
     Read,
 }
-
-/// The world that a program's directions live in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct World {
-    /// Which axis points up.
-    pub up: &'static str,
-    /// Whether x, y, z are a left-handed frame.
-    pub left_handed: bool,
-}
-
-const Y_UP: World = World {
-    up: "+y",
-    left_handed: false,
-};
-const Z_UP: World = World {
-    up: "+z",
-    left_handed: false,
-};
-const Y_DOWN: World = World {
-    up: "-y",
-    left_handed: false,
-};
-const Y_UP_LEFT: World = World {
-    up: "+y",
-    left_handed: true,
-};
-const Z_UP_LEFT: World = World {
-    up: "+z",
-    left_handed: true,
-};
 
 /// How a program lays out a kind of map.
 #[derive(Clone, Copy, Debug)]
@@ -77,8 +52,10 @@ pub struct Convention {
     pub faces: Option<FaceTable>,
     /// Parameters that differ from the default.
     pub parameters: &'static [(&'static str, f64)],
-    /// The program's world.
+    /// The program's world: what is up, what lies ahead, and which hand x, y, z are.
     pub world: World,
+    /// Why that is ahead.
+    pub ahead: &'static str,
     /// What a user should know.
     pub note: &'static str,
     /// Where the fact comes from.
@@ -113,7 +90,8 @@ const ROW: Convention = Convention {
     layout: None,
     faces: None,
     parameters: &[],
-    world: Y_UP,
+    world: World::OURS,
+    ahead: "",
     note: "",
     source: "",
     version: "",
@@ -149,6 +127,20 @@ pub fn of(kind: &str) -> impl Iterator<Item = &'static Convention> {
     all().filter(move |row| row.kind == kind)
 }
 
+/// The rows of a program, whichever way it lays maps out.
+///
+/// ```
+/// let rows = spheremap::conventions::of_program("ffmpeg");
+/// assert!(rows.into_iter().any(|row| row.name == "ffmpeg-c3x2"));
+/// ```
+pub fn of_program(name: &str) -> impl Iterator<Item = &'static Convention> {
+    let name = name.to_lowercase();
+    all().filter(move |row| {
+        let way = row.name.strip_prefix(name.as_str());
+        way.is_some_and(|way| way.is_empty() || way.starts_with('-'))
+    })
+}
+
 /// The row of a kind of map and a program.
 ///
 /// # Errors
@@ -167,7 +159,18 @@ pub fn find(kind: &str, name: &str) -> Result<&'static Convention, Error> {
         )));
     }
     let found = of(kind).find(|row| row.name == name);
-    found.ok_or_else(|| Error::unknown_of("convention", name, kind, &names))
+    found.ok_or_else(|| {
+        let info = REGISTRY.iter().find(|info| info.name == kind);
+        let layouts = info.map_or(&[][..], |info| info.layouts);
+        if layouts.iter().any(|layout| layout.name == name) {
+            return Error::Unknown {
+                what: "convention".into(),
+                name: name.to_owned(),
+                hint: format!("; it is a layout of '{kind}': `layout` '{name}'"),
+            };
+        }
+        Error::unknown_of("convention", name, kind, &names)
+    })
 }
 
 #[cfg(test)]
@@ -187,6 +190,7 @@ mod tests {
             let same = |other: &&Convention| (other.kind, other.name) == (row.kind, row.name);
             assert_eq!(all().filter(same).count(), 1, "{}:{}", row.kind, row.name);
             assert!(!row.source.is_empty() && !row.version.is_empty());
+            assert!(map.world() == row.world && !row.ahead.is_empty());
         }
     }
 
@@ -207,6 +211,37 @@ mod tests {
                 row.kind,
                 row.name
             );
+        }
+    }
+
+    #[test]
+    fn words_of_other_things_are_told_from_conventions_and_projections() {
+        let said = |name: &str| Map::new(name).unwrap_err().to_string();
+        for (name, says) in [
+            ("erp", "unknown projection 'erp'; here it is 'latlong'"),
+            (
+                "Light Probe",
+                "unknown projection 'Light Probe'; here it is 'angular'",
+            ),
+            (
+                "lightprobe",
+                "unknown projection 'lightprobe'; here it is 'angular'",
+            ),
+            ("Cube", "unknown projection 'Cube'; did you mean 'cube'?"),
+            (
+                "dice",
+                "unknown projection 'dice'; it is a layout, as of 'cube': `layout` 'dice'",
+            ),
+            (
+                "cube:strip",
+                "unknown convention 'strip'; it is a layout of 'cube': `layout` 'strip'",
+            ),
+            (
+                "unity",
+                "unknown projection 'unity'; it is a program, with cube:unity, latlong:unity",
+            ),
+        ] {
+            assert_eq!(said(name), says);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Unit vectors on an octahedron. Here a row is about axes alone: the number of bits and how they round
 //! belong to the packed formats.
 
-use super::{Convention, Known, ROW, Z_UP_LEFT};
+use super::{Convention, Known, programs};
 
 /// Rows of `octahedral` and `hemioctahedral`.
 pub const TABLE: &[Convention] = &[
@@ -9,11 +9,10 @@ pub const TABLE: &[Convention] = &[
         kind: "octahedral",
         name: "unreal",
         axes: "+x +y +z",
-        world: Z_UP_LEFT,
         note: "Folds at z <= 0 where others fold at z < 0: on the fold both are the same point.",
         source: "Unreal Engine shaders, UnitVectorToOctahedron",
         version: "Unreal Engine 5",
-        ..ROW
+        ..programs::UNREAL
     },
     Convention {
         kind: "octahedral",
@@ -23,7 +22,7 @@ pub const TABLE: &[Convention] = &[
         source: "meshoptimizer, decodeFilterOct",
         version: "meshoptimizer 0.2.30a0",
         known: Known::Run,
-        ..ROW
+        ..programs::VECTORS
     },
     Convention {
         kind: "octahedral",
@@ -33,16 +32,15 @@ pub const TABLE: &[Convention] = &[
                only this grid is run, the pole does not show in what comes out.",
         source: "Draco, OctahedronToolBox",
         version: "Draco 1.5, DracoPy 2.2.0",
-        ..ROW
+        ..programs::VECTORS
     },
     Convention {
         kind: "hemioctahedral",
         name: "unreal",
         axes: "+x +y +z",
-        world: Z_UP_LEFT,
         note: "(x + y, x - y) after the projection.",
         source: "Unreal Engine shaders, UnitVectorToHemiOctahedron",
         version: "Unreal Engine 5",
-        ..ROW
+        ..programs::UNREAL
     },
 ];

@@ -1,6 +1,6 @@
 //! Mirror balls and paraboloids.
 
-use super::{Convention, Known, ROW, Y_DOWN, Z_UP};
+use super::{Convention, Known, programs};
 
 /// Rows of `sphere` and `dual_paraboloid`.
 pub const TABLE: &[Convention] = &[
@@ -11,7 +11,7 @@ pub const TABLE: &[Convention] = &[
         note: "As displayed: t counts up from the last row, so t = 1 - v.",
         source: "OpenGL specification, GL_SPHERE_MAP texture coordinate generation",
         version: "OpenGL 4.6 compatibility profile",
-        ..ROW
+        ..programs::OPENGL
     },
     Convention {
         kind: "sphere",
@@ -20,7 +20,7 @@ pub const TABLE: &[Convention] = &[
         note: "Direct3D's effect: n = normalize(r + (0, 0, -1)), u = nx/2 + 1/2, v = -ny/2 + 1/2.",
         source: "Direct3D sphere-map effect",
         version: "Direct3D 9",
-        ..ROW
+        ..programs::DIRECT3D
     },
     Convention {
         kind: "sphere",
@@ -29,17 +29,17 @@ pub const TABLE: &[Convention] = &[
         note: "OpenGL's formula with v from the first row and not turned over: +y is down in the image.",
         source: "DirectXTK, EnvironmentMapEffect, sphere mapping",
         version: "DirectXTK, 2023",
-        ..ROW
+        ..programs::DIRECTXTK
     },
     Convention {
         kind: "sphere",
         name: "blender",
         axes: "+x -z -y",
-        world: Z_UP,
         note: "A photo of a ball that is looked at along +y: the world is mirrored in it, as in any mirror.",
         source: "Blender, Cycles mirror-ball mapping",
-        version: "Blender 4",
-        ..ROW
+        version: "Blender 5.0.1",
+        known: Known::Run,
+        ..programs::BLENDER
     },
     Convention {
         kind: "sphere",
@@ -49,18 +49,17 @@ pub const TABLE: &[Convention] = &[
         source: "skylibs, envmap.projections",
         version: "skylibs 0.7.7",
         known: Known::Run,
-        ..ROW
+        ..programs::SKYLIBS
     },
     Convention {
         kind: "sphere",
         name: "ffmpeg",
         axes: "+x +y +z",
-        world: Y_DOWN,
         note: "v360's `ball` as it writes it; it reads texel corners. Its world has y down.",
         source: "ffmpeg, vf_v360",
         version: "ffmpeg 9.0.2",
         known: Known::Run,
-        ..ROW
+        ..programs::FFMPEG
     },
     Convention {
         kind: "dual_paraboloid",
@@ -69,6 +68,6 @@ pub const TABLE: &[Convention] = &[
         note: "Face 0 holds z > 0; face 1 is not flipped.",
         source: "DirectXTK, EnvironmentMapEffect, dual-parabola mapping",
         version: "DirectXTK, 2023",
-        ..ROW
+        ..programs::DIRECTXTK
     },
 ];

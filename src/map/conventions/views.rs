@@ -1,6 +1,6 @@
 //! What ffmpeg's v360 writes beside panoramas, cubes and balls: views, lenses, world maps and solids.
 
-use super::{Convention, Known, ROW, Y_DOWN};
+use super::{Convention, Known, programs};
 
 /// What v360 writes under one of its names, with texels on centers; x right, y down, z forward.
 const fn v360(kind: &'static str, note: &'static str) -> Convention {
@@ -8,12 +8,11 @@ const fn v360(kind: &'static str, note: &'static str) -> Convention {
         kind,
         name: "ffmpeg",
         axes: "+x +y +z",
-        world: Y_DOWN,
         note,
         source: "ffmpeg, vf_v360",
         version: "ffmpeg 9.0.2",
         known: Known::Run,
-        ..ROW
+        ..programs::FFMPEG
     }
 }
 

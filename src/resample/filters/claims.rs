@@ -11,7 +11,7 @@ use crate::number::real::Real;
 pub enum Method {
     /// It weights the texels around a place: for `sample` as for `convert`.
     Lookup,
-    /// It looks a footprint up in a mip chain: for `convert` alone.
+    /// It looks a footprint up in a mip chain: for `convert`, and for `sample` where it is told how much lookups see.
     Mipmapped,
     /// It takes all that the texel covers: for `convert` alone.
     Area,
@@ -19,6 +19,11 @@ pub enum Method {
 
 impl Method {
     /// The word for it.
+    ///
+    /// ```
+    /// use spheremap::resample::Filter;
+    /// assert_eq!(Filter::Area.info().method.name(), "area");
+    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Method::Lookup => "lookup",

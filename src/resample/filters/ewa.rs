@@ -1,5 +1,5 @@
 //! The elliptical weighted average of film renderers, in the two levels of a mip chain that the footprint's shorter axis lies
-//! between. `resample::mipmapped` does it.
+//! between. `resample::levels` does it.
 
 use super::claims::{Claims, FilterInfo, Method};
 

@@ -25,33 +25,33 @@ macro_rules! filters {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         pub enum Filter {
-            $(#[doc = concat!("[`LookupFilter::", stringify!($lookup), "`]")] $lookup,)+
-            $(#[doc = concat!("[`MipmappedFilter::", stringify!($mipmapped), "`]")] $mipmapped,)+
-            $(#[doc = concat!("[`AreaFilter::", stringify!($area), "`]")] $area,)+
+            $(#[doc = concat!("Its row is in `filters::", stringify!($lookup_file), "`.")] $lookup,)+
+            $(#[doc = concat!("Its row is in `filters::", stringify!($mipmapped_file), "`.")] $mipmapped,)+
+            $(#[doc = concat!("Its row is in `filters::", stringify!($area_file), "`.")] $area,)+
         }
 
         /// A filter that weights the texels around a place.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[non_exhaustive]
-        pub enum LookupFilter {
+        pub(crate) enum LookupFilter {
             $(#[doc = concat!("`", stringify!($lookup_file), "`")] $lookup,)+
         }
 
         /// A filter that looks a footprint up in a mip chain.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum MipmappedFilter {
+        pub(crate) enum MipmappedFilter {
             $(#[doc = concat!("`", stringify!($mipmapped_file), "`")] $mipmapped,)+
         }
 
         /// A filter that takes all that a texel covers.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum AreaFilter {
+        pub(crate) enum AreaFilter {
             $(#[doc = concat!("`", stringify!($area_file), "`")] $area,)+
         }
 
         /// A filter, by its method.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum ByMethod {
+        pub(crate) enum ByMethod {
             /// It weights the texels around a place.
             Lookup(LookupFilter),
             /// It looks a footprint up in a mip chain.
@@ -76,7 +76,7 @@ macro_rules! filters {
             ];
 
             /// It, by its method.
-            pub fn by_method(self) -> ByMethod {
+            pub(crate) fn by_method(self) -> ByMethod {
                 match self {
                     $(Filter::$lookup => ByMethod::Lookup(LookupFilter::$lookup),)+
                     $(Filter::$mipmapped => ByMethod::Mipmapped(MipmappedFilter::$mipmapped),)+
@@ -88,7 +88,7 @@ macro_rules! filters {
         impl LookupFilter {
             /// Calls the visitor's method for it.
             #[inline(always)]
-            pub fn visit<V: Visitor>(self, visitor: V) -> V::Output {
+            pub(crate) fn visit<V: Visitor>(self, visitor: V) -> V::Output {
                 match self {
                     $(LookupFilter::$lookup => $lookup_file::$lookup::visit(visitor),)+
                 }
@@ -146,11 +146,11 @@ impl Filter {
         found.ok_or_else(|| Error::unknown("filter", name, &Self::all_names(|_| true)))
     }
 
-    /// It as a filter that weights the texels around a place, the only ones that `sample` takes.
+    /// It as a filter that weights the texels around a place.
     ///
     /// # Errors
     /// For a filter of another method.
-    pub fn lookup(self) -> Result<LookupFilter, Error> {
+    pub(crate) fn lookup(self) -> Result<LookupFilter, Error> {
         match self.by_method() {
             ByMethod::Lookup(filter) => Ok(filter),
             _ => {
@@ -161,6 +161,34 @@ impl Filter {
                     Self::all_names(looks_up).join(", ")
                 )))
             }
+        }
+    }
+
+    /// It as a filter of lookups that do not say how much of an image they see.
+    ///
+    /// # Errors
+    /// For a filter of another method.
+    pub(crate) fn of_points(self) -> Result<LookupFilter, Error> {
+        match self.by_method() {
+            ByMethod::Mipmapped(_) => Err(Error::Contradiction(format!(
+                "filter '{}' has to know how much a lookup sees: a `lod` or `derivatives`",
+                self.info().name
+            ))),
+            _ => self.lookup(),
+        }
+    }
+
+    /// It as a filter of lookups that do.
+    ///
+    /// # Errors
+    /// For a filter of another method.
+    pub(crate) fn of_footprints(self) -> Result<MipmappedFilter, Error> {
+        match self.by_method() {
+            ByMethod::Mipmapped(filter) => Ok(filter),
+            _ => Err(Error::Contradiction(format!(
+                "filter '{}' knows no levels: `lod` and `derivatives` are for filters 'trilinear' and 'ewa'",
+                self.info().name
+            ))),
         }
     }
 

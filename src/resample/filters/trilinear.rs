@@ -1,5 +1,5 @@
 //! What graphics hardware does: bilinear lookups in the two levels of a mip chain that the longer side of the footprint lies
-//! between. `resample::mipmapped` does it.
+//! between. `resample::levels` does it.
 
 use super::claims::{Claims, FilterInfo, Method};
 

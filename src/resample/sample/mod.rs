@@ -15,6 +15,7 @@
 
 mod border;
 mod edges;
+pub(crate) mod ellipse;
 mod gather;
 mod level;
 mod lookups;

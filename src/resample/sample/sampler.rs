@@ -33,8 +33,18 @@ impl<'a, T: Texel> Sampler<'a, T> {
     ///
     /// # Errors
     /// For a filter that looks no direction up, a `fill` of another number of channels, and an `alpha` that is no channel.
+    ///
+    /// ```
+    /// use spheremap::image::ImageView;
+    /// use spheremap::resample::{Filter, Options, Sampler};
+    /// let map = spheremap::Map::new("latlong")?;
+    /// let image = ImageView::new(&map, &[1, 2], 1, &[1.0, 2.0])?;
+    /// assert!(Sampler::new(&image, &Options::new()).is_ok());
+    /// assert!(Sampler::new(&image, &Options::new().filter(Filter::Area)).is_err());
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn new(image: &ImageView<'a, T>, options: &Options) -> Result<Self, Error> {
-        let filter = options.filter.lookup()?;
+        let filter = options.filter.of_points()?;
         let fill = options.fill.texel(image.channels())?;
         let opacity = options.opacity(image.channels())?;
         let skipna = options.skipna && !options.filter.info().takes_labels;
@@ -52,6 +62,18 @@ impl<'a, T: Texel> Sampler<'a, T> {
     ///
     /// # Errors
     /// For lengths that do not fit.
+    ///
+    /// ```
+    /// use spheremap::image::ImageView;
+    /// use spheremap::resample::{Filter, Options, Sampler};
+    /// let map = spheremap::Map::new("latlong")?;
+    /// let image = ImageView::new(&map, &[1, 2], 1, &[1.0, 2.0])?;
+    /// let nearest = Sampler::new(&image, &Options::new().filter(Filter::Nearest))?;
+    /// let mut seen = [0.0; 2];
+    /// nearest.sample(&[-1.0, 0.0, 0.0, 1.0, 0.0, 0.0], &mut seen)?;
+    /// assert_eq!(seen.map(f64::abs), [1.0, 2.0]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
     pub fn sample<R: Scalar>(&self, directions: &[R], out: &mut [T]) -> Result<(), Error> {
         let channels = self.image.channels();
         let count = directions.len() / 3;

@@ -1,0 +1,5 @@
+"""``python -m spheremap``."""
+
+from .cli import main
+
+main()

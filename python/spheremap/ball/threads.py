@@ -1,0 +1,22 @@
+"""The same work on many blocks, by all threads that the library may use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+from .. import _core
+
+T = TypeVar("T")
+
+
+def on_all_threads(work: Callable[[T], None], blocks: Iterable[T]) -> None:
+    """Do the work on each block. NumPy and lookups release the interpreter's lock."""
+    pool = ThreadPoolExecutor(_core.get_num_threads())
+    try:
+        for _ in pool.map(work, blocks):
+            pass
+    finally:
+        # After an error, or Ctrl-C, what has begun is finished and nothing more begins.
+        pool.shutdown(cancel_futures=True)

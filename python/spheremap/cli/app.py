@@ -1,0 +1,143 @@
+"""The command and its subcommands, each imported when it is asked for."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+import spheremap as sm
+from spheremap.cli.streams import print_anywhere
+from spheremap.cli.terminal import UsageError
+
+
+class Command(NamedTuple):
+    """Where a subcommand is: its module in `spheremap.cli`, and examples for its help."""
+
+    module: str
+    examples: tuple[str, ...]
+
+
+COMMANDS = {
+    "convert": Command(
+        "convert",
+        (
+            "spheremap convert sky.exr cube.exr --from latlong --to cube --size 512",
+            "spheremap convert probe.hdr sky.exr --from angular --to latlong --rotation 90 0 0",
+        ),
+    ),
+    "bake": Command(
+        "bake",
+        (
+            "spheremap bake studio.exr baked",
+            "spheremap bake probe.exr baked --from angular --specular --size 512",
+        ),
+    ),
+    "ball": Command(
+        "ball",
+        (
+            "spheremap ball a.exr b.exr -o sky.exr --fov 30 --distance 20",
+            "spheremap ball ball.exr -o sky.exr --metal Cr --preview rims.png",
+        ),
+    ),
+    "info": Command("info", ("spheremap info sky.exr", "spheremap info probe.exr --from angular")),
+    "projections": Command(
+        "commands",
+        ("spheremap projections", "spheremap projections --coverage sphere --equal-area"),
+    ),
+    "explain": Command("commands", ("spheremap explain cube", "spheremap explain latlong:mitsuba")),
+    "conventions": Command("commands", ("spheremap conventions latlong",)),
+    "compare": Command("commands", ("spheremap compare latlong:mitsuba latlong:blender",)),
+    "identify": Command("commands", ("spheremap identify known.exr unknown.exr --a latlong",)),
+    "demo": Command("commands", ("spheremap demo pictures --input sky.exr",)),
+    "completion": Command(
+        "completion",
+        (
+            "spheremap completion bash > ~/.local/share/bash-completion/completions/spheremap",
+            "spheremap completion zsh >> ~/.zshrc",
+            "spheremap completion fish > ~/.config/fish/completions/spheremap.fish",
+        ),
+    ),
+}
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command and return its exit code; every failure is one line on stderr."""
+    print_anywhere()
+    # The parser's checks need none, and a look for some through all that is installed takes long.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    try:
+        result = command_for(arguments).main(
+            list(arguments), prog_name="spheremap", standalone_mode=False
+        )
+        sys.stdout.flush()
+        return result if isinstance(result, int) else 0
+    except BrokenPipeError:
+        # Whoever read our output has left, as `head` does; the flush at exit must not complain.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (KeyboardInterrupt, typer.Abort):
+        return _fail("interrupted", 130)
+    except UsageError as error:
+        return _fail(str(error), 2)
+    except MemoryError as error:
+        return _fail(str(error) or "out of memory", 1)
+    except (OSError, ValueError, TypeError, ImportError, ArithmeticError) as error:
+        return _fail(str(error), 1)
+    except Exception as error:
+        # The parser's own exceptions; typer keeps their class in different places by version.
+        message = getattr(error, "format_message", None)
+        if message is None:
+            raise
+        text = message()
+        # Without arguments it says "help" by way of an exception with the whole help in it.
+        if type(error).__name__ == "NoArgsIsHelpError":
+            print(text, file=sys.stderr)
+            return 2
+        return _fail(text, 2)
+
+
+def command_for(arguments: Sequence[str]) -> Any:
+    """Return the parser: of the subcommand alone that is asked for, or else of all."""
+    app = typer.Typer(
+        name="spheremap",
+        add_completion=False,
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+        help="Environment maps, light probes and 360° images from one projection to another.",
+        epilog="spheremap COMMAND --help has examples of each.",
+    )
+    app.callback()(_root)
+    asked = next((word for word in arguments if not word.startswith("-")), None)
+    for name in [asked] if asked in COMMANDS else COMMANDS:
+        module, examples = COMMANDS[name]
+        # \b keeps the lines that follow from being filled.
+        epilog = "\b\nExamples:\n" + "\n".join(f"  {example}" for example in examples)
+        app.command(name, epilog=epilog)(getattr(import_module(f"spheremap.cli.{module}"), name))
+    return typer.main.get_command(app)
+
+
+def _fail(message: str, code: int) -> int:
+    print("error: " + " ".join(message.split()), file=sys.stderr)
+    return code
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"spheremap {sm.__version__}")
+        raise typer.Exit
+
+
+def _root(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    pass

@@ -1,0 +1,186 @@
+"""An image on its way from file to file: as light where it becomes floats, as a picture at the end.
+
+Straight alpha (PNG, TIFF) weights colors while they are filtered. Light is premultiplied, as EXR
+has it, and filters as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from spheremap import io
+from spheremap.cli.terminal import UsageError, read
+from spheremap.io.header import is_linear
+from spheremap.io.images import STORED
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Tonemap = Literal["none", "reinhard"]
+
+# Formats whose readers expect colors that are not multiplied by alpha.
+_STRAIGHT = (".png", ".tif", ".tiff")
+LINEAR = "lin_rec709_scene"
+SRGB = "srgb_rec709_scene"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Texels, and what there is to know of them."""
+
+    pixels: NDArray[Any]
+    names: tuple[str, ...]
+    color_space: str
+    alpha: Literal["none", "straight", "premultiplied"]
+    alpha_channel: int | None
+    projection: str | None
+    metadata: Mapping[str, Any]
+
+    @property
+    def is_light(self) -> bool:
+        """Whether the texels are floats."""
+        return self.pixels.dtype.kind == "f"
+
+
+def load(
+    path: Path, *, part: str | None = None, fill: float = 0.0, color_space: str | None = None
+) -> Picture:
+    """Read an image file; `color_space` is what the file's colors are, whatever it says."""
+    head = io.header(path, part=part)
+    return Picture(
+        read(path, part=part, fill=fill),
+        head.channels,
+        color_space or head.color_space,
+        head.alpha,
+        head.alpha_channel,
+        head.projection,
+        head.metadata,
+    )
+
+
+def with_channels(picture: Picture, names: list[str]) -> Picture:
+    """Return a picture with the named channels in that order."""
+    missing = [name for name in names if name not in picture.names]
+    if missing:
+        raise UsageError(f"no channel {missing[0]!r}; the file has {', '.join(picture.names)}")
+    indices = [picture.names.index(name) for name in names]
+    alpha = picture.alpha_channel
+    at = indices.index(alpha) if alpha in indices else None
+    return replace(
+        picture,
+        pixels=np.ascontiguousarray(picture.pixels[..., indices]),
+        names=tuple(names),
+        alpha_channel=at,
+        alpha=picture.alpha if at is not None else "none",
+    )
+
+
+def without_alpha(picture: Picture) -> Picture:
+    """Return a picture without its alpha; colors stay as they are stored."""
+    k = picture.alpha_channel
+    if k is None:
+        return picture
+    return with_channels(picture, [name for j, name in enumerate(picture.names) if j != k])
+
+
+def as_light(picture: Picture) -> Picture:
+    """Return a picture as linear light in floats, premultiplied; floats keep their primaries."""
+    pixels, alpha = picture.pixels, picture.alpha_channel
+    light, space = pixels, picture.color_space
+    if not (picture.is_light and is_linear(space)):
+        light, space = io.to_linear(pixels, color_space=space, alpha=alpha), LINEAR
+    if picture.alpha == "straight" and alpha is not None:
+        light = light * _cover(light, alpha)
+    metadata = {k: v for k, v in picture.metadata.items() if k != "ICCProfile"}
+    return replace(
+        picture,
+        pixels=light,
+        color_space=space,
+        alpha="none" if alpha is None else "premultiplied",
+        metadata=metadata,
+    )
+
+
+def as_stored(
+    picture: Picture, depth: str, suffix: str, *, tonemap: Tonemap, exposure: float
+) -> Picture:
+    """Return a picture in the type that a file will hold."""
+    alpha = picture.alpha_channel
+    if not picture.is_light and not depth.startswith("float"):
+        return replace(picture, pixels=_rescaled(picture.pixels, depth))
+    light = picture.pixels
+    if alpha is not None and suffix in _STRAIGHT:
+        cover = _cover(light, alpha)
+        light = np.divide(light, cover, out=np.zeros_like(light), where=cover > 0)
+    if depth.startswith("float"):
+        # One that is beyond half floats becomes infinite, which is what it is there.
+        with np.errstate(over="ignore"):
+            return replace(picture, pixels=light.astype(depth, copy=False))
+    light = io.to_linear(light, color_space=picture.color_space, alpha=alpha)
+    words = {k: v for k, v in picture.metadata.items() if k != "chromaticities"}
+    stored = replace(picture, color_space=SRGB, metadata=words)
+    if tonemap == "reinhard":
+        return replace(stored, pixels=_tonemapped(light, alpha, exposure))
+    others = [k for k in range(light.shape[-1]) if k != alpha]
+    light[..., others] *= np.float32(2.0**exposure)
+    light = np.clip(np.nan_to_num(light, nan=0.0), 0.0, 1.0)
+    encoded = np.clip(io.from_linear(light, color_space=SRGB, alpha=alpha), 0.0, 1.0)
+    largest = np.float32(np.iinfo(depth).max)
+    return replace(stored, pixels=np.rint(encoded * largest).astype(depth))
+
+
+def _tonemapped(light: NDArray[np.float32], alpha: int | None, exposure: float) -> NDArray[Any]:
+    """Return 8-bit colors by the curve of `io.tonemap`, and alpha as it is."""
+    if alpha is None:
+        return io.tonemap(light, exposure=exposure)
+    colors = io.tonemap(np.delete(light, alpha, axis=-1), exposure=exposure)
+    cover = np.clip(np.nan_to_num(light[..., alpha]), 0.0, 1.0) * np.float32(255)
+    return np.insert(colors, alpha, np.rint(cover).astype(np.uint8), axis=-1)
+
+
+def save(
+    path: Path, picture: Picture, *, compression: str | None, projection: str | None = None
+) -> None:
+    """Write a picture, with what there is to know of it."""
+    io.write(
+        path,
+        picture.pixels,
+        compression=compression,
+        channels=picture.names,
+        color_space=picture.color_space,
+        projection=projection,
+        metadata=picture.metadata,
+    )
+
+
+def depth_of(picture: Picture, suffix: str, *, half: bool, single: bool, bits: int | None) -> str:
+    """Return the type that a file will hold: what is asked for, or the nearest to the picture's."""
+    kinds = STORED[suffix]
+    asked = "float16" if half else "float32" if single else f"uint{bits}" if bits else None
+    if asked is not None:
+        if asked not in kinds:
+            option = "--half" if half else "--float" if single else f"--bits {bits}"
+            raise UsageError(f"{option} is none of {suffix}, which holds {', '.join(kinds)}")
+        return asked
+    own = picture.pixels.dtype.name
+    return own if own in kinds else "float32" if "float32" in kinds else "uint8"
+
+
+def _cover(pixels: NDArray[Any], alpha: int) -> NDArray[Any]:
+    """Return what each channel is to be multiplied with: alpha, and 1 for alpha itself."""
+    cover = np.repeat(pixels[..., alpha : alpha + 1], pixels.shape[-1], axis=-1)
+    cover[..., alpha] = 1
+    return cover
+
+
+def _rescaled(pixels: NDArray[Any], depth: str) -> NDArray[Any]:
+    if pixels.dtype.name == depth:
+        return pixels
+    if depth == "uint16":
+        return pixels.astype(np.uint16) * np.uint16(257)
+    return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)

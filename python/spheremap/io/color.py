@@ -1,0 +1,115 @@
+"""From the numbers of a file to light and back, by OpenImageIO's color spaces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._scalars import as_text, as_whole
+from .opened import library, one_line
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["from_linear", "to_linear"]
+
+LINEAR = "lin_rec709_scene"
+
+
+def to_linear(
+    image: ArrayLike, *, color_space: str = "srgb_rec709_scene", alpha: int | None = None
+) -> NDArray[np.float32]:
+    """Turn the numbers of a file into linear light of sRGB's primaries.
+
+    Parameters
+    ----------
+    image : array_like, shape (H, W, C)
+        Integers count as fractions of their largest. Colors are the first three channels, or the
+        first of fewer; others are but scaled.
+    color_space : str
+        As `Header` or OpenImageIO's ``ColorConfig`` names it.
+    alpha : int, optional
+        A channel that is no color.
+
+    Returns
+    -------
+    light : ndarray of float32, shape (H, W, C)
+
+    Raises
+    ------
+    ValueError
+        For an unknown color space, or a shape that is no image.
+    ImportError
+        If OpenImageIO is missing.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from spheremap.io import to_linear
+    >>> to_linear(np.full((1, 1, 3), 188, np.uint8)).round(2).tolist()
+    [[[0.5, 0.5, 0.5]]]
+    """
+    return _converted(_fractions(np.asarray(image)), color_space, LINEAR, alpha)
+
+
+def from_linear(
+    light: ArrayLike, *, color_space: str = "srgb_rec709_scene", alpha: int | None = None
+) -> NDArray[np.float32]:
+    """Turn linear light into the numbers of a file, 1.0 for the largest: the way back.
+
+    Parameters
+    ----------
+    light : array_like, shape (H, W, C)
+    color_space, alpha
+        As for `to_linear`.
+
+    Returns
+    -------
+    image : ndarray of float32, shape (H, W, C)
+
+    Raises
+    ------
+    ValueError, ImportError
+        As for `to_linear`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from spheremap.io import from_linear
+    >>> (from_linear(np.full((1, 1, 3), 0.5)) * 255).round().tolist()
+    [[[188.0, 188.0, 188.0]]]
+    """
+    return _converted(_fractions(np.asarray(light)), LINEAR, color_space, alpha)
+
+
+def _fractions(image: NDArray[Any]) -> NDArray[np.float32]:
+    if image.ndim != 3 or 0 in image.shape:
+        raise ValueError(f"Expected `image` to have shape (H, W, C), got {image.shape}.")
+    if image.dtype.kind == "u":
+        return np.asarray(image / np.float32(np.iinfo(image.dtype).max), np.float32)
+    return np.array(image, np.float32)
+
+
+def _converted(
+    image: NDArray[np.float32], source: str, target: str, alpha: int | None
+) -> NDArray[np.float32]:
+    oiio = library()
+    for name in (source, target):
+        as_text(name, "color_space")
+    if alpha is not None:
+        as_whole(alpha, "alpha")
+    count = image.shape[-1]
+    colors = [k for k in range(min(count, 3) if count >= 3 else 1) if k != alpha]
+    config = oiio.ColorConfig()
+    if config.resolve(source) == config.resolve(target) or not colors:
+        return image
+    # The library turns three channels at a time.
+    triple = image[..., colors] if len(colors) == 3 else np.repeat(image[..., colors[:1]], 3, -1)
+    turned = oiio.ImageBufAlgo.colorconvert(
+        oiio.ImageBuf(np.ascontiguousarray(triple)), source, target
+    )
+    if turned.has_error:
+        raise ValueError(f"unknown color space: {one_line(turned.geterror())}")
+    image[..., colors] = np.asarray(turned.get_pixels(oiio.FLOAT))[..., : len(colors)]
+    return image

@@ -1,0 +1,219 @@
+"""What an image file says of itself, besides its texels."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+
+from .opened import opened, part_names
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    Alpha: TypeAlias = Literal["none", "straight", "premultiplied"]
+
+__all__ = ["Header", "header"]
+
+# What a copy of an image says as well, and how many floats it is where it is no text.
+TRAVELS = {
+    "Artist": 0,
+    "Copyright": 0,
+    "ImageDescription": 0,
+    "Make": 0,
+    "Model": 0,
+    "DateTime": 0,
+    "Exif:DateTimeOriginal": 0,
+    "Exif:OffsetTimeOriginal": 0,
+    "whiteLuminance": 1,
+    "chromaticities": 8,
+}
+# Our own word for a projection, where a file can hold any.
+PROJECTION = "spheremap:projection"
+
+
+@dataclass(frozen=True)
+class Header:
+    """What `header` reads of an image file.
+
+    Attributes
+    ----------
+    height, width : int
+        Of the display window, upright: what `read` returns.
+    channels : tuple of str
+        Names of the channels, as ``("R", "G", "B")``.
+    dtype : str
+        What `read` returns: uint8, uint16, float16 or float32.
+    color_space : str
+        As OpenImageIO names it: ``"lin_rec709_scene"`` for linear light, ``"srgb_rec709_scene"``
+        for sRGB. Where the file does not say, floats are linear and integers sRGB.
+    alpha : {"none", "straight", "premultiplied"}
+        How colors and alpha are stored.
+    alpha_channel : int or None
+        Which channel alpha is.
+    parts : tuple of str
+        Names of the parts of a file of several images.
+    window : tuple of int
+        The data window (top, left, bottom, right) in the display window, before it is turned
+        upright; it may reach beyond it.
+    orientation : int
+        How the stored rows lie, as EXIF numbers it; 1 is upright.
+    projection : str or None
+        The projection that the file names: by its EXR ``envmap``, its GPano, or our own word.
+    metadata : mapping
+        What travels with the image: Artist, Copyright, ImageDescription, dates, chromaticities,
+        ICCProfile.
+    """
+
+    height: int
+    width: int
+    channels: tuple[str, ...]
+    dtype: str
+    color_space: str
+    alpha: Alpha
+    alpha_channel: int | None
+    parts: tuple[str, ...]
+    window: tuple[int, int, int, int]
+    orientation: int
+    projection: str | None
+    metadata: Mapping[str, Any] = field(repr=False)
+
+    @property
+    def linear(self) -> bool:
+        """Whether the numbers are proportional to light."""
+        return is_linear(self.color_space)
+
+
+def is_linear(color_space: str) -> bool:
+    """Tell whether the numbers of a color space are proportional to light."""
+    return color_space.lower().startswith(("lin_", "linear", "scene_linear", "acescg", "aces2065"))
+
+
+def header(path: str | os.PathLike[str], *, part: int | str | None = None) -> Header:
+    """Read what an image file says of itself.
+
+    Parameters
+    ----------
+    path : path-like
+    part : int or str, optional
+        Which image of a file of several: its number from 0, or its name.
+
+    Returns
+    -------
+    header : Header
+
+    Raises
+    ------
+    OSError
+        For a file that is missing, that OpenImageIO cannot read, or that holds samples of several
+        depths.
+    ValueError
+        For a file of several parts of which none is named, or not one that there is.
+    ImportError
+        If OpenImageIO is missing.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm, tempfile, pathlib
+    >>> place = pathlib.Path(tempfile.mkdtemp()) / "a.png"
+    >>> sm.io.write(place, np.zeros((2, 4, 4), np.uint8))
+    >>> found = sm.io.header(place)
+    >>> found.channels, found.dtype, found.alpha, found.linear
+    (('R', 'G', 'B', 'A'), 'uint8', 'straight', False)
+    """
+    with opened(path, part) as source:
+        return header_of(source)
+
+
+def header_of(source: Any) -> Header:
+    """Return the header of an image that has been opened."""
+    spec = source.spec()
+    dtype = {"uint8": "uint8", "uint16": "uint16", "half": "float16"}.get(
+        str(spec.format), "float32"
+    )
+    window, (height, width) = _windows(spec)
+    orientation = int(spec.get_int_attribute("Orientation", 1))
+    if orientation >= 5:
+        height, width = width, height
+    alpha_channel = int(spec.alpha_channel)
+    alpha: Alpha = "none"
+    if alpha_channel >= 0:
+        straight = source.format_name() == "png" or spec.get_int_attribute("oiio:UnassociatedAlpha")
+        alpha = "straight" if straight else "premultiplied"
+    space = spec.get_string_attribute("oiio:ColorSpace")
+    if not space:
+        space = "srgb_rec709_scene" if dtype.startswith("uint") else "lin_rec709_scene"
+    return Header(
+        height=height,
+        width=width,
+        channels=tuple(spec.channelnames),
+        dtype=dtype,
+        color_space=space,
+        alpha=alpha,
+        alpha_channel=alpha_channel if alpha_channel >= 0 else None,
+        parts=part_names(source),
+        window=window,
+        orientation=orientation if 1 <= orientation <= 8 else 1,
+        projection=_projection(spec),
+        metadata=_metadata(spec),
+    )
+
+
+def upright(image: NDArray[Any], orientation: int) -> NDArray[Any]:
+    """Return an image as EXIF says that it is to be seen."""
+    turned: dict[int, Callable[[NDArray[Any]], NDArray[Any]]] = {
+        2: lambda x: x[:, ::-1],
+        3: lambda x: x[::-1, ::-1],
+        4: lambda x: x[::-1],
+        5: lambda x: x.swapaxes(0, 1),
+        6: lambda x: np.rot90(x, -1),
+        7: lambda x: x[::-1, ::-1].swapaxes(0, 1),
+        8: lambda x: np.rot90(x),
+    }
+    return np.ascontiguousarray(turned[orientation](image)) if orientation in turned else image
+
+
+def _windows(spec: Any) -> tuple[tuple[int, int, int, int], tuple[int, int]]:
+    """Return the data window in the display window, and the size of that."""
+    top, left = spec.y - spec.full_y, spec.x - spec.full_x
+    height, width = spec.full_height, spec.full_width
+    # A part of a panorama, as telephones make it, says where in the whole it lies.
+    whole = spec.get_int_attribute("GPano:FullPanoHeightPixels")
+    across = spec.get_int_attribute("GPano:FullPanoWidthPixels")
+    if (
+        whole >= spec.height
+        and across >= spec.width
+        and (height, width)
+        == (
+            spec.height,
+            spec.width,
+        )
+    ):
+        top = spec.get_int_attribute("GPano:CroppedAreaTopPixels")
+        left = spec.get_int_attribute("GPano:CroppedAreaLeftPixels")
+        height, width = whole, across
+    return (top, left, top + spec.height, left + spec.width), (height, width)
+
+
+def _projection(spec: Any) -> str | None:
+    own = spec.get_string_attribute(PROJECTION)
+    if own:
+        return str(own)
+    environment = spec.get_string_attribute("textureformat").lower()
+    if environment.startswith("latlong"):
+        return "latlong:openexr"
+    if environment.startswith("cubeface"):
+        return "cube:openexr"
+    panorama = spec.get_string_attribute("GPano:ProjectionType").lower()
+    return {"equirectangular": "latlong", "cylindrical": "cylindrical"}.get(panorama)
+
+
+def _metadata(spec: Any) -> dict[str, Any]:
+    found = {a.name: a.value for a in spec.extra_attribs}
+    traveling = {name: found[name] for name in (*TRAVELS, "ICCProfile") if name in found}
+    # An empty text says nothing.
+    return {name: x for name, x in traveling.items() if not isinstance(x, str) or x}

@@ -1,0 +1,94 @@
+"""Image files, opened by OpenImageIO: which part, and what is none of its images."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from .whole import as_path
+
+__all__ = ["library", "one_line", "opened", "part_names", "said_by"]
+
+
+def library() -> Any:
+    """Return OpenImageIO, or raise what says how to install it."""
+    try:
+        import OpenImageIO
+    except ImportError:
+        raise ImportError(
+            "images need OpenImageIO: pip install spheremap[cli]", name="OpenImageIO"
+        ) from None
+    return OpenImageIO
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str], part: int | str | None = None) -> Iterator[Any]:
+    """Open an image file at one of its parts, and close it in the end."""
+    oiio = library()
+    name = as_path(path)
+    if not os.path.exists(name):
+        raise FileNotFoundError(f"no such file: {name!r}")
+    # Multiplying alpha in would lose the color of transparent texels.
+    wish = oiio.ImageSpec()
+    wish.attribute("oiio:UnassociatedAlpha", 1)
+    source = oiio.ImageInput.open(name, wish)
+    if source is None:
+        raise OSError(f"cannot read {name!r}: {one_line(oiio.geterror())}")
+    try:
+        _seek(source, name, part)
+        if source.spec().deep:
+            raise OSError(
+                f"cannot read {name!r}: it holds samples of several depths; "
+                "flatten it first, as by oiiotool --flatten"
+            )
+        yield source
+    finally:
+        source.close()
+
+
+def part_names(source: Any) -> tuple[str, ...]:
+    """Return the names of the images of an open file, or their numbers."""
+    here = source.current_subimage()
+    names: list[str] = []
+    while source.seek_subimage(len(names), 0):
+        spec = source.spec()
+        names.append(
+            spec.get_string_attribute("oiio:subimagename")
+            or spec.get_string_attribute("name")
+            or str(len(names))
+        )
+    source.geterror()
+    source.seek_subimage(here, 0)
+    return tuple(names)
+
+
+def _seek(source: Any, name: str, part: int | str | None) -> None:
+    names = part_names(source)
+    if part is None and len(names) == 1:
+        return
+    listed = ", ".join(f"{k} ({word})" if word != str(k) else word for k, word in enumerate(names))
+    if part is None:
+        raise ValueError(f"{name!r} has {len(names)} parts: {listed}; say which `part` to read")
+    number = names.index(part) if part in names else _number(part)
+    if not 0 <= number < len(names):
+        raise ValueError(f"{name!r} has no part {part!r}; it has {listed}")
+    source.seek_subimage(number, 0)
+
+
+def _number(part: int | str) -> int:
+    try:
+        return int(part)
+    except ValueError:
+        return -1
+
+
+def said_by(handle: Any) -> str:
+    """Return why a reader or a writer failed."""
+    return one_line(handle.geterror() or library().geterror())
+
+
+def one_line(text: str) -> str:
+    """Return a message of a library as one line."""
+    return " ".join(text.split()) or "unknown error"

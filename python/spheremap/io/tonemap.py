@@ -1,0 +1,70 @@
+"""The way from light to a picture on a screen."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._arrays import as_real
+from .._scalars import as_number
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["tonemap"]
+
+
+def tonemap(image: ArrayLike, *, exposure: float | None = 0.0) -> NDArray[np.uint8]:
+    """Turn linear light into an 8-bit picture for a screen.
+
+    The curve is Reinhard's with a white point: y = x (1 + x/w²)/(1 + x) with w = 4, of each
+    channel, then the sRGB transfer function.
+
+    Parameters
+    ----------
+    image : array_like, shape (H, W) or (H, W, C)
+        Linear light. Of two channels the first is taken, of more than three the first three.
+    exposure : float or None
+        In stops: the light is multiplied by 2^exposure. None puts the geometric mean of the
+        luminance at 0.18.
+
+    Returns
+    -------
+    picture : ndarray of uint8, shape (H, W), (H, W, 1) or (H, W, 3)
+        NaN and negative values are black, infinity is white.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from spheremap.io import tonemap
+    >>> tonemap(np.array([[0.0, 0.18, 4.0, np.inf]])).tolist()
+    [[0, 109, 255, 255]]
+    """
+    # What float32 does not hold is white.
+    with np.errstate(over="ignore"):
+        light = np.asarray(as_real(image, "image"), np.float32)
+    if light.ndim == 3 and light.shape[-1] != 1:
+        light = light[..., : 3 if light.shape[-1] >= 3 else 1]
+    # Beyond this the curve is white whatever the exposure; it keeps infinity out of inf/inf.
+    light = np.clip(np.nan_to_num(light, nan=0.0, posinf=1e12, neginf=0.0), 0.0, 1e12)
+    stops = _automatic_exposure(light) if exposure is None else as_number(exposure, "exposure")
+    if math.isnan(stops):
+        raise ValueError("Expected `exposure` to be a number of stops, got NaN.")
+    # Beyond these all light is white, or black.
+    stops = min(max(stops, -126.0), 126.0)
+    with np.errstate(over="ignore"):
+        light = np.minimum(light * np.float32(2.0**stops), 1e12)
+    white = 4.0
+    curve = np.minimum(light * (1.0 + light / white**2) / (1.0 + light), 1.0)
+    encoded = np.where(curve <= 0.0031308, 12.92 * curve, 1.055 * curve ** (1 / 2.4) - 0.055)
+    return np.asarray(np.rint(encoded * 255.0), dtype=np.uint8)
+
+
+def _automatic_exposure(light: NDArray[np.float32]) -> float:
+    brightness = light if light.ndim == 2 else light.mean(axis=-1)
+    lit = brightness[brightness > 0]
+    if lit.size == 0:
+        return 0.0
+    return float(np.log2(0.18) - np.mean(np.log2(lit), dtype=np.float64))

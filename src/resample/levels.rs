@@ -1,0 +1,151 @@
+//! What a place shows in a mip chain: in a level of it and the next one.
+//!
+//! `trilinear` goes by the footprint's longer side and looks levels up bilinearly: it never aliases, and blurs where a footprint
+//! is long. `ewa` goes by the shorter axis of the ellipse that the footprint stands for, and averages over it
+//! (`sample::ellipse`); the longer axis is at most [`LONGEST`] times the shorter one.
+
+use crate::resample::filters::MipmappedFilter;
+use crate::resample::footprint::Footprint;
+use crate::resample::lod::Between;
+use crate::resample::sample::Level;
+
+/// The most that an ellipse is longer than wide; longer ones are made wider.
+const LONGEST: f64 = 16.0;
+
+/// An image and its smaller versions, to be looked up.
+pub(crate) struct Levels<'a> {
+    /// For each how many of its texels, along u and v, a texel of the image is.
+    levels: Vec<(&'a dyn Level, [f64; 2])>,
+    /// The longer side of the image, in texels.
+    most: f64,
+}
+
+impl<'a> Levels<'a> {
+    /// Of an image as large as this, each level half as wide and high as the one before.
+    pub(crate) fn halved(
+        [width, height]: [usize; 2],
+        levels: impl IntoIterator<Item = &'a dyn Level>,
+    ) -> Self {
+        let scale = |k: usize| [0.5_f64.powi(k as i32); 2];
+        let levels = levels.into_iter().enumerate();
+        Levels {
+            levels: levels.map(|(k, level)| (level, scale(k))).collect(),
+            most: width.max(height) as f64,
+        }
+    }
+
+    /// Of an image as large as the first of these, each with its size.
+    pub(crate) fn sized(levels: Vec<(&'a dyn Level, [usize; 2])>) -> Self {
+        let [width, height] = levels.first().map_or([1, 1], |(_, size)| *size);
+        let scale = |[w, h]: [usize; 2]| [w as f64 / width as f64, h as f64 / height as f64];
+        let levels = levels.into_iter();
+        Levels {
+            levels: levels.map(|(level, size)| (level, scale(size))).collect(),
+            most: width.max(height) as f64,
+        }
+    }
+
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// Writes what a footprint shows into the first half of `values`. `rule` says which levels a length lies between.
+    pub(crate) fn look(
+        &self,
+        filter: MipmappedFilter,
+        footprint: &Footprint,
+        rule: impl Fn(f64, usize) -> Between,
+        values: &mut [f64],
+    ) {
+        let [u, v, face] = footprint.source;
+        let (place, face) = ([u, v], face as usize);
+        match filter {
+            MipmappedFilter::Trilinear => {
+                let [right, down] = footprint.lengths();
+                let between = rule(right.max(down), self.count());
+                self.bilinear(face, place, between, values);
+            }
+            MipmappedFilter::Ewa => {
+                let sides = rounded(footprint, self.most);
+                let between = rule(axes(sides).1, self.count());
+                self.mix(between, values, |(level, [across, along]), out| {
+                    let sides = sides.map(|[x, y]| [x * across, y * along]);
+                    level.ellipse(face, place, sides, out);
+                });
+            }
+        }
+    }
+
+    /// Writes what a place shows between two levels into the first half of `values`.
+    pub(crate) fn bilinear(&self, face: usize, uv: [f64; 2], between: Between, values: &mut [f64]) {
+        self.mix(between, values, |(level, _), out| {
+            level.bilinear(face, uv, out);
+        });
+    }
+
+    fn mix(
+        &self,
+        Between { level, share }: Between,
+        values: &mut [f64],
+        look: impl Fn((&dyn Level, [f64; 2]), &mut [f64]),
+    ) {
+        let (near, far) = values.split_at_mut(values.len() / 2);
+        look(self.levels[level], near);
+        if share > 0.0 && level + 1 < self.count() {
+            look(self.levels[level + 1], far);
+            for (near, far) in near.iter_mut().zip(far) {
+                *near += share * (*far - *near);
+            }
+        }
+    }
+}
+
+/// The longer and the shorter radius of the ellipse with these conjugate radii.
+fn axes([[ax, ay], [bx, by]]: [[f64; 2]; 2]) -> (f64, f64) {
+    let (xx, yy, xy) = (ax * ax + bx * bx, ay * ay + by * by, ax * ay + bx * by);
+    let (middle, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+    let root = (half * half + xy * xy).sqrt();
+    let longer = middle + root;
+    let area = ax * by - ay * bx;
+    // The product of both is the area: no difference of nearly equal numbers.
+    (
+        longer.sqrt(),
+        if longer > 0.0 {
+            area.abs() / longer.sqrt()
+        } else {
+            0.0
+        },
+    )
+}
+
+/// The footprint's sides, none longer than the source, made wide enough that the ellipse is not too long.
+fn rounded(footprint: &Footprint, most: f64) -> [[f64; 2]; 2] {
+    // At a singular place they are infinite or no numbers.
+    let finite = |x: f64| if x.abs() <= 1e9 { x } else { 1e9 };
+    let mut sides = footprint.sides.map(|side| side.map(finite));
+    let (longer, shorter) = axes(sides);
+    if longer > most {
+        sides = sides.map(|side| side.map(|x| x * (most / longer)));
+    }
+    let (longer, shorter) = (longer.min(most), shorter * (most / longer).min(1.0));
+    let wanted = longer / LONGEST;
+    if shorter >= wanted || longer <= 1.0 {
+        return sides;
+    }
+    // The ellipse's own axes, the shorter one stretched.
+    let [[ax, ay], [bx, by]] = sides;
+    let (xx, yy, xy) = (ax * ax + bx * bx, ay * ay + by * by, ax * ay + bx * by);
+    let (x, y) = if xx >= yy {
+        (longer * longer - yy, xy)
+    } else {
+        (xy, longer * longer - xx)
+    };
+    let norm = (x * x + y * y).sqrt();
+    let (x, y) = if norm > 0.0 {
+        (x / norm, y / norm)
+    } else {
+        (1.0, 0.0)
+    };
+    [[longer * x, longer * y], [-wanted * y, wanted * x]]
+}

@@ -1,0 +1,213 @@
+"""What a file says besides its texels: windows, parts, orientation, words that travel."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import spheremap as sm
+from spheremap import io
+
+oiio = pytest.importorskip("OpenImageIO", reason="files need OpenImageIO")
+
+WORDS = {
+    "Artist": "Ada",
+    "Copyright": "© Ada",
+    "ImageDescription": "a sky",
+    "DateTime": "2020:01:02 03:04:05",
+}
+
+
+def put(path: Path, image: np.ndarray, **attributes: object) -> None:
+    """Write a file as another program would."""
+    height, width, count = image.shape
+    kind = {"uint8": "uint8", "float32": "float"}[image.dtype.name]
+    spec = oiio.ImageSpec(width, height, count, kind)
+    for name, value in attributes.items():
+        if hasattr(spec, name):
+            setattr(spec, name, value)
+        else:
+            spec.attribute(name, value)
+    sink = oiio.ImageOutput.create(str(path))
+    assert sink.open(str(path), spec) and sink.write_image(image) and sink.close()
+
+
+def numbered(height: int, width: int, dtype: str = "float32") -> np.ndarray:
+    rows, columns = np.mgrid[:height, :width]
+    return np.stack([rows, columns, rows + columns], -1).astype(dtype)
+
+
+def test_a_small_data_window_is_placed(tmp_path: Path) -> None:
+    image = numbered(3, 4)
+    windows = {"x": 2, "y": 1, "full_x": 0, "full_y": 0, "full_width": 16, "full_height": 8}
+    put(tmp_path / "a.exr", image, **windows)
+    read = io.read(tmp_path / "a.exr", fill=-1)
+    assert read.shape == (8, 16, 3)
+    assert np.array_equal(read[1:4, 2:6], image)
+    assert np.count_nonzero(read == -1) == 3 * (8 * 16 - 3 * 4)
+    assert io.header(tmp_path / "a.exr").window == (1, 2, 4, 6)
+
+
+def test_overscan_is_cropped(tmp_path: Path) -> None:
+    image = numbered(12, 20)
+    windows = {"x": -2, "y": -2, "full_x": 0, "full_y": 0, "full_width": 16, "full_height": 8}
+    put(tmp_path / "a.exr", image, **windows)
+    assert np.array_equal(io.read(tmp_path / "a.exr"), image[2:10, 2:18])
+
+
+def test_a_data_window_beside_the_display_window_is_nothing(tmp_path: Path) -> None:
+    windows = {"x": 40, "y": 0, "full_x": 0, "full_y": 0, "full_width": 16, "full_height": 8}
+    put(tmp_path / "a.exr", numbered(3, 4), **windows)
+    assert np.all(io.read(tmp_path / "a.exr", fill=7) == 7)
+
+
+def test_a_part_is_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "parts.exr"
+    specs = []
+    for name in ("left", "right"):
+        spec = oiio.ImageSpec(8, 4, 3, "float")
+        spec.attribute("oiio:subimagename", name)
+        specs.append(spec)
+    sink = oiio.ImageOutput.create(str(path))
+    assert sink.open(str(path), tuple(specs))
+    sink.write_image(np.zeros((4, 8, 3), np.float32))
+    sink.open(str(path), specs[1], "AppendSubimage")
+    sink.write_image(np.ones((4, 8, 3), np.float32))
+    sink.close()
+    with pytest.raises(ValueError, match=r"2 parts: 0 \(left\), 1 \(right\)"):
+        io.read(path)
+    for part in ("right", 1, "1"):
+        assert np.all(io.read(path, part=part) == 1)
+    assert np.all(io.read(path, part="left") == 0)
+    assert io.header(path, part=0).parts == ("left", "right")
+    with pytest.raises(ValueError, match="no part 'middle'"):
+        io.read(path, part="middle")
+
+
+def test_a_deep_image_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "deep.exr"
+    spec = oiio.ImageSpec(2, 2, 2, "float")
+    spec.channelnames = ("A", "Z")
+    spec.deep = True
+    deep = oiio.DeepData()
+    deep.init(4, 2, ("float", "float"), ("A", "Z"))
+    for k in range(4):
+        deep.set_samples(k, 1)
+    sink = oiio.ImageOutput.create(str(path))
+    assert sink.open(str(path), spec) and sink.write_deep_image(deep) and sink.close()
+    with pytest.raises(OSError, match="several depths"):
+        io.read(path)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_orientation_is_applied(orientation: int, tmp_path: Path) -> None:
+    image = numbered(4, 6, "uint8")
+    put(tmp_path / "a.tif", image, Orientation=orientation)
+    # EXIF 2.3: the sides of the image as seen that are the stored one's first row and column.
+    rows = {
+        1: "top",
+        2: "top",
+        3: "bottom",
+        4: "bottom",
+        5: "left",
+        6: "right",
+        7: "right",
+        8: "left",
+    }
+    columns = {
+        1: "left",
+        2: "right",
+        3: "right",
+        4: "left",
+        5: "top",
+        6: "top",
+        7: "bottom",
+        8: "bottom",
+    }
+    read = io.read(tmp_path / "a.tif")
+    sides = {"top": read[0], "bottom": read[-1], "left": read[:, 0], "right": read[:, -1]}
+    assert np.all(sides[rows[orientation]][:, 0] == 0)
+    assert np.all(sides[columns[orientation]][:, 1] == 0)
+    assert read.shape[:2] == ((4, 6) if orientation < 5 else (6, 4))
+
+
+@pytest.mark.parametrize("suffix", ["exr", "tif", "jpg", "png"])
+def test_words_travel(suffix: str, tmp_path: Path) -> None:
+    path, copy = tmp_path / f"a.{suffix}", tmp_path / f"b.{suffix}"
+    put(path, numbered(8, 16, "float32" if suffix == "exr" else "uint8"), **WORDS)
+    head = io.header(path)
+    assert {name: head.metadata[name] for name in WORDS} == WORDS
+    io.write(copy, io.read(path), metadata=head.metadata)
+    assert {name: io.header(copy).metadata[name] for name in WORDS} == WORDS
+
+
+def test_numbers_travel(tmp_path: Path) -> None:
+    numbers = (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.329)
+    words = {"chromaticities": numbers, "whiteLuminance": 203.0}
+    io.write(tmp_path / "a.exr", numbered(4, 8), metadata=words)
+    found = io.header(tmp_path / "a.exr").metadata
+    # They are stored as float32.
+    assert found["chromaticities"] == pytest.approx(numbers, rel=1e-6)
+    assert found["whiteLuminance"] == 203.0
+
+
+@pytest.mark.parametrize(
+    ("suffix", "name"), [("jpg", "latlong"), ("png", "latlong"), ("exr", "latlong")]
+)
+def test_a_projection_is_noted(suffix: str, name: str, tmp_path: Path) -> None:
+    image = numbered(8, 16, "float32" if suffix == "exr" else "uint8")
+    io.write(tmp_path / f"a.{suffix}", image, projection=name)
+    assert io.header(tmp_path / f"a.{suffix}").projection == name
+    if suffix == "png":
+        assert np.array_equal(io.read(tmp_path / "a.png"), image)
+    if suffix != "exr":
+        spec = oiio.ImageInput.open(str(tmp_path / f"a.{suffix}")).spec()
+        assert spec.get_string_attribute("GPano:ProjectionType") == "equirectangular"
+        assert spec.get_int_attribute("GPano:FullPanoWidthPixels") == 16
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("latlong:openexr", "LatLong"), ("cube:openexr", "CubeFace")]
+)
+def test_envmap_is_written_and_read(name: str, said: str, tmp_path: Path) -> None:
+    p = sm.projection(name)
+    io.write(tmp_path / "a.exr", np.zeros((*p.shape(8), 3), np.float32), projection=name)
+    spec = oiio.ImageInput.open(str(tmp_path / "a.exr")).spec()
+    assert spec.get_string_attribute("textureformat") == f"{said} Environment"
+    put(tmp_path / "b.exr", numbered(8, 16), textureformat=f"{said} Environment")
+    assert io.header(tmp_path / "b.exr").projection == name
+
+
+def test_openexr_own_files_say_what_they_are(data_folder: Path) -> None:
+    assert io.header(data_folder / "OrientationLatLong.exr").projection == "latlong:openexr"
+    assert io.header(data_folder / "OrientationCube.exr").projection == "cube:openexr"
+
+
+def test_a_part_of_a_panorama_is_placed(tmp_path: Path) -> None:
+    words = {
+        "ProjectionType": "equirectangular",
+        "FullPanoWidthPixels": 16,
+        "FullPanoHeightPixels": 8,
+        "CroppedAreaLeftPixels": 4,
+        "CroppedAreaTopPixels": 2,
+    }
+    image = numbered(3, 5, "uint8") + np.uint8(1)
+    put(tmp_path / "a.png", image)
+    xmp = (
+        '<x:xmpmeta xmlns:x="adobe:ns:meta/">'
+        '<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">'
+        '<rdf:Description rdf:about="" xmlns:GPano="http://ns.google.com/photos/1.0/panorama/" '
+        + " ".join(f'GPano:{name}="{value}"' for name, value in words.items())
+        + "/></rdf:RDF></x:xmpmeta>"
+    )
+    data = (tmp_path / "a.png").read_bytes()
+    chunk = b"iTXtXML:com.adobe.xmp\0\0\0\0\0" + xmp.encode()
+    size, check = ((len(chunk) - 4).to_bytes(4, "big"), zlib.crc32(chunk).to_bytes(4, "big"))
+    # After the signature and the header chunk.
+    (tmp_path / "a.png").write_bytes(data[:33] + size + chunk + check + data[33:])
+    read = io.read(tmp_path / "a.png")
+    assert read.shape == (8, 16, 3) and np.array_equal(read[2:5, 4:9], image)
+    assert np.count_nonzero(read) == image.size
+    assert io.header(tmp_path / "a.png").projection == "latlong"

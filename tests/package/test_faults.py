@@ -198,11 +198,20 @@ def test_a_handler_of_signals_may_raise_what_it_likes():
     def handler(*_):
         raise TimeIsUp
 
+    image = np.ones((512, 1024), np.uint8)
     before = signal.signal(signal.SIGALRM, handler)
     try:
-        signal.setitimer(signal.ITIMER_REAL, 0.2)
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
         with pytest.raises(TimeIsUp):
-            sm.convert(np.ones((512, 1024)), "latlong", "hammer", size=2000, filter="area")
+            # Seconds on any machine.
+            sm.convert(
+                image,
+                "latlong",
+                "hammer",
+                size=8000,
+                filter="area",
+                rotation=sm.rotation(30, 20, 10),
+            )
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)

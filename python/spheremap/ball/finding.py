@@ -57,10 +57,11 @@ class Ball:
     angle : float
         The direction of the first one, in degrees clockwise from +x.
     confidence : float
-        From 0 to 1, the product of three: how far the rim stands out from what is beside it, how
-        little it moves if a quarter of it is left out, and whether what is inside is compressed
-        toward it, as a mirror's picture is and a fisheye's or a porthole's is not. It is no
-        probability. Below 0.7 look at it. 1 if given by hand.
+        From 0 to 1, the product of four: how far the rim stands out from what is beside it, how
+        little it moves if a quarter of it is left out, whether what is inside is compressed
+        toward it, as a mirror's picture is and a fisheye's or a porthole's is not, and how much of
+        it there is to be seen: black before black shows no rim. It is no probability. Below 0.7
+        look at it. 1 if given by hand.
     """
 
     center: tuple[float, float]
@@ -165,8 +166,9 @@ def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     rim = _scaled(fine.rim, factor)
     angle = (math.degrees(rim.angle) + 90) % 180 - 90
     sharp = 1 / (1 + (fine.doubt / (_SHARP * fine.rim.mean)) ** 2)
-    # Only a hand is certain.
-    confidence = min(stands_out / _CERTAIN, 1.0) * min(sharp, 0.999) * mirrors
+    # Only a hand is certain. The square of what is seen: with a fifth of the rim unseen, wrong rims
+    # in a dark studio had 0.8 to 0.95 by the other three.
+    confidence = min(stands_out / _CERTAIN, 1.0) * min(sharp, 0.999) * mirrors * fine.seen**2
     return Ball(rim.center, (rim.along, rim.across), angle, confidence)
 
 

@@ -60,6 +60,12 @@ _TAIL = 0.15
 _PROFILE_BLUR = 0.8
 # Where it is compared how far the picture is compressed, in radii.
 _RINGS = ((0.2, 0.5), (0.75, 0.96))
+# How much of the median power of slopes is taken for noise.
+_NOISE = 0.25
+# Where a slope's power is this many times the picture's median there is something to see.
+_SEEN = 10.0
+# How far from the rim it may lie, in pixels inside and outside.
+_BESIDE = (6, 2)
 # How fast shapes are given up that are no circle: a ball 15 % longer than wide is rare.
 _ROUND = 150.0
 
@@ -74,7 +80,7 @@ class Picture:
         self.gy = np.asarray(np.gradient(soft, axis=0))
         self.gx = np.asarray(np.gradient(soft, axis=1))
         power = self.gx**2 + self.gy**2
-        self.slope_noise = 0.25 * float(np.median(power[~unknown])) + 1e-12
+        self.slope_noise = _NOISE * float(np.median(power[~unknown])) + 1e-12
         bends = np.abs(np.diff(self.gray, 2, axis=1))
         self.noise = max(
             0.3 * (float(np.median(bends)) / 0.6745) ** 2 + 1e-10,
@@ -87,10 +93,11 @@ class Picture:
 
 @dataclass(frozen=True)
 class Fit:
-    """An outline, and how far it may be off, in pixels."""
+    """An outline, how far it may be off, in pixels, and the share of it where anything is seen."""
 
     rim: Outline
     doubt: float
+    seen: float
 
 
 def found_near(picture: Picture, rim: Outline) -> Outline:
@@ -149,7 +156,23 @@ def refined(picture: Picture, rim: Outline) -> Fit:
         shifts, evidence = _both(picture, rim)
         change = _best(evidence, shifts, 1.5)
         rim = _moved(rim, change)
-    return Fit(rim, _doubt(evidence, shifts, change))
+    return Fit(rim, _doubt(evidence, shifts, change), _seen(picture, rim))
+
+
+def _seen(picture: Picture, rim: Outline) -> float:
+    """Return the share of spokes with a slope at the rim: there is none where black meets black.
+
+    What is missing there the jackknife cannot tell, as it misses in every part of the spokes.
+    """
+    inside, outside = _BESIDE
+    offsets = np.arange(-inside, outside + 1.0)
+    xy = rim.points(_SPOKES)[:, None, :] + offsets[:, None] * _normals(rim)[:, None, :]
+    power = _lookup(picture.gx, xy) ** 2 + _lookup(picture.gy, xy) ** 2
+    inside_photo = np.isfinite(power).any(axis=1)
+    if not inside_photo.any():
+        return 0.0
+    steepest = np.nan_to_num(power[inside_photo]).max(axis=1)
+    return float(np.mean(steepest > _SEEN * picture.slope_noise / _NOISE))
 
 
 def _doubt(evidence: Array, shifts: Array, change: Array) -> float:

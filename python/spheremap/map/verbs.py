@@ -381,12 +381,12 @@ def reflect(
     return _core.reflect(view, normal, out=out)
 
 
-def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
+def rotation(yaw: float = 0, pitch: float = 0, roll: float = 0) -> NDArray[np.float64]:
     """Return the matrix Ry(yaw) Rx(pitch) Rz(roll), for `rotation=`.
 
     Parameters
     ----------
-    yaw, pitch, roll : float
+    yaw, pitch, roll : float, optional
         Right-handed turns about +y, +x and +z, in degrees. The roll comes first.
 
     Returns
@@ -401,7 +401,7 @@ def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
     Examples
     --------
     >>> import numpy as np, spheremap as sm
-    >>> np.round(sm.rotation(90, 0, 0) @ [0, 0, 1] + 0.0, 12).tolist()
+    >>> np.round(sm.rotation(yaw=90) @ [0, 0, 1] + 0.0, 12).tolist()
     [1.0, 0.0, 0.0]
     """
     angles = ((yaw, "yaw"), (pitch, "pitch"), (roll, "roll"))

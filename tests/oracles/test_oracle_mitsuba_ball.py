@@ -183,7 +183,8 @@ def test_the_ball_is_found(skies):
     # Before an environment that is infinitely far away the rim is no step in brightness.
     # 2 % of the radius is what is stated of surroundings with detail.
     assert max(off, abs(found.radius - v.outline.mean)) < 0.02 * v.outline.mean
-    assert found.confidence > 0.8
+    # Below 0.7 a user is told to look.
+    assert found.confidence > 0.7
 
 
 # Where the ball is, how large the photo, how far the camera: (x, y, pixels, distance, fov).

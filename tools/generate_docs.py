@@ -195,7 +195,10 @@ NOT_YET = """\
   scene that the OpenEXR project publishes, one per kind.
 - **three.js** computes in shaders, which need a graphics card; its formulas are read.
 - **Unreal's importer** of panoramas reads texel i at u = i/W. That is no grid here: it lies half
-  a texel beside the row.
+  a texel beside the row. So does Babylon.js.
+- **USD's other formats** of a dome light, **glTF's image-based lights**, Arnold, Cycles through
+  Hydra, Substance, Marmoset, Houdini, Nuke and PTGui:
+  [what was looked for](decisions/conventions.md#which-programs-have-no-row).
 """
 
 

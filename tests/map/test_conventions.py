@@ -71,6 +71,17 @@ LATLONG = {
     "unity": (0.5 - np.arctan2(Z, X) / (2 * PI), 1 - (1 - acos(Y) / PI)),
     # Looked up with y and z exchanged: atan2(d.x, -d.z) of (x, z, y).
     "unreal": ((1 + np.arctan2(X, -Y) / PI) / 2, acos(Z) / PI),
+    # Storm's ProjectToLatLong; the texture repeats.
+    "usd": ((np.arctan2(Z, X) + PI / 2) / (2 * PI) % 1, acos(Y) / PI),
+    # OpenEXR's longitude and latitude of a dome whose +y went to +z, and whose +z to -y.
+    "usd-z-up": (0.5 - np.arctan2(X, -Y) / (2 * PI), 0.5 - np.arcsin(Z) / PI),
+    "godot": (np.arctan2(X, -Z) / (2 * PI) % 1, acos(Y) / PI),
+    # Its corners of faces are (z, -y, x) of the world; rows are counted from the last.
+    "babylonjs": (np.arctan2(X, Z) / PI * 0.5 + 0.5, 1 - acos(-Y) / PI),
+    # dir * (-1, 1, 1), then toSphericalUv.
+    "playcanvas": (np.arctan2(-X, Z) / (2 * PI) + 0.5, 1 - (np.arcsin(Y) / PI + 0.5)),
+    # v = (sin theta sin phi, cos theta, sin theta cos phi), with theta = pi/2 - y/distance.
+    "hugin": (0.5 + np.arctan2(X, Z) / (2 * PI), 0.5 + (PI / 2 - acos(Y)) / PI),
 }
 # pbrt, v4: azimuth runs from +x, its u = 0 is the row's first texel.
 GRIDS = {
@@ -93,6 +104,12 @@ GRIDS = {
     "equilib": "centers",
     "unity": "centers",
     "unreal": "centers",
+    "usd": "centers",
+    "usd-z-up": "centers",
+    "godot": "centers",
+    "babylonjs": "centers",
+    "playcanvas": "centers",
+    "hugin": "centers",
 }
 AXES = {
     "mitsuba": "-x -y +z",
@@ -111,6 +128,12 @@ AXES = {
     "bimg": "+x -y +z",
     "py360convert": "+x -y +z",
     "ffmpeg": "+x +y +z",
+    "usd": "-x -y +z",
+    "usd-z-up": "-x -z -y",
+    "godot": "-x -y +z",
+    "babylonjs": "+x -y +z",
+    "playcanvas": "-x -y +z",
+    "hugin": "+x +y +z",
 }
 
 
@@ -120,6 +143,13 @@ def zenith_up(x, y, z):
     azimuth = np.arctan2(x, z)
     u, v = 0.5 + r * np.sin(azimuth) / 2, 0.5 - r * np.cos(azimuth) / 2
     return np.where(r <= 1, u, np.nan), np.where(r <= 1, v, np.nan)
+
+
+def fisheye(x, y, z):
+    """Give Panorama Tools' fisheye of 180 degrees, theta * distance from the middle, y down."""
+    theta = np.arctan2(np.hypot(x, y), z)
+    r = np.where(theta <= PI / 2, theta / PI, np.nan) / np.hypot(x, y)
+    return 0.5 + r * x, 0.5 + r * y
 
 
 def octahedron(x, y, z, keep):
@@ -183,6 +213,7 @@ ANGULAR = {
     "skylibs": (0.5 + X * R_DEBEVEC, 0.5 - Y * R_DEBEVEC),
     "openimageio": (0.5 + X * R_SECOND, 0.5 - Y * R_SECOND),
     "skylibs-skyangular": zenith_up(X, Y, Z),
+    "hugin": fisheye(X, Y, Z),
 }
 
 
@@ -364,6 +395,16 @@ THREE_FACES = (
     ("-z", "+x", "-y"),
 )
 
+# The hardware's table looked up with (x, y, -z).
+BEVY_FACES = (
+    ("+x", "+z", "-y"),
+    ("-x", "-z", "-y"),
+    ("+y", "+x", "-z"),
+    ("-y", "+x", "+z"),
+    ("-z", "+x", "-y"),
+    ("+z", "-x", "-y"),
+)
+
 
 def cells(*rows: str) -> dict[str, tuple[int, int]]:
     """Where each digit or letter stands in a picture made of words."""
@@ -376,8 +417,9 @@ PANORAMA = cells(".4..", "3012", ".5..")
 # (faces, where each lies: None for a stack; the faces that lie turned by half a turn)
 CUBES = {
     **dict.fromkeys(["opengl", "d3d", "vulkan", "nvdiffrast", "cmft", "bimg"], (GL_FACES, None)),
-    **dict.fromkeys(["unity", "unreal"], (GL_FACES, None)),
-    "threejs": (THREE_FACES, None),
+    **dict.fromkeys(["unity", "unreal", "ktx", "babylonjs"], (GL_FACES, None)),
+    **dict.fromkeys(["threejs", "playcanvas"], (THREE_FACES, None)),
+    "bevy": (BEVY_FACES, None),
     "openexr": (OPENEXR_FACES, COLUMN),
     "filament": (GL_FACES, CROSS),
     "filament-vertical-cross": (GL_FACES, cells(".2.", "140", ".3.", ".5."), "5"),

@@ -44,4 +44,14 @@ pub const TABLE: &[Convention] = &[
         known: Known::Run,
         ..programs::SKYLIBS
     },
+    Convention {
+        kind: "angular",
+        name: "hugin",
+        axes: "+x +y +z",
+        parameters: &[("fov", 180.0)],
+        note: "Its fisheye, at a field of view of 180; other angles are `fov=`.",
+        source: "Hugin, PanoToolsTransformGPU.cpp, erect_sphere_tp; libpano13, math.c",
+        version: "Hugin, b345d9d",
+        ..programs::HUGIN
+    },
 ];

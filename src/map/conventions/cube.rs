@@ -239,4 +239,34 @@ pub const TABLE: &[Convention] = &[
         note: "+x -x +y -y +z -z one below the other.",
         ..DIRECTXTEX
     },
+    Convention {
+        name: "ktx",
+        note: "KTX 2: the hardware's table, which its text calls left-handed; every face is `rd`, from the top left.",
+        source: "KTX File Format Specification, faceCount and Cubemap Orientation",
+        version: "KTX 2.0",
+        ..hardware(programs::KTX)
+    },
+    Convention {
+        name: "bevy",
+        axes: "+x -y -z",
+        note: "Six layers looked up with z negated: layer 4, the hardware's +z, shows what lies toward -z, unmirrored.",
+        source: "Bevy, skybox.wesl and environment_map.wesl",
+        version: "Bevy, 76ccb61",
+        ..hardware(programs::BEVY)
+    },
+    Convention {
+        name: "babylonjs",
+        note: "Direct3D's table in a left-handed world. Its six files are px py pz nx ny nz, in another order.",
+        source: "Babylon.js, reflectionFunction and engine.cubeTexture",
+        version: "Babylon.js 9.34.0",
+        ..hardware(programs::BABYLONJS)
+    },
+    Convention {
+        name: "playcanvas",
+        axes: "-x -y +z",
+        note: "Six images px nx py ny pz nz, looked up with x negated: px shows what lies toward -x, unmirrored.",
+        source: "PlayCanvas, shader chunks skybox and reflectionCube",
+        version: "PlayCanvas 2.23.3",
+        ..hardware(programs::PLAYCANVAS)
+    },
 ];

@@ -211,4 +211,58 @@ pub const TABLE: &[Convention] = &[
         version: "Unreal Engine 5",
         ..programs::UNREAL
     },
+    Convention {
+        kind: "latlong",
+        name: "usd",
+        axes: "-x -y +z",
+        note: "A DomeLight, on a stage with either axis up. Its text quotes OpenEXR's, texels on corners; Storm has centers.",
+        source: "OpenUSD, usdLux schema, DomeLight; Storm, surfaceHelpers.glslfx, ProjectToLatLong",
+        version: "OpenUSD 26.11",
+        ..programs::USD
+    },
+    Convention {
+        kind: "latlong",
+        name: "usd-z-up",
+        axes: "-x -z -y",
+        note: "A DomeLight_1 on a stage with +z up, or with poleAxis Z: center -y.",
+        source: "OpenUSD, usdLux schema, DomeLight_1",
+        version: "OpenUSD 26.11",
+        ..programs::USD_Z_UP
+    },
+    Convention {
+        kind: "latlong",
+        name: "godot",
+        axes: "-x -y +z",
+        note: "PanoramaSkyMaterial, and SKY_COORDS: center +z, behind. Its shader approximates the angles to 0.52°.",
+        source: "Godot, sky.glsl, panorama_coords",
+        version: "Godot 4, 0095d7d",
+        ..programs::GODOT
+    },
+    Convention {
+        kind: "latlong",
+        name: "babylonjs",
+        axes: "+x -y +z",
+        note: "HDRCubeTexture, EquiRectangularCubeTexture; they read texel i at u = i/W, half a texel off this grid.",
+        source: "Babylon.js, PanoramaToCubeMapTools",
+        version: "Babylon.js 9.34.0",
+        ..programs::BABYLONJS
+    },
+    Convention {
+        kind: "latlong",
+        name: "playcanvas",
+        axes: "-x -y +z",
+        note: "Looked up with x negated, as its cubes: center +z, unmirrored.",
+        source: "PlayCanvas, shader chunks skybox, spherical and reproject",
+        version: "PlayCanvas 2.23.3",
+        ..programs::PLAYCANVAS
+    },
+    Convention {
+        kind: "latlong",
+        name: "hugin",
+        axes: "+x +y +z",
+        note: "Yaw to the right, pitch up; Panorama Tools has y down, as images have.",
+        source: "Hugin, PanoToolsTransformGPU.cpp, erect_sphere_tp; libpano13, math.c",
+        version: "Hugin, b345d9d",
+        ..programs::HUGIN
+    },
 ];

@@ -23,6 +23,11 @@ pub(super) const VULKAN: Convention = program(
     "no world of its own; as OpenGL's programs have it",
 );
 pub(super) const THREEJS: Convention = program(World::OURS, "a camera looks along -z");
+pub(super) const PLAYCANVAS: Convention = program(World::OURS, "a camera looks along -z");
+pub(super) const GODOT: Convention = program(World::OURS, "a Camera3D looks along -z");
+pub(super) const BEVY: Convention =
+    program(World::OURS, "Transform::forward, what a camera looks along");
+pub(super) const USD: Convention = program(World::OURS, "a UsdGeomCamera looks along -z");
 pub(super) const DIRECTXTK: Convention = program(World::OURS, "SimpleMath's Vector3::Forward");
 pub(super) const NVIDIA: Convention = program(World::OURS, "OpenGL's eye, along -z");
 pub(super) const PROBES: Convention = program(World::OURS, "the middle of its images");
@@ -42,6 +47,15 @@ pub(super) const BGFX: Convention = program(
 );
 pub(super) const DIRECT3D: Convention =
     program(World::new("+y", "+z", true), "its eye looks along +z");
+pub(super) const BABYLONJS: Convention = program(
+    World::new("+y", "+z", true),
+    "Vector3.Forward, what a camera looks along",
+);
+/// A format of files has no eye; its text says what lies forward, with +x to the right of it.
+pub(super) const KTX: Convention = program(
+    World::new("+y", "+z", true),
+    "what its specification calls forward",
+);
 pub(super) const UNITY: Convention = program(
     World::new("+y", "+z", true),
     "Vector3.forward, what a camera looks along",
@@ -65,11 +79,18 @@ pub(super) const BLENDER: Convention = program(
     World::new("+z", "+y", false),
     "the front view looks along +y",
 );
+/// A camera that nobody has turned looks straight down there; ahead is what lies ahead on a stage with +y up, turned as its dome is.
+pub(super) const USD_Z_UP: Convention = program(
+    World::new("+z", "+y", false),
+    "-z of a stage with +y up, turned as the dome is",
+);
 pub(super) const S2: Convention = program(World::new("+z", "+x", false), "latitude 0, longitude 0");
 pub(super) const FFMPEG: Convention = program(
     World::new("-y", "+z", false),
     "a flat view that is not turned looks along +z",
 );
+pub(super) const HUGIN: Convention =
+    program(World::new("-y", "+z", false), "the middle of its panoramas");
 pub(super) const PY360CONVERT: Convention = program(
     World::new("+y", "+z", true),
     "a view that is not turned looks along +z, with +x to the right",

@@ -186,3 +186,29 @@ def test_a_terminal_sees_how_far_it_is_and_a_pipe_nothing(tmp_path: Path) -> Non
     assert "3 of 3 images converted" in said
     piped = shell("convert", *arguments)
     assert piped.stderr == b""
+
+
+# What takes longest to import of what commands may need.
+HEAVY = ("OpenImageIO", "scipy", "skimage", "matplotlib", "pydantic", "rich.console")
+
+
+@pytest.mark.parametrize(
+    "words", ["--version", "-h", *(f"{command} -h" for command in COMMANDS)], ids=str
+)
+def test_help_waits_for_no_library(words: str) -> None:
+    script = (
+        "import sys\n"
+        "from spheremap.cli import main\n"
+        "try:\n"
+        "    main(sys.argv[1:])\n"
+        "finally:\n"
+        f"    print([name for name in {HEAVY} if name in sys.modules], file=sys.stderr)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, *words.split()],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+    assert done.stderr == "[]\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from typing import Annotated, Any, NamedTuple
 
@@ -71,9 +71,7 @@ def run(arguments: Sequence[str]) -> int:
     # The parser's checks need none, and a look for some through all that is installed takes long.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
-        result = command_for(arguments).main(
-            list(arguments), prog_name="spheremap", standalone_mode=False
-        )
+        result = _main(list(arguments))
         sys.stdout.flush()
         return result if isinstance(result, int) else 0
     except BrokenPipeError:
@@ -101,25 +99,37 @@ def run(arguments: Sequence[str]) -> int:
         return _fail(text, 2)
 
 
-def command_for(arguments: Sequence[str]) -> Any:
-    """Return the parser: of the subcommand alone that is asked for, or else of all."""
+def _main(arguments: list[str]) -> Any:
+    """Parse and run: by the parser of a subcommand alone, where the first word is one."""
+    if arguments[:1] and arguments[0] in COMMANDS:
+        # The parser of all would look at its own options first, for which it loads its checks.
+        name, *arguments = arguments
+        parser, program = parser_of([name]).commands[name], f"spheremap {name}"
+    else:
+        parser, program = parser_of(COMMANDS), "spheremap"
+    return parser.main(arguments, prog_name=program, standalone_mode=False)
+
+
+def parser_of(names: Iterable[str]) -> Any:
+    """Return the parser of the command with these subcommands, which are imported for it."""
+    settings = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
     app = typer.Typer(
         name="spheremap",
         add_completion=False,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
-        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+        context_settings=settings,
         help="Environment maps, light probes and 360° images from one projection to another.",
         epilog="spheremap COMMAND --help has examples of each.",
     )
     app.callback()(_root)
-    asked = next((word for word in arguments if not word.startswith("-")), None)
-    for name in [asked] if asked in COMMANDS else COMMANDS:
+    for name in names:
         module, examples = COMMANDS[name]
         # \b keeps the lines that follow from being filled.
         epilog = "\b\nExamples:\n" + "\n".join(f"  {example}" for example in examples)
-        app.command(name, epilog=epilog)(getattr(import_module(f"spheremap.cli.{module}"), name))
+        function = getattr(import_module(f"spheremap.cli.{module}"), name)
+        app.command(name, epilog=epilog, context_settings=settings)(function)
     return typer.main.get_command(app)
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 import spheremap as sm
+from spheremap.cli.options import as_options
 from spheremap.cli.streams import print_anywhere
 from spheremap.cli.terminal import UsageError
 
@@ -70,8 +71,11 @@ def run(arguments: Sequence[str]) -> int:
     print_anywhere()
     # The parser's checks need none, and a look for some through all that is installed takes long.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    parameters: list[Any] = []
     try:
-        result = _main(list(arguments))
+        parser, program, words = _parser(list(arguments))
+        parameters = parser.params
+        result = parser.main(words, prog_name=program, standalone_mode=False)
         sys.stdout.flush()
         return result if isinstance(result, int) else 0
     except BrokenPipeError:
@@ -83,9 +87,9 @@ def run(arguments: Sequence[str]) -> int:
     except UsageError as error:
         return _fail(str(error), 2)
     except MemoryError as error:
-        return _fail(str(error) or "out of memory", 1)
+        return _fail(as_options(str(error), parameters) or "out of memory", 1)
     except (OSError, ValueError, TypeError, ImportError, ArithmeticError) as error:
-        return _fail(str(error), 1)
+        return _fail(as_options(str(error), parameters), 1)
     except Exception as error:
         # The parser's own exceptions; typer keeps their class in different places by version.
         message = getattr(error, "format_message", None)
@@ -99,15 +103,13 @@ def run(arguments: Sequence[str]) -> int:
         return _fail(text, 2)
 
 
-def _main(arguments: list[str]) -> Any:
-    """Parse and run: by the parser of a subcommand alone, where the first word is one."""
-    if arguments[:1] and arguments[0] in COMMANDS:
+def _parser(arguments: list[str]) -> tuple[Any, str, list[str]]:
+    """Return the parser: of a subcommand alone where the first word is one; and what it parses."""
+    if arguments and arguments[0] in COMMANDS:
         # The parser of all would look at its own options first, for which it loads its checks.
-        name, *arguments = arguments
-        parser, program = parser_of([name]).commands[name], f"spheremap {name}"
-    else:
-        parser, program = parser_of(COMMANDS), "spheremap"
-    return parser.main(arguments, prog_name=program, standalone_mode=False)
+        name, *rest = arguments
+        return parser_of([name]).commands[name], f"spheremap {name}", rest
+    return parser_of(COMMANDS), "spheremap", arguments
 
 
 def parser_of(names: Iterable[str]) -> Any:

@@ -10,9 +10,9 @@ import typer
 
 import spheremap as sm
 from spheremap.cli import files, picture
+from spheremap.cli.options import AnyAspect, ColorSpace, Part, World
 from spheremap.cli.terminal import (
     UsageError,
-    World,
     check_projection,
     progress,
     refuse,
@@ -49,6 +49,9 @@ def bake(
     samples: Annotated[
         int, typer.Option(min=1, metavar="N", help="Lookups a texel of the specular cube.")
     ] = 1024,
+    part: Part = None,
+    colorspace: ColorSpace = None,
+    any_aspect: AnyAspect = False,
     skipna: Annotated[
         bool, typer.Option("--skipna", help="Count NaN and infinite texels as 0.")
     ] = False,
@@ -74,10 +77,17 @@ def bake(
     with progress() as step:
         step(f"reading {source.name}")
         # Alpha is no light.
-        loaded = picture.without_alpha(picture.as_light(picture.load(source)))
+        loaded = picture.load(source, part=part, color_space=colorspace)
+        loaded = picture.without_alpha(picture.as_light(loaded))
         image = loaded.pixels
         name = from_ or files.claimed(loaded.projection, *image.shape[:2]) or "latlong"
-        src = files.of_file(name, None, *image.shape[:2])
+        src = files.of_file(
+            name,
+            None,
+            *image.shape[:2],
+            any_aspect=any_aspect,
+            advice="--any-aspect takes it as it is",
+        )
         step(f"baking {files.described(src)}")
         start = time.perf_counter()
         baked = sm.light.bake(

@@ -78,12 +78,7 @@ def convert_file(
     image, src, assumed = _loaded(source, options)
     clock.append(time.perf_counter())
     step(f"converting {source.name}: {files.described(src)} to {files.described(dst)}")
-    if suffix in _TEXTURE_WRITERS:
-        depth = "float16"
-    else:
-        depth = picture.depth_of(
-            image, suffix, half=options.half, single=options.single, bits=options.bits
-        )
+    depth = "float16" if suffix in _TEXTURE_WRITERS else _depth(image, suffix, options)
     if depth.startswith("float") or image.is_light:
         image = picture.as_light(image)
     elif options.tonemap != "none" or (options.exposure and options.preview is None):
@@ -107,6 +102,23 @@ def convert_file(
         _write_preview(options.preview, result, options)
     clock.append(time.perf_counter())
     return [_report(out, dst, result.names, shape, depth, clock, options.verbose), *notes]
+
+
+def _depth(image: Picture, suffix: str, options: Options) -> str:
+    """Return the type that a file will hold: what is asked for, or the nearest to the image's."""
+    kinds = STORED[suffix]
+    asked = {
+        "--half": "float16" if options.half else None,
+        "--float": "float32" if options.single else None,
+        f"--bits {options.bits}": f"uint{options.bits}" if options.bits else None,
+    }
+    for option, kind in asked.items():
+        if kind is not None:
+            if kind not in kinds:
+                raise UsageError(f"{option} is none of {suffix}, which holds {', '.join(kinds)}")
+            return kind
+    own = image.pixels.dtype.name
+    return own if own in kinds else "float32" if "float32" in kinds else "uint8"
 
 
 def _refuse_existing(places: list[Path], options: Options) -> None:
@@ -138,7 +150,11 @@ def _loaded(source: Path, options: Options) -> tuple[Picture, sm.Projection, lis
         name = image.projection
         assumed = [f"{source}: taken as {name}, as it says"]
     src = files.of_file(
-        name, options.from_layout, *image.pixels.shape[:2], any_aspect=options.any_aspect
+        name,
+        options.from_layout,
+        *image.pixels.shape[:2],
+        any_aspect=options.any_aspect,
+        advice="--any-aspect takes it as it is",
     )
     return _chosen(image, options), src, assumed
 
@@ -212,9 +228,7 @@ def _write(places: list[Path], image: Picture, options: Options, stdout: str | N
         for place, face in zip(places, np.split(image.pixels, len(places)), strict=True):
             _save(place, replace(image, pixels=face), None, options)
         return
-    # Another layout than the convention's own is not what its name says.
-    own = sm.projection(options.to).layout
-    name = options.to if own in (None, "faces", options.dst.layout) else None
+    name = files.noted(options.to, options.dst)
     if stdout:
         targets.to_stdout(stdout, lambda place: _save(place, image, name, options))
     else:

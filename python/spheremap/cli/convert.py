@@ -11,10 +11,10 @@ from spheremap import io
 from spheremap._names import ConvertFilter
 from spheremap.cli import files, sizes, targets
 from spheremap.cli.conversion import Options, convert_file
+from spheremap.cli.options import AnyAspect, ColorSpace, Part, World, as_options
 from spheremap.cli.picture import Tonemap
 from spheremap.cli.terminal import (
     UsageError,
-    World,
     as_usage,
     check_projection,
     progress,
@@ -112,10 +112,7 @@ def convert(
     bits: Annotated[
         int | None, typer.Option(metavar="N", help="Write integers of 8 or 16 bits.")
     ] = None,
-    colorspace: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Of IN, whatever it says: sRGB, linear, ACEScg ..."),
-    ] = None,
+    colorspace: ColorSpace = None,
     tonemap: Annotated[
         Tonemap, typer.Option(help="How floats become integers; none cuts at 1.")
     ] = "none",
@@ -131,12 +128,8 @@ def convert(
     mips: Annotated[
         bool, typer.Option("--mips", help="Write all mips: .ktx2 and .dds hold them.")
     ] = False,
-    part: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Which image of a file of several.")
-    ] = None,
-    any_aspect: Annotated[
-        bool, typer.Option("--any-aspect", help="Take an image of the wrong aspect as it is.")
-    ] = False,
+    part: Part = None,
+    any_aspect: AnyAspect = False,
     no_clobber: Annotated[
         bool, typer.Option("--no-clobber", help="Replace no file that is there.")
     ] = False,
@@ -169,7 +162,7 @@ def convert(
     )
     if bits not in (None, 8, 16):
         raise UsageError(f"--bits is 8 or 16, got {bits}")
-    _check_preview(preview, len(pairs))
+    _check_preview(preview, pairs)
     targets.check_outputs(outputs, layout, dst.faces)
     _refuse_idle(context, outputs, floats_only=textures or _holds_floats(outputs, bits, format))
     for out in outputs:
@@ -184,23 +177,26 @@ def convert(
         exposure=exposure, preview=preview, compression=compression, mips=mips, part=part,
         any_aspect=any_aspect, no_clobber=no_clobber, verbose=verbose, world=world,
     )  # fmt: skip
-    _all(pairs, options, stdout=f".{format}" if format else None)
+    _all(context, pairs, options, stdout=f".{format}" if format else None)
 
 
-def _all(pairs: list[tuple[Path, Path]], options: Options, *, stdout: str | None) -> None:
+def _all(
+    context: typer.Context, pairs: list[tuple[Path, Path]], options: Options, *, stdout: str | None
+) -> None:
     """Convert each file; of many, those that fail do not keep the others from it."""
     failures = 0
     with progress(len(pairs)) as step:
         for source, out in pairs:
             try:
-                said = convert_file(source, out, options, step, stdout)
+                lines = convert_file(source, out, options, step, stdout)
             except (OSError, ValueError, TypeError, MemoryError, UsageError) as error:
                 if len(pairs) == 1:
                     raise
                 failures += 1
-                typer.echo(f"error: {source}: {' '.join(str(error).split())}", err=True)
+                said = as_options(" ".join(str(error).split()), context.command.params)
+                typer.echo(f"error: {source}: {said}", err=True)
             else:
-                typer.echo("\n".join(said), err=stdout is not None)
+                typer.echo("\n".join(lines), err=stdout is not None)
             step.done()
     if len(pairs) > 1:
         typer.echo(f"{len(pairs) - failures} of {len(pairs)} images converted", err=failures > 0)
@@ -216,13 +212,15 @@ def _check_together(*groups: dict[str, bool]) -> None:
             raise UsageError(f"give {given[0]} or {given[1]}, not both")
 
 
-def _check_preview(preview: Path | None, images: int) -> None:
+def _check_preview(preview: Path | None, pairs: list[tuple[Path, Path]]) -> None:
     if preview is None:
         return
     if STORED.get(preview.suffix.lower(), ("",))[0] != "uint8":
         raise UsageError(f"--preview is a .png or .jpg, got {str(preview)!r}")
-    if images > 1:
+    if len(pairs) > 1:
         raise UsageError("--preview is of one image")
+    if preview.resolve() in [place.resolve() for place in pairs[0]]:
+        raise UsageError(f"--preview would replace {str(preview)!r}, which is needed")
     io.check_target(preview)
 
 

@@ -12,6 +12,7 @@ import typer
 from spheremap import io
 from spheremap.cli import files, radiance, report
 from spheremap.cli.bands import bands
+from spheremap.cli.options import ColorSpace, FromGuess, Part
 from spheremap.cli.report import Channel, Found, Light
 from spheremap.cli.terminal import check_projection, progress, read
 
@@ -20,23 +21,10 @@ if TYPE_CHECKING:
 
 
 def info(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An image file.")],
-    from_: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="NAME",
-            help="Projection for the light report; by default what its aspect suggests.",
-            show_default=False,
-        ),
-    ] = None,
-    colorspace: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Of the file, whatever it says: sRGB, linear ..."),
-    ] = None,
-    part: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Which image of a file of several.")
-    ] = None,
+    file: Annotated[Path, typer.Argument(metavar="IN", help="An image file.")],
+    from_: FromGuess = None,
+    colorspace: ColorSpace = None,
+    part: Part = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False,
 ) -> None:
     """Tell what an image holds, which projections it may be, and its light.
@@ -95,7 +83,7 @@ def _light(image: NDArray[Any], head: io.Header, name: str | None, space: str) -
     name = name or files.claimed(head.projection, height, width)
     if name is None and (count not in (1, 3, 4) or not files.fitting(height, width)):
         return None
-    p = files.of_file(name or files.likely(height, width), None, height, width)
+    p = files.taken(name, None, height, width)
     light = image
     if not (head.linear and space == head.color_space and image.dtype.kind == "f"):
         light = _decoded(image, head, space)

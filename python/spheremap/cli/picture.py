@@ -16,7 +16,6 @@ import numpy as np
 from spheremap import io
 from spheremap.cli.terminal import UsageError, read
 from spheremap.io.header import is_linear
-from spheremap.io.images import STORED
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -156,19 +155,6 @@ def save(
         projection=projection,
         metadata=picture.metadata,
     )
-
-
-def depth_of(picture: Picture, suffix: str, *, half: bool, single: bool, bits: int | None) -> str:
-    """Return the type that a file will hold: what is asked for, or the nearest to the picture's."""
-    kinds = STORED[suffix]
-    asked = "float16" if half else "float32" if single else f"uint{bits}" if bits else None
-    if asked is not None:
-        if asked not in kinds:
-            option = "--half" if half else "--float" if single else f"--bits {bits}"
-            raise UsageError(f"{option} is none of {suffix}, which holds {', '.join(kinds)}")
-        return asked
-    own = picture.pixels.dtype.name
-    return own if own in kinds else "float32" if "float32" in kinds else "uint8"
 
 
 def _cover(pixels: NDArray[Any], alpha: int) -> NDArray[Any]:

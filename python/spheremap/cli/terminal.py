@@ -7,23 +7,16 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import typer
 
 import spheremap as sm
 from spheremap import _core, io
-from spheremap.io.images import STORED
 
 if TYPE_CHECKING:
     from rich.progress import Progress
-
-
-World = Annotated[
-    Literal["match", "literal"],
-    typer.Option(help="Keep up, ahead and right where the programs' worlds differ; or (x, y, z)."),
-]
 
 
 class UsageError(Exception):
@@ -78,20 +71,6 @@ def read(path: Path, *, part: str | None = None, fill: float = 0.0) -> np.ndarra
         raise
     finally:
         os.close(kept)
-
-
-def write(
-    path: Path,
-    image: np.ndarray[Any, Any],
-    exposure: float,
-    compression: str | None,
-    names: tuple[str, ...],
-) -> None:
-    """Write an image, tone-mapped if the format holds no floats."""
-    if image.dtype.kind == "f" and "float32" not in STORED[path.suffix.lower()]:
-        io.write(path, io.tonemap(image, exposure=exposure), compression=compression)
-    else:
-        io.write(path, image, compression=compression, channels=names)
 
 
 def was_given(context: typer.Context, name: str) -> bool:

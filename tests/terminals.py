@@ -12,7 +12,7 @@ needs_terminal = pytest.mark.skipif(os.name != "posix", reason="needs a terminal
 
 
 def on_terminal(
-    *arguments: object, stream: str, columns: int = 80, term: str = "xterm"
+    *arguments: object, stream: str, columns: int = 80, term: str = "xterm", code: int = 0
 ) -> tuple[str, str]:
     """Run the command with stdout or stderr on a terminal; return what went there and elsewhere."""
     import pty
@@ -36,5 +36,5 @@ def on_terminal(
         shown += part
     os.close(mine)
     rest = b"".join(said for said in process.communicate() if said)
-    assert process.returncode == 0, (shown, rest)
+    assert process.returncode == code, (shown, rest)
     return shown.decode(), rest.decode()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -88,22 +89,34 @@ def bake(
             any_aspect=any_aspect,
             advice="--any-aspect takes it as it is",
         )
-        step(f"baking {files.described(src)}")
         start = time.perf_counter()
-        baked = sm.light.bake(
-            image[..., :3] if image.shape[-1] > 3 else image,
-            src,
-            diffuse=diffuse or everything,
-            specular=specular or everything,
-            sh=sh or everything,
-            size=size,
-            levels=levels,
-            diffuse_size=diffuse_size,
-            order=order,
-            samples=samples,
-            skipna=skipna,
-            world=world,
-        )
+        light = image[..., :3] if image.shape[-1] > 3 else image
+        baked = sm.light.Bake(None, None, None, None)
+        for kind, wanted, what in (
+            ("diffuse", diffuse, "the diffuse cube"),
+            ("specular", specular, "reflections"),
+            ("sh", sh, "harmonics"),
+        ):
+            if not (wanted or everything):
+                continue
+            # One after the other, to say which.
+            step(f"baking {what}")
+            made = sm.light.bake(
+                light,
+                src,
+                diffuse=kind == "diffuse",
+                specular=kind == "specular",
+                sh=kind == "sh",
+                size=size,
+                levels=levels,
+                diffuse_size=diffuse_size,
+                order=order,
+                samples=samples,
+                skipna=skipna,
+                world=world,
+            )
+            parts = {field.name: getattr(made, field.name) for field in fields(made)}
+            baked = replace(baked, **{k: x for k, x in parts.items() if x is not None})
         tell_worlds(src, sm.projection("cube"), world)
         seconds = time.perf_counter() - start
         step(f"writing {folder.name}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,9 +13,12 @@ import numpy as np
 import spheremap as sm
 from spheremap import io
 from spheremap.cli import files, picture, targets
+from spheremap.cli.filling import watched
 from spheremap.cli.picture import Picture
+from spheremap.cli.steps import Step
 from spheremap.cli.terminal import UsageError, tell_worlds
 from spheremap.io.images import STORED
+from spheremap.map.size import matching_size
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -63,7 +65,7 @@ class Options:
 
 
 def convert_file(
-    source: Path, out: Path, options: Options, step: Callable[[str], None], stdout: str | None
+    source: Path, out: Path, options: Options, step: Step, stdout: str | None
 ) -> list[str]:
     """Convert a file and return what there is to say of it."""
     dst, suffix = options.dst, stdout or out.suffix.lower()
@@ -84,7 +86,7 @@ def convert_file(
     elif options.tonemap != "none" or (options.exposure and options.preview is None):
         raise UsageError("--tonemap and --exposure do nothing where integers stay integers")
     rotation, turned = _rotation(image, src, options)
-    result = _converted(image, src, rotation, options)
+    result = _converted(image, src, rotation, options, step)
     clock.append(time.perf_counter())
     step(f"writing {out.name}")
     notes = [*assumed, *turned]
@@ -202,24 +204,30 @@ def _converted(
     src: sm.Projection,
     rotation: NDArray[np.float64] | None,
     options: Options,
+    step: Step,
 ) -> Picture:
     alpha = options.alpha
     if alpha is None and image.alpha == "straight":
         alpha = image.alpha_channel
-    pixels = sm.convert(
-        _faced(image.pixels, src),
-        src,
-        options.dst,
-        size=options.size,
-        rotation=rotation,
-        filter=options.filter,
-        fill=options.fill,
-        antialias=not options.alias,
-        alpha=alpha,
-        skipna=options.skipna,
-        world=options.world,
-    )
-    return replace(image, pixels=pixels)
+    pixels = _faced(image.pixels, src)
+    size = options.size or matching_size(pixels.shape, src, options.dst)
+    result = np.empty((*options.dst.shape(size), pixels.shape[-1]), pixels.dtype)
+    with watched(result, step):
+        sm.convert(
+            pixels,
+            src,
+            options.dst,
+            size=size,
+            rotation=rotation,
+            filter=options.filter,
+            fill=options.fill,
+            out=result,
+            antialias=not options.alias,
+            alpha=alpha,
+            skipna=options.skipna,
+            world=options.world,
+        )
+    return replace(image, pixels=result)
 
 
 def _write(places: list[Path], image: Picture, options: Options, stdout: str | None) -> None:

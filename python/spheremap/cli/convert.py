@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -194,12 +195,13 @@ def _all(
                     raise
                 failures += 1
                 said = as_options(" ".join(str(error).split()), context.command.params)
-                typer.echo(f"error: {source}: {said}", err=True)
+                print(f"error: {source}: {said}", file=sys.stderr)
             else:
-                typer.echo("\n".join(lines), err=stdout is not None)
+                print("\n".join(lines), file=sys.stderr if stdout else sys.stdout)
             step.done()
     if len(pairs) > 1:
-        typer.echo(f"{len(pairs) - failures} of {len(pairs)} images converted", err=failures > 0)
+        stream = sys.stderr if failures else sys.stdout
+        print(f"{len(pairs) - failures} of {len(pairs)} images converted", file=stream)
     if failures:
         raise typer.Exit(1)
 

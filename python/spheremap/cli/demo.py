@@ -15,7 +15,7 @@ import numpy as np
 import spheremap as sm
 from spheremap import io, plot
 from spheremap.cli import files, picture, sky
-from spheremap.cli.terminal import Step
+from spheremap.cli.steps import Step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

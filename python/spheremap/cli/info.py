@@ -14,6 +14,7 @@ from spheremap.cli import files, radiance, report
 from spheremap.cli.bands import bands
 from spheremap.cli.options import ColorSpace, FromGuess, Part
 from spheremap.cli.report import Channel, Found, Light
+from spheremap.cli.steps import Step
 from spheremap.cli.terminal import check_projection, progress, read
 
 if TYPE_CHECKING:
@@ -38,10 +39,9 @@ def info(
         head = io.header(file, part=part)
         image = read(file, part=part)
         step("looking at its numbers")
-        channels = _channels(image, head.channels)
-        step("adding up its light")
+        channels = _channels(image, head.channels, step)
         space = colorspace or head.color_space
-        light = _light(image, head, from_, space)
+        light = _light(image, head, from_, space, step)
     found = Found(file, head, space, channels, light)
     if as_json:
         print(json.dumps(report.as_json(found), indent=1, allow_nan=False))
@@ -49,11 +49,11 @@ def info(
         report.print_text(found)
 
 
-def _channels(image: NDArray[Any], names: tuple[str, ...]) -> list[Channel]:
+def _channels(image: NDArray[Any], names: tuple[str, ...], step: Step) -> list[Channel]:
     count = image.shape[-1]
     least, largest = np.full(count, np.inf), np.full(count, -np.inf)
     total, nan, infinite, negative = (np.zeros(count) for _ in range(4))
-    for rows in bands(image):
+    for rows in bands(image, step.part):
         # A channel after the other, in a type that processors compare: much faster.
         values: NDArray[np.float32] = np.ascontiguousarray(
             image[rows].reshape(-1, count).T, dtype=np.float32
@@ -77,7 +77,9 @@ def _channels(image: NDArray[Any], names: tuple[str, ...]) -> list[Channel]:
     ]
 
 
-def _light(image: NDArray[Any], head: io.Header, name: str | None, space: str) -> Light | None:
+def _light(
+    image: NDArray[Any], head: io.Header, name: str | None, space: str, step: Step
+) -> Light | None:
     """Return the light of an image, unless there is no saying what it is."""
     height, width, count = image.shape
     name = name or files.claimed(head.projection, height, width)
@@ -86,13 +88,14 @@ def _light(image: NDArray[Any], head: io.Header, name: str | None, space: str) -
     p = files.taken(name, None, height, width)
     light = image
     if not (head.linear and space == head.color_space and image.dtype.kind == "f"):
-        light = _decoded(image, head, space)
-    return Light(p, radiance.energy(light, p))
+        step("decoding its colors")
+        light = _decoded(image, head, space, step)
+    return Light(p, radiance.energy(light, p, step))
 
 
-def _decoded(image: NDArray[Any], head: io.Header, space: str) -> NDArray[np.float16]:
+def _decoded(image: NDArray[Any], head: io.Header, space: str, step: Step) -> NDArray[np.float16]:
     """Return light a few rows at a time, in half floats: fine enough for what 16 bits encode."""
     light = np.empty(image.shape, np.float16)
-    for rows in bands(image):
+    for rows in bands(image, step.part):
         light[rows] = io.to_linear(image[rows], color_space=space, alpha=head.alpha_channel)
     return light

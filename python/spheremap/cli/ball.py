@@ -16,7 +16,7 @@ import typer
 import spheremap as sm
 from spheremap import io
 from spheremap.cli import exif, files, picture
-from spheremap.cli.options import ColorSpace, Part, as_options
+from spheremap.cli.options import ColorSpace, Part, as_options, finite
 from spheremap.cli.picture import Picture
 from spheremap.cli.terminal import UsageError, as_usage, check_projection, progress
 from spheremap.io.images import STORED, TEXTURES
@@ -69,6 +69,7 @@ def ball(
         float | None,
         typer.Option(
             metavar="STOPS",
+            callback=finite,
             help="Of the preview, and of OUT as .png or .jpg. [by default automatic, and 0]",
         ),
     ] = None,
@@ -164,7 +165,7 @@ def ball(
 def _parsed(text: str, error: Callable[[str], Exception]) -> sm.ball.Ball:
     try:
         x, y, r = (float(word) for word in text.split(","))
-        if not r > 0:
+        if not (r > 0 and np.isfinite([x, y, r]).all()):
             raise ValueError
     except ValueError:
         raise error(f"--rim is X,Y,R in pixels, as 400,300,250.5; got {text!r}") from None

@@ -244,8 +244,11 @@ def _write(places: list[Path], image: Picture, options: Options, stdout: str | N
 
 
 def _save(place: Path, image: Picture, projection: str | None, options: Options) -> None:
-    if len(image.names) == 4 and STORED[place.suffix.lower()] in (("float32",), ("uint8",)):
-        raise OSError(f"cannot write {str(place)!r}: {place.suffix} has no alpha: --drop-alpha")
+    suffix = place.suffix.lower()
+    if image.alpha_channel is not None and STORED[suffix] in (("float32",), ("uint8",)):
+        raise OSError(f"cannot write {str(place)!r}: {suffix} has no alpha: --drop-alpha")
+    if suffix == ".hdr":
+        image = picture.with_colors(image)
     picture.save(place, image, compression=options.compression, projection=projection)
 
 
@@ -257,6 +260,9 @@ def _write_preview(place: Path, result: Picture, options: Options) -> None:
 
 
 def _write_texture(out: Path, result: Picture, options: Options) -> list[str]:
+    if result.alpha_channel is not None:
+        # Of two channels a texture would take alpha for green.
+        result = picture.with_colors(result)
     levels = [result.pixels]
     if options.mips:
         levels = sm.mipmaps(result.pixels.astype(np.float32), options.dst)

@@ -12,7 +12,7 @@ from spheremap import io
 from spheremap._names import ConvertFilter
 from spheremap.cli import files, sizes, targets
 from spheremap.cli.conversion import Options, convert_file
-from spheremap.cli.options import AnyAspect, ColorSpace, Part, World, as_options
+from spheremap.cli.options import AnyAspect, ColorSpace, Part, World, as_options, finite
 from spheremap.cli.picture import Tonemap
 from spheremap.cli.terminal import (
     UsageError,
@@ -118,7 +118,12 @@ def convert(
         Tonemap, typer.Option(help="How floats become integers; none cuts at 1.")
     ] = "none",
     exposure: Annotated[
-        float, typer.Option(metavar="STOPS", help="Of the preview, and of floats in .png and .jpg.")
+        float,
+        typer.Option(
+            metavar="STOPS",
+            callback=finite,
+            help="Of the preview, and of floats in .png and .jpg.",
+        ),
     ] = 0.0,
     preview: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Write a tone-mapped picture as well.")
@@ -168,7 +173,7 @@ def convert(
     _refuse_idle(context, outputs, floats_only=textures or _holds_floats(outputs, bits, format))
     for out in outputs:
         if out.name != targets.STDOUT:
-            io.check_target(out)
+            io.check_target(out, compression=compression)
 
     options = Options(
         from_=from_, from_layout=from_layout, to=to, dst=dst, size=wanted, face_names=face_names,

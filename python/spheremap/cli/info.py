@@ -10,7 +10,7 @@ import numpy as np
 import typer
 
 from spheremap import io
-from spheremap.cli import files, radiance, report
+from spheremap.cli import files, picture, radiance, report
 from spheremap.cli.bands import bands
 from spheremap.cli.options import ColorSpace, FromGuess, Part
 from spheremap.cli.report import Channel, Found, Light
@@ -82,20 +82,36 @@ def _light(
 ) -> Light | None:
     """Return the light of an image, unless there is no saying what it is."""
     height, width, count = image.shape
+    alpha = head.alpha_channel
+    colors = count if alpha is None else count - 1
     name = name or files.claimed(head.projection, height, width)
-    if name is None and (count not in (1, 3, 4) or not files.fitting(height, width)):
+    if name is None and (colors not in (1, 3, 4) or not files.fitting(height, width)):
         return None
     p = files.taken(name, None, height, width)
     light = image
     if not (head.linear and space == head.color_space and image.dtype.kind == "f"):
         step("decoding its colors")
         light = _decoded(image, head, space, step)
+    if alpha is not None:
+        light = _without_alpha(light, alpha, head.alpha == "straight" or image.dtype.kind == "u")
     return Light(p, radiance.energy(light, p, step))
+
+
+def _without_alpha(light: NDArray[Any], alpha: int, straight: bool) -> NDArray[Any]:
+    """Return what `bake` and a conversion to floats take for light: colors, premultiplied."""
+    colors = np.delete(light, alpha, axis=-1)
+    if straight:
+        for rows in bands(colors):
+            colors[rows] *= light[rows][..., alpha : alpha + 1]
+    return colors
 
 
 def _decoded(image: NDArray[Any], head: io.Header, space: str, step: Step) -> NDArray[np.float16]:
     """Return light a few rows at a time, in half floats: fine enough for what 16 bits encode."""
-    light = np.empty(image.shape, np.float16)
+    light, alpha = np.empty(image.shape, np.float16), head.alpha_channel
     for rows in bands(image, step.part):
-        light[rows] = io.to_linear(image[rows], color_space=space, alpha=head.alpha_channel)
+        part = image[rows]
+        if head.alpha == "premultiplied" and alpha is not None and image.dtype.kind == "u":
+            part = picture.straightened(part, alpha)
+        light[rows] = io.to_linear(part, color_space=space, alpha=alpha)
     return light

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal
@@ -32,6 +33,13 @@ ColorSpace = Annotated[
 AnyAspect = Annotated[
     bool, typer.Option("--any-aspect", help="Take an image of the wrong aspect as it is.")
 ]
+
+
+def finite(value: float | None) -> float | None:
+    """Return the number that an option has, or raise what says that it is none."""
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"{value} is no number to reckon with")
+    return value
 
 
 def as_options(message: str, parameters: Iterable[Any]) -> str:

@@ -32,6 +32,8 @@ TRAVELS = {
     "whiteLuminance": 1,
     "chromaticities": 8,
 }
+# Formats of straight alpha whose readers do not say so.
+_STRAIGHT = ("png", "bmp", "gif")
 # Our own word for a projection, where a file can hold any.
 PROJECTION = "spheremap:projection"
 
@@ -142,7 +144,9 @@ def header_of(source: Any) -> Header:
     alpha_channel = int(spec.alpha_channel)
     alpha: Alpha = "none"
     if alpha_channel >= 0:
-        straight = source.format_name() == "png" or spec.get_int_attribute("oiio:UnassociatedAlpha")
+        straight = source.format_name() in _STRAIGHT or spec.get_int_attribute(
+            "oiio:UnassociatedAlpha"
+        )
         alpha = "straight" if straight else "premultiplied"
     space = spec.get_string_attribute("oiio:ColorSpace")
     if not space:
@@ -184,15 +188,8 @@ def _windows(spec: Any) -> tuple[tuple[int, int, int, int], tuple[int, int]]:
     # A part of a panorama, as telephones make it, says where in the whole it lies.
     whole = spec.get_int_attribute("GPano:FullPanoHeightPixels")
     across = spec.get_int_attribute("GPano:FullPanoWidthPixels")
-    if (
-        whole >= spec.height
-        and across >= spec.width
-        and (height, width)
-        == (
-            spec.height,
-            spec.width,
-        )
-    ):
+    is_plain = (height, width) == (spec.height, spec.width)
+    if is_plain and whole >= spec.height and across >= spec.width:
         top = spec.get_int_attribute("GPano:CroppedAreaTopPixels")
         left = spec.get_int_attribute("GPano:CroppedAreaLeftPixels")
         height, width = whole, across

@@ -32,6 +32,14 @@ STORED: dict[str, tuple[str, ...]] = {
 }
 # What `write_ktx2` and `write_dds` write.
 TEXTURES = (".ktx2", ".dds")
+# How each may be compressed; OpenImageIO takes another word for its default.
+_COMPRESSIONS: dict[str, tuple[str, ...]] = {
+    ".exr": ("none", "rle", "zip", "zips", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"),
+    ".tif": ("none", "lzw", "zip", "packbits"),
+    ".tiff": ("none", "lzw", "zip", "packbits"),
+    ".jpg": ("jpeg",),
+    ".jpeg": ("jpeg",),
+}
 _MOST_CHANNELS = {".hdr": 3, ".png": 4, ".jpg": 3, ".jpeg": 3}
 
 
@@ -163,7 +171,8 @@ def write(
     OSError
         For a place that cannot be written, an unknown format, or more channels than it holds.
     ValueError
-        For a shape that is no image, or floats for a format of integers.
+        For a shape that is no image, floats for a format of integers, or a compression that the
+        format does not have.
     ImportError
         If OpenImageIO is missing.
     """
@@ -179,7 +188,8 @@ def write(
     spec = oiio.ImageSpec(width, height, count, _OIIO_TYPE[pixels.dtype.name])
     spec.attribute("oiio:UnassociatedAlpha", 1)
     if compression is not None:
-        spec.attribute("compression", as_text(compression, "compression"))
+        _check_compression(compression, extension)
+        spec.attribute("compression", compression)
     if channels is not None:
         names = tuple(as_text(x, "channels") for x in as_items(channels, "channels", "names"))
         if len(names) != count:
@@ -235,23 +245,40 @@ def _note(
             spec.attribute("textureformat", f"{environment} Environment")
 
 
-def check_target(path: str | os.PathLike[str]) -> None:
+def check_target(path: str | os.PathLike[str], *, compression: str | None = None) -> None:
     """Raise the error that writing to this place would raise, before any work is done.
 
     Parameters
     ----------
     path : path-like
+    compression : str, optional
+        As for `write`.
 
     Raises
     ------
     OSError
         For a place that cannot be written, or an unknown format.
+    ValueError
+        For a compression that the format does not have.
     """
     name = as_path(path)
     target = Path(os.path.realpath(name))
     if target.suffix.lower() not in TEXTURES:
         _check_format(target.suffix.lower(), name)
+    if compression is not None:
+        _check_compression(compression, target.suffix.lower())
     _check_place(target, name)
+
+
+def _check_compression(compression: str, extension: str) -> None:
+    known = _COMPRESSIONS.get(extension, ())
+    if as_text(compression, "compression").partition(":")[0] not in known:
+        raise ValueError(
+            f"Expected `compression` of {extension} to be one of {', '.join(known)}, "
+            f"got {compression!r}."
+            if known
+            else f"{extension} has no choice of `compression`, got {compression!r}."
+        )
 
 
 _OIIO_TYPE = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}

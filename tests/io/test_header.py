@@ -35,6 +35,27 @@ def test_a_small_data_window_is_placed(tmp_path: Path) -> None:
     assert io.header(tmp_path / "a.exr").window == (1, 2, 4, 6)
 
 
+def test_a_filling_is_one_that_the_image_holds(tmp_path: Path) -> None:
+    windows = {"x": 2, "y": 1, "full_x": 0, "full_y": 0, "full_width": 16, "full_height": 8}
+    put(tmp_path / "a.exr", numbered(3, 4), **windows)
+    assert np.array_equal(io.read(tmp_path / "a.exr", fill=[1, 2, 3])[0, 0], [1, 2, 3])
+    with pytest.raises(ValueError, match=r"`fill` to be one number or 3, got shape \(2,\)"):
+        io.read(tmp_path / "a.exr", fill=[1, 2])
+    for wrong in ("x", object()):
+        with pytest.raises((TypeError, ValueError), match="`fill`"):
+            io.read(tmp_path / "a.exr", fill=wrong)
+
+
+@pytest.mark.parametrize("fill", [300, -1, np.nan])
+def test_integers_are_not_filled_with_what_they_do_not_hold(fill: float, tmp_path: Path) -> None:
+    windows = {"x": 2, "y": 1, "full_x": 0, "full_y": 0, "full_width": 16, "full_height": 8}
+    put(tmp_path / "a.tif", numbered(3, 4, "uint8"), **windows)
+    if io.header(tmp_path / "a.tif").window == (0, 0, 3, 4):
+        pytest.skip("this OpenImageIO writes no windows into .tif")
+    with pytest.raises(ValueError, match="is no value of uint8"):
+        io.read(tmp_path / "a.tif", fill=fill)
+
+
 def test_overscan_is_cropped(tmp_path: Path) -> None:
     image = numbered(12, 20)
     windows = {"x": -2, "y": -2, "full_x": 0, "full_y": 0, "full_width": 16, "full_height": 8}

@@ -32,6 +32,8 @@ TRAVELS = {
     "whiteLuminance": 1,
     "chromaticities": 8,
 }
+# The dtypes of images, and OpenImageIO's words for them.
+KINDS = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
 # Formats of straight alpha whose readers do not say so.
 _STRAIGHT = ("png", "bmp", "gif")
 # Our own word for a projection, where a file can hold any.
@@ -114,7 +116,10 @@ def header(path: str | os.PathLike[str], *, part: int | str | None = None) -> He
         For a file that is missing, that OpenImageIO cannot read, or that holds samples of several
         depths.
     ValueError
-        For a file of several parts of which none is named, or not one that there is.
+        For a file of several parts of which none is named, or not one that there is; for text that
+        is no path.
+    TypeError
+        For what is no path.
     ImportError
         If OpenImageIO is missing.
 
@@ -134,9 +139,8 @@ def header(path: str | os.PathLike[str], *, part: int | str | None = None) -> He
 def header_of(source: Any) -> Header:
     """Return the header of an image that has been opened."""
     spec = source.spec()
-    dtype = {"uint8": "uint8", "uint16": "uint16", "half": "float16"}.get(
-        str(spec.format), "float32"
-    )
+    kind = str(spec.format)
+    dtype = next((name for name, known in KINDS.items() if known == kind), "float32")
     window, (height, width) = _windows(spec)
     orientation = int(spec.get_int_attribute("Orientation", 1))
     if orientation >= 5:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arrays import as_doubles
 from .._scalars import as_items, as_number, as_text
-from .header import PROJECTION, TRAVELS, header_of, upright
+from .header import KINDS, PROJECTION, TRAVELS, header_of, upright
 from .opened import library, one_line, opened, said_by
 from .packets import with_panorama
 from .whole import as_path, written_whole
@@ -67,18 +68,22 @@ def read(
 
     Raises
     ------
-    OSError
-        For a file that is missing, that OpenImageIO cannot read, or that holds samples of several
-        depths.
-    ValueError
-        For a file of several parts of which none is named, or not one that there is.
-    ImportError
-        If OpenImageIO is missing.
+    OSError, ValueError, TypeError, ImportError
+        As for `header`, and for a `fill` that is no number, or one that the file's dtype lacks.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm, tempfile, pathlib
+    >>> place = pathlib.Path(tempfile.mkdtemp()) / "a.png"
+    >>> sm.io.write(place, np.full((2, 4), 7, np.uint8))
+    >>> sm.io.read(place)[..., 0].tolist()
+    [[7, 7, 7, 7], [7, 7, 7, 7]]
     """
     with opened(path, part) as source:
         spec, head = source.spec(), header_of(source)
-        kind = {"float16": "half", "float32": "float"}.get(head.dtype, head.dtype)
-        image = source.read_image(source.current_subimage(), 0, 0, spec.nchannels, kind)
+        image = source.read_image(
+            source.current_subimage(), 0, 0, spec.nchannels, KINDS[head.dtype]
+        )
         if image is None:
             raise OSError(f"cannot read {os.fspath(path)!r}: {said_by(source)}")
         pixels: NDArray[Any] = image.reshape(spec.height, spec.width, spec.nchannels)
@@ -98,12 +103,26 @@ def _placed(
     if (top, left, bottom, right) == (0, 0, height, width):
         return pixels
     image = np.empty((height, width, pixels.shape[-1]), pixels.dtype)
-    image[...] = np.asarray(fill)
+    image[...] = _filling(fill, pixels)
     rows = slice(max(top, 0), max(0, min(bottom, height)))
     columns = slice(max(left, 0), max(0, min(right, width)))
     held = pixels[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
     image[rows, columns] = held
     return image
+
+
+def _filling(fill: float | Sequence[float], pixels: NDArray[Any]) -> NDArray[Any]:
+    """Return one number, or one for each channel, that the dtype of an image holds."""
+    values, count = as_doubles(fill, "fill"), pixels.shape[-1]
+    if values.shape not in ((), (1,), (count,)):
+        raise ValueError(f"Expected `fill` to be one number or {count}, got shape {values.shape}.")
+    if pixels.dtype.kind == "u":
+        held = (values >= 0) & (values <= np.iinfo(pixels.dtype).max)
+        if not held.all():
+            raise ValueError(f"`fill` {values[~held].flat[0]:g} is no value of {pixels.dtype}.")
+    # What half floats do not hold becomes infinite.
+    with np.errstate(over="ignore"):
+        return values.astype(pixels.dtype)
 
 
 def channel_names(
@@ -122,8 +141,8 @@ def channel_names(
 
     Raises
     ------
-    OSError, ValueError, ImportError
-        As for `read`.
+    OSError, ValueError, TypeError, ImportError
+        As for `header`.
     """
     with opened(path, part) as source:
         return tuple(source.spec().channelnames)
@@ -185,7 +204,7 @@ def write(
     _check_place(target, name)
 
     height, width, count = pixels.shape
-    spec = oiio.ImageSpec(width, height, count, _OIIO_TYPE[pixels.dtype.name])
+    spec = oiio.ImageSpec(width, height, count, KINDS[pixels.dtype.name])
     spec.attribute("oiio:UnassociatedAlpha", 1)
     if compression is not None:
         _check_compression(compression, extension)
@@ -279,9 +298,6 @@ def _check_compression(compression: str, extension: str) -> None:
             if known
             else f"{extension} has no choice of `compression`, got {compression!r}."
         )
-
-
-_OIIO_TYPE = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
 
 
 def _stored(image: NDArray[Any], extension: str, name: str) -> NDArray[Any]:

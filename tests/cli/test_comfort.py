@@ -13,6 +13,7 @@ import pytest
 import spheremap as sm
 from spheremap import io
 from spheremap.cli.app import COMMANDS
+from terminals import needs_terminal, on_terminal
 from test_cli import bad, good
 
 
@@ -97,12 +98,6 @@ def test_options_that_would_do_nothing_are_errors(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ["sky.exr"]
 
 
-def test_advice_names_options_that_there_are(tmp_path: Path) -> None:
-    io.write(tmp_path / "odd.exr", np.ones((30, 50, 3), np.float32))
-    line = bad("bake", tmp_path / "odd.exr", tmp_path / "out", code=1, says="50 x 30")
-    assert "--any-aspect" not in line and "--any-aspect" not in good("bake", "--help")
-
-
 @pytest.mark.parametrize("command", ["projections", "conventions"])
 def test_lists_in_a_pipe_are_an_entry_a_line(command: str) -> None:
     first = (
@@ -114,31 +109,10 @@ def test_lists_in_a_pipe_are_an_entry_a_line(command: str) -> None:
     assert [line.split()[0] for line in lines[1 : len(first) + 1]] == first
 
 
-@pytest.mark.skipif(os.name != "posix", reason="needs a terminal to speak to")
+@needs_terminal
 @pytest.mark.parametrize("command", ["projections", "conventions"])
 def test_a_narrow_terminal_cuts_no_name(command: str) -> None:
-    import pty
-
-    mine, theirs = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-m", "spheremap", command],
-        stdout=theirs,
-        stderr=subprocess.DEVNULL,
-        env={**os.environ, "COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"},
-    )
-    os.close(theirs)
-    said = b""
-    while True:
-        try:
-            part = os.read(mine, 1 << 16)
-        except OSError:  # Linux, where the other side has gone
-            break
-        if not part:
-            break
-        said += part
-    process.wait()
-    os.close(mine)
-    text = said.decode()
+    text, _ = on_terminal(command, stream="stdout", term="dumb")
     names = (
         list(sm.projections())
         if command == "projections"
@@ -151,38 +125,41 @@ def test_a_narrow_terminal_cuts_no_name(command: str) -> None:
     assert "known by" in rest or "conventions" in rest
 
 
-@pytest.mark.skipif(os.name != "posix", reason="needs a terminal to speak to")
+@needs_terminal
 def test_a_terminal_sees_how_far_it_is_and_a_pipe_nothing(tmp_path: Path) -> None:
-    import pty
-
     names = [tmp_path / f"{k}.exr" for k in range(3)]
     for name in names:
         io.write(name, np.ones((64, 128, 3), np.float32))
     pattern = str(tmp_path / "{stem}_o.exr")
     arguments = [*map(str, names), "--from", "latlong", "--to", "octahedral", "-o", pattern]
-    mine, theirs = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-m", "spheremap", "convert", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=theirs,
-        env={**os.environ, "COLUMNS": "120", "TERM": "xterm"},
-    )
-    os.close(theirs)
-    shown = b""
-    while True:
-        try:
-            part = os.read(mine, 1 << 16)
-        except OSError:  # Linux, where the other side has gone
-            break
-        if not part:
-            break
-        shown += part
-    assert process.stdout is not None
-    said = process.stdout.read().decode()
-    assert process.wait() == 0
-    process.stdout.close()
-    os.close(mine)
-    assert b"3/3" in shown
+    shown, said = on_terminal("convert", *arguments, stream="stderr", columns=120)
+    assert "3/3" in shown
     assert "3 of 3 images converted" in said
     piped = shell("convert", *arguments)
     assert piped.stderr == b""
+
+
+# What takes longest to import of what commands may need.
+HEAVY = ("OpenImageIO", "scipy", "skimage", "matplotlib", "pydantic", "rich.console")
+
+
+@pytest.mark.parametrize(
+    "words", ["--version", "-h", *(f"{command} -h" for command in COMMANDS)], ids=str
+)
+def test_help_waits_for_no_library(words: str) -> None:
+    script = (
+        "import sys\n"
+        "from spheremap.cli import main\n"
+        "try:\n"
+        "    main(sys.argv[1:])\n"
+        "finally:\n"
+        f"    print([name for name in {HEAVY} if name in sys.modules], file=sys.stderr)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, *words.split()],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+    assert done.stderr == "[]\n"

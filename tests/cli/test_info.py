@@ -71,7 +71,7 @@ def test_info_takes_less_than_three_times_the_texels(tmp_path: Path) -> None:
         "import resource, sys, OpenImageIO, spheremap.light\n"
         "from spheremap.cli import app\n"
         "peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
-        "app.command_for(['info'])\n"
+        "app.parser_of(['info'])\n"
         "before = peak()\n"
         "code = app.run(['info', sys.argv[1]])\n"
         "print('peak', code, peak() - before)\n"

@@ -6,33 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from other_files import put, put_parts
 from spheremap import io
 from test_cli import bad, good, process
 
-oiio = pytest.importorskip("OpenImageIO", reason="files need OpenImageIO")
 SAME = ("--from", "latlong", "--to", "latlong", "--filter", "nearest")
-
-
-def put(path: Path, image: np.ndarray, **windows: int) -> None:
-    spec = oiio.ImageSpec(image.shape[1], image.shape[0], image.shape[2], "float")
-    for name, value in windows.items():
-        setattr(spec, name, value)
-    sink = oiio.ImageOutput.create(str(path))
-    assert sink.open(str(path), spec) and sink.write_image(image) and sink.close()
-
-
-def parts(path: Path) -> None:
-    specs = []
-    for name in ("left", "right"):
-        spec = oiio.ImageSpec(16, 8, 3, "float")
-        spec.attribute("oiio:subimagename", name)
-        specs.append(spec)
-    sink = oiio.ImageOutput.create(str(path))
-    assert sink.open(str(path), tuple(specs))
-    sink.write_image(np.zeros((8, 16, 3), np.float32))
-    sink.open(str(path), specs[1], "AppendSubimage")
-    sink.write_image(np.ones((8, 16, 3), np.float32))
-    sink.close()
 
 
 def test_a_window_is_placed_and_the_rest_filled(tmp_path: Path) -> None:
@@ -49,7 +27,7 @@ def test_a_window_is_placed_and_the_rest_filled(tmp_path: Path) -> None:
 
 def test_a_part_is_asked_for(tmp_path: Path) -> None:
     source, out = tmp_path / "a.exr", tmp_path / "b.exr"
-    parts(source)
+    put_parts(source, {"left": 0, "right": 1})
     bad("convert", source, out, *SAME, code=1, says="0 (left), 1 (right)")
     bad("info", source, code=1, says="2 parts")
     done = process("convert", source, out, *SAME, "--part", "right")

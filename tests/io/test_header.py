@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import spheremap as sm
+from other_files import oiio, put, put_parts
 from spheremap import io
-
-oiio = pytest.importorskip("OpenImageIO", reason="files need OpenImageIO")
 
 WORDS = {
     "Artist": "Ada",
@@ -18,20 +17,6 @@ WORDS = {
     "ImageDescription": "a sky",
     "DateTime": "2020:01:02 03:04:05",
 }
-
-
-def put(path: Path, image: np.ndarray, **attributes: object) -> None:
-    """Write a file as another program would."""
-    height, width, count = image.shape
-    kind = {"uint8": "uint8", "float32": "float"}[image.dtype.name]
-    spec = oiio.ImageSpec(width, height, count, kind)
-    for name, value in attributes.items():
-        if hasattr(spec, name):
-            setattr(spec, name, value)
-        else:
-            spec.attribute(name, value)
-    sink = oiio.ImageOutput.create(str(path))
-    assert sink.open(str(path), spec) and sink.write_image(image) and sink.close()
 
 
 def numbered(height: int, width: int, dtype: str = "float32") -> np.ndarray:
@@ -50,6 +35,27 @@ def test_a_small_data_window_is_placed(tmp_path: Path) -> None:
     assert io.header(tmp_path / "a.exr").window == (1, 2, 4, 6)
 
 
+def test_a_filling_is_one_that_the_image_holds(tmp_path: Path) -> None:
+    windows = {"x": 2, "y": 1, "full_x": 0, "full_y": 0, "full_width": 16, "full_height": 8}
+    put(tmp_path / "a.exr", numbered(3, 4), **windows)
+    assert np.array_equal(io.read(tmp_path / "a.exr", fill=[1, 2, 3])[0, 0], [1, 2, 3])
+    with pytest.raises(ValueError, match=r"`fill` to be one number or 3, got shape \(2,\)"):
+        io.read(tmp_path / "a.exr", fill=[1, 2])
+    for wrong in ("x", object()):
+        with pytest.raises((TypeError, ValueError), match="`fill`"):
+            io.read(tmp_path / "a.exr", fill=wrong)
+
+
+@pytest.mark.parametrize("fill", [300, -1, np.nan])
+def test_integers_are_not_filled_with_what_they_do_not_hold(fill: float, tmp_path: Path) -> None:
+    windows = {"x": 2, "y": 1, "full_x": 0, "full_y": 0, "full_width": 16, "full_height": 8}
+    put(tmp_path / "a.tif", numbered(3, 4, "uint8"), **windows)
+    if io.header(tmp_path / "a.tif").window == (0, 0, 3, 4):
+        pytest.skip("this OpenImageIO writes no windows into .tif")
+    with pytest.raises(ValueError, match="is no value of uint8"):
+        io.read(tmp_path / "a.tif", fill=fill)
+
+
 def test_overscan_is_cropped(tmp_path: Path) -> None:
     image = numbered(12, 20)
     windows = {"x": -2, "y": -2, "full_x": 0, "full_y": 0, "full_width": 16, "full_height": 8}
@@ -65,17 +71,7 @@ def test_a_data_window_beside_the_display_window_is_nothing(tmp_path: Path) -> N
 
 def test_a_part_is_asked_for(tmp_path: Path) -> None:
     path = tmp_path / "parts.exr"
-    specs = []
-    for name in ("left", "right"):
-        spec = oiio.ImageSpec(8, 4, 3, "float")
-        spec.attribute("oiio:subimagename", name)
-        specs.append(spec)
-    sink = oiio.ImageOutput.create(str(path))
-    assert sink.open(str(path), tuple(specs))
-    sink.write_image(np.zeros((4, 8, 3), np.float32))
-    sink.open(str(path), specs[1], "AppendSubimage")
-    sink.write_image(np.ones((4, 8, 3), np.float32))
-    sink.close()
+    put_parts(path, {"left": 0, "right": 1})
     with pytest.raises(ValueError, match=r"2 parts: 0 \(left\), 1 \(right\)"):
         io.read(path)
     for part in ("right", 1, "1"):

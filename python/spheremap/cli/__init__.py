@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from importlib.util import find_spec
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -15,15 +16,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         print(f"spheremap {spheremap.__version__}")
         sys.exit(0)
-    try:
-        import rich  # noqa: F401
-        import typer  # noqa: F401
-    except ImportError as error:
-        print(
-            f"error: the command line needs {error.name}: pip install spheremap[cli]",
-            file=sys.stderr,
-        )
-        sys.exit(1)
+    for name in ("typer", "rich"):
+        if find_spec(name) is None:
+            print(
+                f"error: the command line needs {name}: pip install spheremap[cli]", file=sys.stderr
+            )
+            sys.exit(1)
     from spheremap.cli.app import run
 
     sys.exit(run(given))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from typing import Annotated, Any, NamedTuple
 
 import typer
 
 import spheremap as sm
+from spheremap.cli.options import as_options
 from spheremap.cli.streams import print_anywhere
 from spheremap.cli.terminal import UsageError
 
@@ -70,10 +71,11 @@ def run(arguments: Sequence[str]) -> int:
     print_anywhere()
     # The parser's checks need none, and a look for some through all that is installed takes long.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    parameters: list[Any] = []
     try:
-        result = command_for(arguments).main(
-            list(arguments), prog_name="spheremap", standalone_mode=False
-        )
+        parser, program, words = _parser(list(arguments))
+        parameters = parser.params
+        result = parser.main(words, prog_name=program, standalone_mode=False)
         sys.stdout.flush()
         return result if isinstance(result, int) else 0
     except BrokenPipeError:
@@ -85,9 +87,9 @@ def run(arguments: Sequence[str]) -> int:
     except UsageError as error:
         return _fail(str(error), 2)
     except MemoryError as error:
-        return _fail(str(error) or "out of memory", 1)
+        return _fail(as_options(str(error), parameters) or "out of memory", 1)
     except (OSError, ValueError, TypeError, ImportError, ArithmeticError) as error:
-        return _fail(str(error), 1)
+        return _fail(as_options(str(error), parameters), 1)
     except Exception as error:
         # The parser's own exceptions; typer keeps their class in different places by version.
         message = getattr(error, "format_message", None)
@@ -101,25 +103,35 @@ def run(arguments: Sequence[str]) -> int:
         return _fail(text, 2)
 
 
-def command_for(arguments: Sequence[str]) -> Any:
-    """Return the parser: of the subcommand alone that is asked for, or else of all."""
+def _parser(arguments: list[str]) -> tuple[Any, str, list[str]]:
+    """Return the parser: of a subcommand alone where the first word is one; and what it parses."""
+    if arguments and arguments[0] in COMMANDS:
+        # The parser of all would look at its own options first, for which it loads its checks.
+        name, *rest = arguments
+        return parser_of([name]).commands[name], f"spheremap {name}", rest
+    return parser_of(COMMANDS), "spheremap", arguments
+
+
+def parser_of(names: Iterable[str]) -> Any:
+    """Return the parser of the command with these subcommands, which are imported for it."""
+    settings = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
     app = typer.Typer(
         name="spheremap",
         add_completion=False,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
-        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+        context_settings=settings,
         help="Environment maps, light probes and 360° images from one projection to another.",
         epilog="spheremap COMMAND --help has examples of each.",
     )
     app.callback()(_root)
-    asked = next((word for word in arguments if not word.startswith("-")), None)
-    for name in [asked] if asked in COMMANDS else COMMANDS:
+    for name in names:
         module, examples = COMMANDS[name]
         # \b keeps the lines that follow from being filled.
         epilog = "\b\nExamples:\n" + "\n".join(f"  {example}" for example in examples)
-        app.command(name, epilog=epilog)(getattr(import_module(f"spheremap.cli.{module}"), name))
+        function = getattr(import_module(f"spheremap.cli.{module}"), name)
+        app.command(name, epilog=epilog, context_settings=settings)(function)
     return typer.main.get_command(app)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -10,9 +11,9 @@ import typer
 
 import spheremap as sm
 from spheremap.cli import files, picture
+from spheremap.cli.options import AnyAspect, ColorSpace, Part, World
 from spheremap.cli.terminal import (
     UsageError,
-    World,
     check_projection,
     progress,
     refuse,
@@ -49,6 +50,9 @@ def bake(
     samples: Annotated[
         int, typer.Option(min=1, metavar="N", help="Lookups a texel of the specular cube.")
     ] = 1024,
+    part: Part = None,
+    colorspace: ColorSpace = None,
+    any_aspect: AnyAspect = False,
     skipna: Annotated[
         bool, typer.Option("--skipna", help="Count NaN and infinite texels as 0.")
     ] = False,
@@ -74,26 +78,45 @@ def bake(
     with progress() as step:
         step(f"reading {source.name}")
         # Alpha is no light.
-        loaded = picture.without_alpha(picture.as_light(picture.load(source)))
+        loaded = picture.load(source, part=part, color_space=colorspace)
+        loaded = picture.without_alpha(picture.as_light(loaded))
         image = loaded.pixels
         name = from_ or files.claimed(loaded.projection, *image.shape[:2]) or "latlong"
-        src = files.of_file(name, None, *image.shape[:2])
-        step(f"baking {files.described(src)}")
-        start = time.perf_counter()
-        baked = sm.light.bake(
-            image[..., :3] if image.shape[-1] > 3 else image,
-            src,
-            diffuse=diffuse or everything,
-            specular=specular or everything,
-            sh=sh or everything,
-            size=size,
-            levels=levels,
-            diffuse_size=diffuse_size,
-            order=order,
-            samples=samples,
-            skipna=skipna,
-            world=world,
+        src = files.of_file(
+            name,
+            None,
+            *image.shape[:2],
+            any_aspect=any_aspect,
+            advice="--any-aspect takes it as it is",
         )
+        start = time.perf_counter()
+        light = image[..., :3] if image.shape[-1] > 3 else image
+        baked = sm.light.Bake(None, None, None, None)
+        for kind, wanted, what in (
+            ("diffuse", diffuse, "the diffuse cube"),
+            ("specular", specular, "reflections"),
+            ("sh", sh, "harmonics"),
+        ):
+            if not (wanted or everything):
+                continue
+            # One after the other, to say which.
+            step(f"baking {what}")
+            made = sm.light.bake(
+                light,
+                src,
+                diffuse=kind == "diffuse",
+                specular=kind == "specular",
+                sh=kind == "sh",
+                size=size,
+                levels=levels,
+                diffuse_size=diffuse_size,
+                order=order,
+                samples=samples,
+                skipna=skipna,
+                world=world,
+            )
+            parts = {field.name: getattr(made, field.name) for field in fields(made)}
+            baked = replace(baked, **{k: x for k, x in parts.items() if x is not None})
         tell_worlds(src, sm.projection("cube"), world)
         seconds = time.perf_counter() - start
         step(f"writing {folder.name}")

@@ -6,6 +6,7 @@ import sys
 import time
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,16 +15,11 @@ import typer
 
 import spheremap as sm
 from spheremap import io
-from spheremap.cli import exif, files
-from spheremap.cli.terminal import (
-    UsageError,
-    as_usage,
-    check_projection,
-    progress,
-    read,
-    write,
-)
-from spheremap.io.images import STORED
+from spheremap.cli import exif, files, picture
+from spheremap.cli.options import ColorSpace, Part, as_options, finite
+from spheremap.cli.picture import Picture
+from spheremap.cli.terminal import UsageError, as_usage, check_projection, progress
+from spheremap.io.images import STORED, TEXTURES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,9 +30,8 @@ _RIM = (255, 64, 32)
 
 
 def ball(
-    photos: Annotated[
-        list[Path], typer.Argument(metavar="PHOTO...", help="Photos of one ball, linear light.")
-    ],
+    context: typer.Context,
+    photos: Annotated[list[Path], typer.Argument(metavar="PHOTO...", help="Photos of one ball.")],
     target: Annotated[Path, typer.Option("--output", "-o", metavar="OUT", help="The panorama.")],
     to: Annotated[str, typer.Option("--to", metavar="NAME", help="Its projection.")] = "latlong",
     size: Annotated[
@@ -65,11 +60,18 @@ def ball(
     metal: Annotated[
         str | None, typer.Option(metavar="NAME", help="Of the ball: Ag, Al, Au, Cr or Cu.")
     ] = None,
+    part: Part = None,
+    colorspace: ColorSpace = None,
     preview: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Show the rims that were found.")
     ] = None,
     exposure: Annotated[
-        float | None, typer.Option(metavar="STOPS", help="Of the preview. [by default automatic]")
+        float | None,
+        typer.Option(
+            metavar="STOPS",
+            callback=finite,
+            help="Of the preview, and of OUT as .png or .jpg. [by default automatic, and 0]",
+        ),
     ] = None,
 ) -> None:
     """Join photos of a mirrored ball into one map of the sphere.
@@ -77,6 +79,8 @@ def ball(
     It is in the frame of the first camera, which looks along -z. Without --fov and --distance the
     angle is that of Exif, if all photos have it; else two photos or more tell how far the camera
     was, and one is taken to be from infinitely far away, with a warning. --distance inf means it.
+
+    Light is joined: integers are decoded, as --colorspace or the file says, else as sRGB.
     """
     check_projection(to)
     for given, name in ((rim, "--rim"), (mask, "--mask")):
@@ -84,6 +88,7 @@ def ball(
             raise UsageError(f"{name} is needed once for each of {len(photos)} photos")
     if preview is not None and STORED.get(preview.suffix.lower(), ("",))[0] != "uint8":
         raise UsageError(f"--preview is a .png or .jpg, got {str(preview)!r}")
+    _check_places(target, preview, [*photos, *(mask or ())])
     rims: list[sm.ball.Ball] = [_parsed(text, UsageError) for text in rim or ()]
     with as_usage():
         dst = files.flat(to)
@@ -93,8 +98,9 @@ def ball(
     start = time.perf_counter()
     with progress() as step:
         step("reading")
-        images = [_light(read(path)) for path in photos]
-        masks = [read(path).mean(axis=-1) for path in mask or ()]
+        loaded = [_light(picture.load(path, part=part, color_space=colorspace)) for path in photos]
+        images = [photo.pixels for photo in loaded]
+        masks = [picture.without_alpha(picture.load(path)).pixels.mean(-1) for path in mask or ()]
         # Integers are fractions of their largest.
         masks = [m / max(float(m.max()), 1.0) for m in masks]
         if not rims:
@@ -106,7 +112,8 @@ def ball(
                     rims.append(sm.ball.find(image, mask=counts))
                 except ValueError as error:
                     _draw(preview, images, [], None, exposure)
-                    raise ValueError(f"{path}: {error}") from None
+                    text = str(error).replace(": give `center` and `radius`", "; give its --rim")
+                    raise ValueError(f"{path}: {text}") from None
         _draw(preview, images, rims, None, exposure)
         said = fov is not None or distance is not None
         angles = [] if said else [exif.fov(path) for path in photos]
@@ -128,10 +135,10 @@ def ball(
             )
         step(f"writing {target.name}")
         image = merged.image
-        write(target, image, exposure or 0.0, None, ("R", "G", "B")[: image.shape[-1]])
+        _write(target, replace(loaded[0], pixels=image), exposure or 0.0, files.noted(to, dst))
         _draw(preview, images, rims, image, exposure)
     for doubt in doubts:
-        words = str(doubt.message).replace("`fov`", "--fov").replace("`distance`", "--distance")
+        words = as_options(str(doubt.message), context.command.params)
         print(f"warning: {words}", file=sys.stderr)
     for k, (path, found) in enumerate(zip(photos, merged.balls, strict=True)):
         x, y = found.center
@@ -158,20 +165,35 @@ def ball(
 def _parsed(text: str, error: Callable[[str], Exception]) -> sm.ball.Ball:
     try:
         x, y, r = (float(word) for word in text.split(","))
-        if not r > 0:
+        if not (r > 0 and np.isfinite([x, y, r]).all()):
             raise ValueError
     except ValueError:
         raise error(f"--rim is X,Y,R in pixels, as 400,300,250.5; got {text!r}") from None
     return sm.ball.Ball((x, y), (r, r), 0.0, 1.0)
 
 
-def _light(image: NDArray[Any]) -> NDArray[Any]:
-    """Return an image without alpha, integers as fractions."""
-    count = image.shape[-1]
-    image = image[..., :3] if count >= 3 else image[..., :1]
-    if image.dtype.kind == "u":
-        return np.asarray(image / np.float32(np.iinfo(image.dtype).max), np.float32)
-    return np.ascontiguousarray(image)
+def _check_places(target: Path, preview: Path | None, inputs: list[Path]) -> None:
+    if target.suffix.lower() in TEXTURES:
+        raise UsageError(f"--output is an image, got {str(target)!r}")
+    taken = [place.resolve() for place in inputs]
+    for place, option in ((target, "--output"), (preview, "--preview")):
+        if place is not None:
+            if place.resolve() in taken:
+                raise UsageError(f"{option} would replace {str(place)!r}, which is needed")
+            taken.append(place.resolve())
+
+
+def _light(photo: Picture) -> Picture:
+    """Return a photo as light without alpha, of three channels or one."""
+    light = picture.without_alpha(picture.as_light(photo))
+    return picture.with_channels(light, list(light.names[: 3 if len(light.names) >= 3 else 1]))
+
+
+def _write(place: Path, image: Picture, exposure: float, projection: str | None) -> None:
+    suffix = place.suffix.lower()
+    depth = "float32" if "float32" in STORED[suffix] else "uint8"
+    stored = picture.as_stored(image, depth, suffix, tonemap="none", exposure=exposure)
+    picture.save(place, stored, compression=None, projection=projection)
 
 
 def _draw(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
@@ -13,9 +13,14 @@ if TYPE_CHECKING:
 _VALUES = 1 << 18
 
 
-def bands(image: NDArray[Any]) -> Iterator[slice]:
-    """Yield the rows of an image, as many at a time as hold a quarter million numbers."""
+def bands(image: NDArray[Any], tell: Callable[[float], None] | None = None) -> Iterator[slice]:
+    """Yield the rows of an image, as many at a time as hold a quarter million numbers.
+
+    `tell` is called with the fraction of the rows that are done.
+    """
     each = max(1, image[:1].size)
     step = max(1, _VALUES // each)
     for first in range(0, len(image), step):
         yield slice(first, min(first + step, len(image)))
+        if tell is not None:
+            tell(min(first + step, len(image)) / len(image))

@@ -9,9 +9,10 @@ import typer
 
 import spheremap as sm
 from spheremap import _core
-from spheremap.cli import files
+from spheremap.cli import files, picture
+from spheremap.cli.options import FromGuess, Part
 from spheremap.cli.tables import print_table
-from spheremap.cli.terminal import as_usage, check_projection, progress, read, refuse
+from spheremap.cli.terminal import as_usage, check_projection, progress, refuse
 from spheremap.map.table import HEAD, NOTE
 
 Name = Annotated[
@@ -94,12 +95,19 @@ def identify(
     first: Annotated[Path, typer.Argument(metavar="A", help="An image whose map is known.")],
     second: Annotated[Path, typer.Argument(metavar="B", help="The same scene, of another map.")],
     first_as: Annotated[
-        str | None, typer.Option("--a", metavar="NAME", help="Map of A. [by default from its size]")
+        str | None,
+        typer.Option(
+            "--a",
+            metavar="NAME",
+            help="Projection of A; by default what it says, or its aspect suggests.",
+            show_default=False,
+        ),
     ] = None,
     second_as: Annotated[
         str | None,
-        typer.Option("--b", metavar="NAME", help="Projection of B. [by default from its size]"),
+        typer.Option("--b", metavar="NAME", help="Projection of B.", show_default=False),
     ] = None,
+    part: Part = None,
 ) -> None:
     """Find the axes and the yaw that relate two images of one scene.
 
@@ -111,11 +119,9 @@ def identify(
             step(f"reading {path.name}")
             if name is not None:
                 check_projection(name)
-            image = read(path)
-            height, width = image.shape[:2]
-            images.append(image)
-            name = name or files.likely(height, width)
-            maps.append(files.of_file(name, None, height, width))
+            loaded = picture.load(path, part=part)
+            images.append(loaded.pixels)
+            maps.append(files.taken(name, loaded.projection, *loaded.pixels.shape[:2]))
         step("comparing")
         found = sm.align.identify(images[0], images[1], maps[0], maps[1])
     print(f"A is taken as {files.described(maps[0])}, B as {files.described(maps[1])}")
@@ -130,28 +136,21 @@ def demo(
     input: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A real image instead of our own sky.")
     ] = None,
-    from_: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="NAME",
-            help="Projection of the input; by default what its aspect suggests.",
-            show_default=False,
-        ),
-    ] = None,
+    from_: FromGuess = None,
+    part: Part = None,
     size: Annotated[int, typer.Option(min=16, metavar="N", help="Rows of our own sky.")] = 1024,
 ) -> None:
     """Show a sky, or an image of yours, in every projection, and measure."""
     from spheremap.cli.demo import run as run_demo
 
     if input is None:
-        refuse(context, ["from_"], "without --input")
+        refuse(context, ["from_", "part"], "without --input")
     else:
         refuse(context, ["size"], "with --input, whose size it is")
     if from_ is not None:
         check_projection(from_)
     with progress(len(sm.projections())) as step:
-        report = run_demo(folder, input, from_, size, step)
+        report = run_demo(folder, input, from_, part, size, step)
     print(f"source    {report.source}")
     print_table(
         ("projection", "image", "covers", "convert", "encode", "round trip"),

@@ -35,9 +35,10 @@ def completion(
 
     It is a list that the shell reads once; to complete a word starts no Python.
     """
-    from spheremap.cli.app import command_for
+    from spheremap.cli.app import COMMANDS, parser_of
 
-    commands = {name: _options(command) for name, command in command_for([]).commands.items()}
+    parsers = parser_of(COMMANDS).commands
+    commands = {name: _options(parser) for name, parser in parsers.items()}
     print((_fish if shell is Shell.fish else _bash)(commands, shell is Shell.zsh), end="")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,9 +13,12 @@ import numpy as np
 import spheremap as sm
 from spheremap import io
 from spheremap.cli import files, picture, targets
+from spheremap.cli.filling import watched
 from spheremap.cli.picture import Picture
+from spheremap.cli.steps import Step
 from spheremap.cli.terminal import UsageError, tell_worlds
 from spheremap.io.images import STORED
+from spheremap.map.size import matching_size
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -63,7 +65,7 @@ class Options:
 
 
 def convert_file(
-    source: Path, out: Path, options: Options, step: Callable[[str], None], stdout: str | None
+    source: Path, out: Path, options: Options, step: Step, stdout: str | None
 ) -> list[str]:
     """Convert a file and return what there is to say of it."""
     dst, suffix = options.dst, stdout or out.suffix.lower()
@@ -78,18 +80,13 @@ def convert_file(
     image, src, assumed = _loaded(source, options)
     clock.append(time.perf_counter())
     step(f"converting {source.name}: {files.described(src)} to {files.described(dst)}")
-    if suffix in _TEXTURE_WRITERS:
-        depth = "float16"
-    else:
-        depth = picture.depth_of(
-            image, suffix, half=options.half, single=options.single, bits=options.bits
-        )
+    depth = "float16" if suffix in _TEXTURE_WRITERS else _depth(image, suffix, options)
     if depth.startswith("float") or image.is_light:
         image = picture.as_light(image)
     elif options.tonemap != "none" or (options.exposure and options.preview is None):
         raise UsageError("--tonemap and --exposure do nothing where integers stay integers")
     rotation, turned = _rotation(image, src, options)
-    result = _converted(image, src, rotation, options)
+    result = _converted(image, src, rotation, options, step)
     clock.append(time.perf_counter())
     step(f"writing {out.name}")
     notes = [*assumed, *turned]
@@ -107,6 +104,23 @@ def convert_file(
         _write_preview(options.preview, result, options)
     clock.append(time.perf_counter())
     return [_report(out, dst, result.names, shape, depth, clock, options.verbose), *notes]
+
+
+def _depth(image: Picture, suffix: str, options: Options) -> str:
+    """Return the type that a file will hold: what is asked for, or the nearest to the image's."""
+    kinds = STORED[suffix]
+    asked = {
+        "--half": "float16" if options.half else None,
+        "--float": "float32" if options.single else None,
+        f"--bits {options.bits}": f"uint{options.bits}" if options.bits else None,
+    }
+    for option, kind in asked.items():
+        if kind is not None:
+            if kind not in kinds:
+                raise UsageError(f"{option} is none of {suffix}, which holds {', '.join(kinds)}")
+            return kind
+    own = image.pixels.dtype.name
+    return own if own in kinds else "float32" if "float32" in kinds else "uint8"
 
 
 def _refuse_existing(places: list[Path], options: Options) -> None:
@@ -138,7 +152,11 @@ def _loaded(source: Path, options: Options) -> tuple[Picture, sm.Projection, lis
         name = image.projection
         assumed = [f"{source}: taken as {name}, as it says"]
     src = files.of_file(
-        name, options.from_layout, *image.pixels.shape[:2], any_aspect=options.any_aspect
+        name,
+        options.from_layout,
+        *image.pixels.shape[:2],
+        any_aspect=options.any_aspect,
+        advice="--any-aspect takes it as it is",
     )
     return _chosen(image, options), src, assumed
 
@@ -186,24 +204,30 @@ def _converted(
     src: sm.Projection,
     rotation: NDArray[np.float64] | None,
     options: Options,
+    step: Step,
 ) -> Picture:
     alpha = options.alpha
     if alpha is None and image.alpha == "straight":
         alpha = image.alpha_channel
-    pixels = sm.convert(
-        _faced(image.pixels, src),
-        src,
-        options.dst,
-        size=options.size,
-        rotation=rotation,
-        filter=options.filter,
-        fill=options.fill,
-        antialias=not options.alias,
-        alpha=alpha,
-        skipna=options.skipna,
-        world=options.world,
-    )
-    return replace(image, pixels=pixels)
+    pixels = _faced(image.pixels, src)
+    size = options.size or matching_size(pixels.shape, src, options.dst)
+    result = np.empty((*options.dst.shape(size), pixels.shape[-1]), pixels.dtype)
+    with watched(result, step):
+        sm.convert(
+            pixels,
+            src,
+            options.dst,
+            size=size,
+            rotation=rotation,
+            filter=options.filter,
+            fill=options.fill,
+            out=result,
+            antialias=not options.alias,
+            alpha=alpha,
+            skipna=options.skipna,
+            world=options.world,
+        )
+    return replace(image, pixels=result)
 
 
 def _write(places: list[Path], image: Picture, options: Options, stdout: str | None) -> None:
@@ -212,9 +236,7 @@ def _write(places: list[Path], image: Picture, options: Options, stdout: str | N
         for place, face in zip(places, np.split(image.pixels, len(places)), strict=True):
             _save(place, replace(image, pixels=face), None, options)
         return
-    # Another layout than the convention's own is not what its name says.
-    own = sm.projection(options.to).layout
-    name = options.to if own in (None, "faces", options.dst.layout) else None
+    name = files.noted(options.to, options.dst)
     if stdout:
         targets.to_stdout(stdout, lambda place: _save(place, image, name, options))
     else:
@@ -222,8 +244,11 @@ def _write(places: list[Path], image: Picture, options: Options, stdout: str | N
 
 
 def _save(place: Path, image: Picture, projection: str | None, options: Options) -> None:
-    if len(image.names) == 4 and STORED[place.suffix.lower()] in (("float32",), ("uint8",)):
-        raise OSError(f"cannot write {str(place)!r}: {place.suffix} has no alpha: --drop-alpha")
+    suffix = place.suffix.lower()
+    if image.alpha_channel is not None and STORED[suffix] in (("float32",), ("uint8",)):
+        raise OSError(f"cannot write {str(place)!r}: {suffix} has no alpha: --drop-alpha")
+    if suffix == ".hdr":
+        image = picture.with_colors(image)
     picture.save(place, image, compression=options.compression, projection=projection)
 
 
@@ -235,6 +260,9 @@ def _write_preview(place: Path, result: Picture, options: Options) -> None:
 
 
 def _write_texture(out: Path, result: Picture, options: Options) -> list[str]:
+    if result.alpha_channel is not None:
+        # Of two channels a texture would take alpha for green.
+        result = picture.with_colors(result)
     levels = [result.pixels]
     if options.mips:
         levels = sm.mipmaps(result.pixels.astype(np.float32), options.dst)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,10 +12,10 @@ from spheremap import io
 from spheremap._names import ConvertFilter
 from spheremap.cli import files, sizes, targets
 from spheremap.cli.conversion import Options, convert_file
+from spheremap.cli.options import AnyAspect, ColorSpace, Part, World, as_options, finite
 from spheremap.cli.picture import Tonemap
 from spheremap.cli.terminal import (
     UsageError,
-    World,
     as_usage,
     check_projection,
     progress,
@@ -112,15 +113,17 @@ def convert(
     bits: Annotated[
         int | None, typer.Option(metavar="N", help="Write integers of 8 or 16 bits.")
     ] = None,
-    colorspace: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Of IN, whatever it says: sRGB, linear, ACEScg ..."),
-    ] = None,
+    colorspace: ColorSpace = None,
     tonemap: Annotated[
         Tonemap, typer.Option(help="How floats become integers; none cuts at 1.")
     ] = "none",
     exposure: Annotated[
-        float, typer.Option(metavar="STOPS", help="Of the preview, and of floats in .png and .jpg.")
+        float,
+        typer.Option(
+            metavar="STOPS",
+            callback=finite,
+            help="Of the preview, and of floats in .png and .jpg.",
+        ),
     ] = 0.0,
     preview: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Write a tone-mapped picture as well.")
@@ -131,12 +134,8 @@ def convert(
     mips: Annotated[
         bool, typer.Option("--mips", help="Write all mips: .ktx2 and .dds hold them.")
     ] = False,
-    part: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Which image of a file of several.")
-    ] = None,
-    any_aspect: Annotated[
-        bool, typer.Option("--any-aspect", help="Take an image of the wrong aspect as it is.")
-    ] = False,
+    part: Part = None,
+    any_aspect: AnyAspect = False,
     no_clobber: Annotated[
         bool, typer.Option("--no-clobber", help="Replace no file that is there.")
     ] = False,
@@ -169,12 +168,12 @@ def convert(
     )
     if bits not in (None, 8, 16):
         raise UsageError(f"--bits is 8 or 16, got {bits}")
-    _check_preview(preview, len(pairs))
+    _check_preview(preview, pairs)
     targets.check_outputs(outputs, layout, dst.faces)
     _refuse_idle(context, outputs, floats_only=textures or _holds_floats(outputs, bits, format))
     for out in outputs:
         if out.name != targets.STDOUT:
-            io.check_target(out)
+            io.check_target(out, compression=compression)
 
     options = Options(
         from_=from_, from_layout=from_layout, to=to, dst=dst, size=wanted, face_names=face_names,
@@ -184,26 +183,30 @@ def convert(
         exposure=exposure, preview=preview, compression=compression, mips=mips, part=part,
         any_aspect=any_aspect, no_clobber=no_clobber, verbose=verbose, world=world,
     )  # fmt: skip
-    _all(pairs, options, stdout=f".{format}" if format else None)
+    _all(context, pairs, options, stdout=f".{format}" if format else None)
 
 
-def _all(pairs: list[tuple[Path, Path]], options: Options, *, stdout: str | None) -> None:
+def _all(
+    context: typer.Context, pairs: list[tuple[Path, Path]], options: Options, *, stdout: str | None
+) -> None:
     """Convert each file; of many, those that fail do not keep the others from it."""
     failures = 0
     with progress(len(pairs)) as step:
         for source, out in pairs:
             try:
-                said = convert_file(source, out, options, step, stdout)
+                lines = convert_file(source, out, options, step, stdout)
             except (OSError, ValueError, TypeError, MemoryError, UsageError) as error:
                 if len(pairs) == 1:
                     raise
                 failures += 1
-                typer.echo(f"error: {source}: {' '.join(str(error).split())}", err=True)
+                said = as_options(" ".join(str(error).split()), context.command.params)
+                print(f"error: {source}: {said}", file=sys.stderr)
             else:
-                typer.echo("\n".join(said), err=stdout is not None)
+                print("\n".join(lines), file=sys.stderr if stdout else sys.stdout)
             step.done()
     if len(pairs) > 1:
-        typer.echo(f"{len(pairs) - failures} of {len(pairs)} images converted", err=failures > 0)
+        stream = sys.stderr if failures else sys.stdout
+        print(f"{len(pairs) - failures} of {len(pairs)} images converted", file=stream)
     if failures:
         raise typer.Exit(1)
 
@@ -216,13 +219,15 @@ def _check_together(*groups: dict[str, bool]) -> None:
             raise UsageError(f"give {given[0]} or {given[1]}, not both")
 
 
-def _check_preview(preview: Path | None, images: int) -> None:
+def _check_preview(preview: Path | None, pairs: list[tuple[Path, Path]]) -> None:
     if preview is None:
         return
     if STORED.get(preview.suffix.lower(), ("",))[0] != "uint8":
         raise UsageError(f"--preview is a .png or .jpg, got {str(preview)!r}")
-    if images > 1:
+    if len(pairs) > 1:
         raise UsageError("--preview is of one image")
+    if preview.resolve() in [place.resolve() for place in pairs[0]]:
+        raise UsageError(f"--preview would replace {str(preview)!r}, which is needed")
     io.check_target(preview)
 
 

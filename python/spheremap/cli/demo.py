@@ -15,7 +15,7 @@ import numpy as np
 import spheremap as sm
 from spheremap import io, plot
 from spheremap.cli import files, picture, sky
-from spheremap.cli.terminal import Step
+from spheremap.cli.steps import Step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,7 +43,9 @@ class Report(NamedTuple):
     sheet: Path
 
 
-def run(folder: Path, file: Path | None, name: str | None, size: int, step: Step) -> Report:
+def run(
+    folder: Path, file: Path | None, name: str | None, part: str | None, size: int, step: Step
+) -> Report:
     """Fill the folder and return the measurements."""
     if find_spec("matplotlib") is None:
         raise ImportError("the demonstration draws with matplotlib: pip install spheremap[plot]")
@@ -54,7 +56,7 @@ def run(folder: Path, file: Path | None, name: str | None, size: int, step: Step
     sheet = folder / "contact_sheet.png"
     io.check_target(sheet)
 
-    source, image, src = _source(file, name, size, step)
+    source, image, src = _source(file, name, part, size, step)
     pano = image if src == sm.projection("latlong") else sm.convert(image, src, "latlong")
     around = sm.directions("latlong", pano.shape[:2], dtype=np.float32)
     known = sm.covers(around, src)
@@ -88,13 +90,17 @@ def run(folder: Path, file: Path | None, name: str | None, size: int, step: Step
 
 
 def _source(
-    file: Path | None, name: str | None, size: int, step: Callable[[str], None]
+    file: Path | None,
+    name: str | None,
+    part: str | None,
+    size: int,
+    step: Callable[[str], None],
 ) -> tuple[str, NDArray[Any], sm.Projection]:
     if file is not None:
         step(f"reading {file.name}")
-        image = picture.as_light(picture.load(file)).pixels
-        name = name or files.likely(*image.shape[:2])
-        src = files.of_file(name, None, *image.shape[:2])
+        loaded = picture.load(file, part=part)
+        image = picture.as_light(loaded).pixels
+        src = files.taken(name, loaded.projection, *image.shape[:2])
         return f"{file.name} ({files.described(src)})", image, src
     step("making the sky")
     src = sm.projection("latlong")

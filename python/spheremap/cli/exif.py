@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-import OpenImageIO
+from spheremap.io.opened import library
 
 # The diagonal of 36 x 24 mm, by which CIPA's guideline DCG-001 defines equivalent focal lengths.
 _DIAGONAL = math.hypot(36, 24)
@@ -19,7 +19,7 @@ def fov(path: Path) -> float | None:
 
     It says nothing of a picture that was cropped: its sides are not in the proportion of Exif's.
     """
-    file = OpenImageIO.ImageInput.open(str(path))
+    file = library().ImageInput.open(str(path))
     if file is None:
         return None
     try:

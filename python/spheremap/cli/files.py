@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Literal
 
 import spheremap as sm
 from spheremap import _core
@@ -42,22 +43,20 @@ def of_faces(name: str) -> sm.Projection:
 
 def size_of_height(projection: sm.Projection, height: int) -> int:
     """Return the size at which a flat image has that many rows."""
-    rows = projection.shape(_UNIT)[-2]
-    size, rest = divmod(height * _UNIT, rows)
-    if rest:
-        raise ValueError(
-            f"the height of {described(projection)} is a multiple of {rows // _UNIT}, got {height}"
-        )
-    return size
+    return _size_of(projection, "height", height)
 
 
 def size_of_width(projection: sm.Projection, width: int) -> int:
     """Return the size at which an image has that many columns."""
-    columns = projection.shape(_UNIT)[-1]
-    size, rest = divmod(width * _UNIT, columns)
+    return _size_of(projection, "width", width)
+
+
+def _size_of(projection: sm.Projection, side: Literal["height", "width"], texels: int) -> int:
+    each = projection.shape(_UNIT)[-2 if side == "height" else -1]
+    size, rest = divmod(texels * _UNIT, each)
     if rest:
         raise ValueError(
-            f"the width of {described(projection)} is a multiple of {columns // _UNIT}, got {width}"
+            f"the {side} of {described(projection)} is a multiple of {each // _UNIT}, got {texels}"
         )
     return size
 
@@ -69,11 +68,17 @@ def fits(projection: sm.Projection, height: int, width: int) -> bool:
 
 
 def of_file(
-    name: str, layout: str | None, height: int, width: int, *, any_aspect: bool | None = None
+    name: str,
+    layout: str | None,
+    height: int,
+    width: int,
+    *,
+    any_aspect: bool = False,
+    advice: str = "",
 ) -> sm.Projection:
     """Return the projection of an image that has been read, of a layout that fits it.
 
-    `any_aspect` is what a command's option --any-aspect says, None where it has no such option.
+    An image of another aspect is an error, which ends with the command's advice.
     """
     plain = sm.projection(name, layout=layout)
     if plain.faces == 1:
@@ -90,7 +95,7 @@ def of_file(
     )
     raise ValueError(
         f"the image is {width} x {height} (width x height), expected for example {wanted}"
-        + ("" if any_aspect is None else "; --any-aspect takes it as it is")
+        + (f"; {advice}" if advice else "")
     )
 
 
@@ -116,6 +121,19 @@ def claimed(name: str | None, height: int, width: int) -> str | None:
     except ValueError:
         return None
     return name
+
+
+def taken(name: str | None, said: str | None, height: int, width: int) -> sm.Projection:
+    """Return the projection of an image: as named, as the file says, or what is likely."""
+    name = name or claimed(said, height, width) or likely(height, width)
+    return of_file(name, None, height, width)
+
+
+def noted(name: str, projection: sm.Projection) -> str | None:
+    """Return what an image of the named projection may say of itself."""
+    # Another layout than the convention's own is not what its name says.
+    own = sm.projection(name).layout
+    return name if own in (None, "faces", projection.layout) else None
 
 
 def likely(height: int, width: int) -> str:

@@ -16,7 +16,6 @@ import numpy as np
 from spheremap import io
 from spheremap.cli.terminal import UsageError, read
 from spheremap.io.header import is_linear
-from spheremap.io.images import STORED
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,11 +51,15 @@ def load(
 ) -> Picture:
     """Read an image file; `color_space` is what the file's colors are, whatever it says."""
     head = io.header(path, part=part)
+    pixels, alpha = read(path, part=part, fill=fill), head.alpha
+    if alpha == "premultiplied" and head.alpha_channel is not None and pixels.dtype.kind == "u":
+        # A curve is undone of colors that are not multiplied; and integers are written so.
+        pixels, alpha = straightened(pixels, head.alpha_channel), "straight"
     return Picture(
-        read(path, part=part, fill=fill),
+        pixels,
         head.channels,
         color_space or head.color_space,
-        head.alpha,
+        alpha,
         head.alpha_channel,
         head.projection,
         head.metadata,
@@ -77,6 +80,21 @@ def with_channels(picture: Picture, names: list[str]) -> Picture:
         names=tuple(names),
         alpha_channel=at,
         alpha=picture.alpha if at is not None else "none",
+    )
+
+
+def with_colors(picture: Picture) -> Picture:
+    """Return a gray picture, with alpha or without, as one of three equal colors."""
+    alpha = picture.alpha_channel
+    grays = [k for k in range(len(picture.names)) if k != alpha]
+    if len(grays) != 1:
+        return picture
+    order = [*grays * 3, *([] if alpha is None else [alpha])]
+    return replace(
+        picture,
+        pixels=np.ascontiguousarray(picture.pixels[..., order]),
+        names=("R", "G", "B", *([] if alpha is None else [picture.names[alpha]])),
+        alpha_channel=None if alpha is None else 3,
     )
 
 
@@ -127,7 +145,10 @@ def as_stored(
     if tonemap == "reinhard":
         return replace(stored, pixels=_tonemapped(light, alpha, exposure))
     others = [k for k in range(light.shape[-1]) if k != alpha]
-    light[..., others] *= np.float32(2.0**exposure)
+    # Beyond these all light is white, or black.
+    factor = np.float32(2.0 ** min(max(exposure, -126.0), 126.0))
+    with np.errstate(over="ignore"):
+        light[..., others] *= factor
     light = np.clip(np.nan_to_num(light, nan=0.0), 0.0, 1.0)
     encoded = np.clip(io.from_linear(light, color_space=SRGB, alpha=alpha), 0.0, 1.0)
     largest = np.float32(np.iinfo(depth).max)
@@ -158,24 +179,20 @@ def save(
     )
 
 
-def depth_of(picture: Picture, suffix: str, *, half: bool, single: bool, bits: int | None) -> str:
-    """Return the type that a file will hold: what is asked for, or the nearest to the picture's."""
-    kinds = STORED[suffix]
-    asked = "float16" if half else "float32" if single else f"uint{bits}" if bits else None
-    if asked is not None:
-        if asked not in kinds:
-            option = "--half" if half else "--float" if single else f"--bits {bits}"
-            raise UsageError(f"{option} is none of {suffix}, which holds {', '.join(kinds)}")
-        return asked
-    own = picture.pixels.dtype.name
-    return own if own in kinds else "float32" if "float32" in kinds else "uint8"
-
-
 def _cover(pixels: NDArray[Any], alpha: int) -> NDArray[Any]:
     """Return what each channel is to be multiplied with: alpha, and 1 for alpha itself."""
     cover = np.repeat(pixels[..., alpha : alpha + 1], pixels.shape[-1], axis=-1)
     cover[..., alpha] = 1
     return cover
+
+
+def straightened(pixels: NDArray[Any], alpha: int) -> NDArray[Any]:
+    """Return integers with colors that are divided by alpha; what is transparent stays."""
+    largest = np.iinfo(pixels.dtype).max
+    cover = _cover(pixels, alpha).astype(np.uint64)
+    cover[..., alpha] = largest
+    wide = (pixels.astype(np.uint64) * largest + cover // 2) // np.maximum(cover, 1)
+    return np.where(cover > 0, np.minimum(wide, largest), pixels).astype(pixels.dtype)
 
 
 def _rescaled(pixels: NDArray[Any], depth: str) -> NDArray[Any]:

@@ -15,6 +15,8 @@ import numpy as np
 import spheremap as sm
 from spheremap.cli import files
 from spheremap.cli.bands import bands
+from spheremap.cli.filling import watched
+from spheremap.cli.steps import Step
 from spheremap.light.image import coefficients
 
 if TYPE_CHECKING:
@@ -34,25 +36,34 @@ class _Extremes(NamedTuple):
     negative: int
 
 
-def energy(image: NDArray[Any], projection: sm.Projection) -> sm.light.Energy:
+def energy(
+    image: NDArray[Any], projection: sm.Projection, step: Step | None = None
+) -> sm.light.Energy:
     """Return the energy of linear light, as `light.energy` does; NaN and infinity count as 0.
 
     Of a large image the sums are those of its reduction by area, which keeps light to some 1e-6,
     and the sun is the one that a view of 50 degrees shows.
     """
+    step = step or Step()
+    step("adding up its light")
     height, width = image.shape[:2]
     if height * width <= FEW:
         return sm.light.energy(image, projection, skipna=True)
     image = _finite(image)
     size = files.size_of_height(projection, height)
     factor = int(np.ceil(np.sqrt(height * width / FEW)))
-    small = sm.convert(image, projection, projection, size=max(1, size // factor), filter="area")
+    size = max(1, size // factor)
+    small = np.empty((*projection.shape(size), image.shape[-1]), image.dtype)
+    with watched(small, step):
+        sm.convert(image, projection, projection, size=size, filter="area", out=small)
     report = sm.light.energy(small, projection)
-    found = _extremes(image, projection)
+    step("looking for its brightest texel")
+    found = _extremes(image, projection, step)
     with np.errstate(divide="ignore", invalid="ignore"):
         stops = float(np.log2(found.peak / found.darkest))
     place = np.array(_uv(projection, found.where, (height, width)))
     toward = np.asarray(projection.decode(place), np.float64)
+    step("looking for its sun")
     return replace(
         report,
         peak=found.peak,
@@ -71,12 +82,12 @@ def _finite(image: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(np.nan_to_num(image, nan=0.0, posinf=0.0, neginf=0.0))
 
 
-def _extremes(image: NDArray[Any], projection: sm.Projection) -> _Extremes:
+def _extremes(image: NDArray[Any], projection: sm.Projection, step: Step) -> _Extremes:
     """Return the brightest and darkest texels that hold sphere."""
     weights = coefficients(image, 2, None)
     held = sm.solid_angle(projection, image.shape[:2]) > 0 if projection.used_part < 1 else None
     found = _Extremes(-np.inf, (0, 0), np.nan, 0)
-    for rows in bands(image):
+    for rows in bands(image, step.part):
         values = image[rows].astype(np.float64)
         luminance = values @ weights
         below = (values < 0).any(axis=-1)

@@ -85,7 +85,7 @@ def print_text(found: Found) -> None:
         where = ", ".join(f"{x:.1f}" for x in place.pixel)
         turn = " ".join(f"{angle:.2f}" for angle in place.rotate)
         print(f"            azimuth {place.azimuth:.2f}°, elevation {place.elevation:.2f}°")
-        print(f"            at pixel {where}; to the center by --rotation {turn}")
+        print(f"            at pixel {where}; to the center by convert --rotation {turn}")
 
 
 def as_json(found: Found) -> dict[str, Any]:

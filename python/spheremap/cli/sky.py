@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from spheremap.io.srgb import decoded
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -150,9 +152,7 @@ def _tile(text: str, color: str) -> NDArray[np.float32]:
     )
     canvas.draw()
     rgba = np.asarray(canvas.buffer_rgba(), dtype=np.float32) / 255
-    light = np.where(
-        rgba[..., :3] <= 0.04045, rgba[..., :3] / 12.92, ((rgba[..., :3] + 0.055) / 1.055) ** 2.4
-    )
+    light = decoded(rgba[..., :3])
     return np.concatenate([light, rgba[..., 3:]], axis=-1).astype(np.float32)
 
 

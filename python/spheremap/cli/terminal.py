@@ -7,23 +7,14 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
 import typer
 
 import spheremap as sm
 from spheremap import _core, io
-from spheremap.io.images import STORED
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
-
-
-World = Annotated[
-    Literal["match", "literal"],
-    typer.Option(help="Keep up, ahead and right where the programs' worlds differ; or (x, y, z)."),
-]
+from spheremap.cli.steps import Step
 
 
 class UsageError(Exception):
@@ -80,20 +71,6 @@ def read(path: Path, *, part: str | None = None, fill: float = 0.0) -> np.ndarra
         os.close(kept)
 
 
-def write(
-    path: Path,
-    image: np.ndarray[Any, Any],
-    exposure: float,
-    compression: str | None,
-    names: tuple[str, ...],
-) -> None:
-    """Write an image, tone-mapped if the format holds no floats."""
-    if image.dtype.kind == "f" and "float32" not in STORED[path.suffix.lower()]:
-        io.write(path, io.tonemap(image, exposure=exposure), compression=compression)
-    else:
-        io.write(path, image, compression=compression, channels=names)
-
-
 def was_given(context: typer.Context, name: str) -> bool:
     """Tell whether an option stands on the command line, at its default or not."""
     source = context.get_parameter_source(name)
@@ -107,45 +84,13 @@ def refuse(context: typer.Context, names: Sequence[str], why: str) -> None:
             raise UsageError(f"--{name.strip('_').replace('_', '-')} does nothing {why}")
 
 
-class Step:
-    """Names the work in hand, and counts what is done."""
-
-    def __init__(self, progress: Progress | None = None, total: int | None = None) -> None:
-        self._progress = progress
-        self._task = None if progress is None else progress.add_task("", total=total)
-
-    def __call__(self, description: str) -> None:
-        """Name the work."""
-        if self._progress is not None and self._task is not None:
-            from rich.markup import escape
-
-            self._progress.update(self._task, description=escape(description))
-
-    def done(self) -> None:
-        """Count one more of the total."""
-        if self._progress is not None and self._task is not None:
-            self._progress.advance(self._task)
-
-
 @contextmanager
-def progress(total: int | None = None) -> Iterator[Step]:
-    """Show on a terminal what is being worked on; of several things, how many and how long yet."""
+def progress(total: int = 1) -> Iterator[Step]:
+    """Show on a terminal what is being worked on, how far it is, and how long yet."""
     if not sys.stderr.isatty():
         yield Step()
         return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        SpinnerColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    from spheremap.cli.display import shown
 
-    columns = [SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()]
-    if total is not None and total > 1:
-        columns += [BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()]
-    with Progress(*columns, console=Console(stderr=True), transient=True) as shown:
-        yield Step(shown, total)
+    with shown(total) as step:
+        yield step

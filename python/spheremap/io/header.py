@@ -32,6 +32,10 @@ TRAVELS = {
     "whiteLuminance": 1,
     "chromaticities": 8,
 }
+# The dtypes of images, and OpenImageIO's words for them.
+KINDS = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
+# Formats of straight alpha whose readers do not say so.
+_STRAIGHT = ("png", "bmp", "gif")
 # Our own word for a projection, where a file can hold any.
 PROJECTION = "spheremap:projection"
 
@@ -112,7 +116,10 @@ def header(path: str | os.PathLike[str], *, part: int | str | None = None) -> He
         For a file that is missing, that OpenImageIO cannot read, or that holds samples of several
         depths.
     ValueError
-        For a file of several parts of which none is named, or not one that there is.
+        For a file of several parts of which none is named, or not one that there is; for text that
+        is no path.
+    TypeError
+        For what is no path.
     ImportError
         If OpenImageIO is missing.
 
@@ -132,9 +139,8 @@ def header(path: str | os.PathLike[str], *, part: int | str | None = None) -> He
 def header_of(source: Any) -> Header:
     """Return the header of an image that has been opened."""
     spec = source.spec()
-    dtype = {"uint8": "uint8", "uint16": "uint16", "half": "float16"}.get(
-        str(spec.format), "float32"
-    )
+    kind = str(spec.format)
+    dtype = next((name for name, known in KINDS.items() if known == kind), "float32")
     window, (height, width) = _windows(spec)
     orientation = int(spec.get_int_attribute("Orientation", 1))
     if orientation >= 5:
@@ -142,7 +148,9 @@ def header_of(source: Any) -> Header:
     alpha_channel = int(spec.alpha_channel)
     alpha: Alpha = "none"
     if alpha_channel >= 0:
-        straight = source.format_name() == "png" or spec.get_int_attribute("oiio:UnassociatedAlpha")
+        straight = source.format_name() in _STRAIGHT or spec.get_int_attribute(
+            "oiio:UnassociatedAlpha"
+        )
         alpha = "straight" if straight else "premultiplied"
     space = spec.get_string_attribute("oiio:ColorSpace")
     if not space:
@@ -184,15 +192,8 @@ def _windows(spec: Any) -> tuple[tuple[int, int, int, int], tuple[int, int]]:
     # A part of a panorama, as telephones make it, says where in the whole it lies.
     whole = spec.get_int_attribute("GPano:FullPanoHeightPixels")
     across = spec.get_int_attribute("GPano:FullPanoWidthPixels")
-    if (
-        whole >= spec.height
-        and across >= spec.width
-        and (height, width)
-        == (
-            spec.height,
-            spec.width,
-        )
-    ):
+    is_plain = (height, width) == (spec.height, spec.width)
+    if is_plain and whole >= spec.height and across >= spec.width:
         top = spec.get_int_attribute("GPano:CroppedAreaTopPixels")
         left = spec.get_int_attribute("GPano:CroppedAreaLeftPixels")
         height, width = whole, across

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arrays import as_doubles
 from .._scalars import as_items, as_number, as_text
-from .header import PROJECTION, TRAVELS, header_of, upright
+from .header import KINDS, PROJECTION, TRAVELS, header_of, upright
 from .opened import library, one_line, opened, said_by
 from .packets import with_panorama
 from .whole import as_path, written_whole
@@ -32,6 +33,14 @@ STORED: dict[str, tuple[str, ...]] = {
 }
 # What `write_ktx2` and `write_dds` write.
 TEXTURES = (".ktx2", ".dds")
+# How each may be compressed; OpenImageIO takes another word for its default.
+_COMPRESSIONS: dict[str, tuple[str, ...]] = {
+    ".exr": ("none", "rle", "zip", "zips", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"),
+    ".tif": ("none", "lzw", "zip", "packbits"),
+    ".tiff": ("none", "lzw", "zip", "packbits"),
+    ".jpg": ("jpeg",),
+    ".jpeg": ("jpeg",),
+}
 _MOST_CHANNELS = {".hdr": 3, ".png": 4, ".jpg": 3, ".jpeg": 3}
 
 
@@ -59,18 +68,22 @@ def read(
 
     Raises
     ------
-    OSError
-        For a file that is missing, that OpenImageIO cannot read, or that holds samples of several
-        depths.
-    ValueError
-        For a file of several parts of which none is named, or not one that there is.
-    ImportError
-        If OpenImageIO is missing.
+    OSError, ValueError, TypeError, ImportError
+        As for `header`, and for a `fill` that is no number, or one that the file's dtype lacks.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm, tempfile, pathlib
+    >>> place = pathlib.Path(tempfile.mkdtemp()) / "a.png"
+    >>> sm.io.write(place, np.full((2, 4), 7, np.uint8))
+    >>> sm.io.read(place)[..., 0].tolist()
+    [[7, 7, 7, 7], [7, 7, 7, 7]]
     """
     with opened(path, part) as source:
         spec, head = source.spec(), header_of(source)
-        kind = {"float16": "half", "float32": "float"}.get(head.dtype, head.dtype)
-        image = source.read_image(source.current_subimage(), 0, 0, spec.nchannels, kind)
+        image = source.read_image(
+            source.current_subimage(), 0, 0, spec.nchannels, KINDS[head.dtype]
+        )
         if image is None:
             raise OSError(f"cannot read {os.fspath(path)!r}: {said_by(source)}")
         pixels: NDArray[Any] = image.reshape(spec.height, spec.width, spec.nchannels)
@@ -90,12 +103,26 @@ def _placed(
     if (top, left, bottom, right) == (0, 0, height, width):
         return pixels
     image = np.empty((height, width, pixels.shape[-1]), pixels.dtype)
-    image[...] = np.asarray(fill)
+    image[...] = _filling(fill, pixels)
     rows = slice(max(top, 0), max(0, min(bottom, height)))
     columns = slice(max(left, 0), max(0, min(right, width)))
     held = pixels[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
     image[rows, columns] = held
     return image
+
+
+def _filling(fill: float | Sequence[float], pixels: NDArray[Any]) -> NDArray[Any]:
+    """Return one number, or one for each channel, that the dtype of an image holds."""
+    values, count = as_doubles(fill, "fill"), pixels.shape[-1]
+    if values.shape not in ((), (1,), (count,)):
+        raise ValueError(f"Expected `fill` to be one number or {count}, got shape {values.shape}.")
+    if pixels.dtype.kind == "u":
+        held = (values >= 0) & (values <= np.iinfo(pixels.dtype).max)
+        if not held.all():
+            raise ValueError(f"`fill` {values[~held].flat[0]:g} is no value of {pixels.dtype}.")
+    # What half floats do not hold becomes infinite.
+    with np.errstate(over="ignore"):
+        return values.astype(pixels.dtype)
 
 
 def channel_names(
@@ -114,8 +141,8 @@ def channel_names(
 
     Raises
     ------
-    OSError, ValueError, ImportError
-        As for `read`.
+    OSError, ValueError, TypeError, ImportError
+        As for `header`.
     """
     with opened(path, part) as source:
         return tuple(source.spec().channelnames)
@@ -163,7 +190,8 @@ def write(
     OSError
         For a place that cannot be written, an unknown format, or more channels than it holds.
     ValueError
-        For a shape that is no image, or floats for a format of integers.
+        For a shape that is no image, floats for a format of integers, or a compression that the
+        format does not have.
     ImportError
         If OpenImageIO is missing.
     """
@@ -176,10 +204,11 @@ def write(
     _check_place(target, name)
 
     height, width, count = pixels.shape
-    spec = oiio.ImageSpec(width, height, count, _OIIO_TYPE[pixels.dtype.name])
+    spec = oiio.ImageSpec(width, height, count, KINDS[pixels.dtype.name])
     spec.attribute("oiio:UnassociatedAlpha", 1)
     if compression is not None:
-        spec.attribute("compression", as_text(compression, "compression"))
+        _check_compression(compression, extension)
+        spec.attribute("compression", compression)
     if channels is not None:
         names = tuple(as_text(x, "channels") for x in as_items(channels, "channels", "names"))
         if len(names) != count:
@@ -235,26 +264,40 @@ def _note(
             spec.attribute("textureformat", f"{environment} Environment")
 
 
-def check_target(path: str | os.PathLike[str]) -> None:
+def check_target(path: str | os.PathLike[str], *, compression: str | None = None) -> None:
     """Raise the error that writing to this place would raise, before any work is done.
 
     Parameters
     ----------
     path : path-like
+    compression : str, optional
+        As for `write`.
 
     Raises
     ------
     OSError
         For a place that cannot be written, or an unknown format.
+    ValueError
+        For a compression that the format does not have.
     """
     name = as_path(path)
     target = Path(os.path.realpath(name))
     if target.suffix.lower() not in TEXTURES:
         _check_format(target.suffix.lower(), name)
+    if compression is not None:
+        _check_compression(compression, target.suffix.lower())
     _check_place(target, name)
 
 
-_OIIO_TYPE = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
+def _check_compression(compression: str, extension: str) -> None:
+    known = _COMPRESSIONS.get(extension, ())
+    if as_text(compression, "compression").partition(":")[0] not in known:
+        raise ValueError(
+            f"Expected `compression` of {extension} to be one of {', '.join(known)}, "
+            f"got {compression!r}."
+            if known
+            else f"{extension} has no choice of `compression`, got {compression!r}."
+        )
 
 
 def _stored(image: NDArray[Any], extension: str, name: str) -> NDArray[Any]:

@@ -30,6 +30,8 @@ def opened(path: str | os.PathLike[str], part: int | str | None = None) -> Itera
     name = as_path(path)
     if not os.path.exists(name):
         raise FileNotFoundError(f"no such file: {name!r}")
+    if os.path.isdir(name):
+        raise IsADirectoryError(f"cannot read {name!r}: it is a folder")
     # Multiplying alpha in would lose the color of transparent texels.
     wish = oiio.ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)

@@ -9,6 +9,7 @@ import numpy as np
 
 from .._arrays import as_real
 from .._scalars import as_number
+from .srgb import encoded
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -58,8 +59,7 @@ def tonemap(image: ArrayLike, *, exposure: float | None = 0.0) -> NDArray[np.uin
         light = np.minimum(light * np.float32(2.0**stops), 1e12)
     white = 4.0
     curve = np.minimum(light * (1.0 + light / white**2) / (1.0 + light), 1.0)
-    encoded = np.where(curve <= 0.0031308, 12.92 * curve, 1.055 * curve ** (1 / 2.4) - 0.055)
-    return np.asarray(np.rint(encoded * 255.0), dtype=np.uint8)
+    return np.asarray(np.rint(encoded(curve) * 255.0), dtype=np.uint8)
 
 
 def _automatic_exposure(light: NDArray[np.float32]) -> float:

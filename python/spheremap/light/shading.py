@@ -263,14 +263,8 @@ def shade_environment(
     projection : Projection or str
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         Turns the environment in the world: what is at d goes to ``rotation @ d``.
-    filter : str, optional
-        As for `sample`.
-    lod : array_like, shape (...), optional
-        As for `sample`: the level of detail of each point.
-    mipmaps : bool
-        Whether each point is a pixel that shows all that it sees of the image, by the differences
-        to its neighbors; `normals` then has shape (H, W, 3). By default each is one lookup, and
-        pixels that see many texels flicker.
+    filter, lod, mipmaps
+        As for `shade_matcap`.
 
     Returns
     -------

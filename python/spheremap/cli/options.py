@@ -1,0 +1,53 @@
+"""Options that several subcommands have, and how messages name them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from typing import Annotated, Any, Literal
+
+import typer
+
+World = Annotated[
+    Literal["match", "literal"],
+    typer.Option(help="Keep up, ahead and right where the programs' worlds differ; or (x, y, z)."),
+]
+FromGuess = Annotated[
+    str | None,
+    typer.Option(
+        "--from",
+        metavar="NAME",
+        help="Projection of the image; by default what it says, or its aspect suggests.",
+        show_default=False,
+    ),
+]
+Part = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Which image of a file of several, or its number."),
+]
+ColorSpace = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Of IN, whatever it says: sRGB, linear, ACEScg ..."),
+]
+AnyAspect = Annotated[
+    bool, typer.Option("--any-aspect", help="Take an image of the wrong aspect as it is.")
+]
+
+
+def finite(value: float | None) -> float | None:
+    """Return the number that an option has, or raise what says that it is none."""
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"{value} is no number to reckon with")
+    return value
+
+
+def as_options(message: str, parameters: Iterable[Any]) -> str:
+    """Return a message of the library with the command's options for arguments of their names."""
+    options = {parameter.name.strip("_"): max(parameter.opts, key=len) for parameter in parameters}
+
+    def option(found: re.Match[str]) -> str:
+        name = options.get(found[1], "")
+        return name if name.startswith("--") else found[0] if found[2] else found[1]
+
+    return re.sub(r"`(\w+)(=True)?`", option, message)

@@ -1,0 +1,73 @@
+"""Every command that README.md and the pages of docs show works as it is typed."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import spheremap as sm
+from spheremap import io
+from test_cli import smooth
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+# A line of a block, or words within a sentence: with something to do.
+SHOWN = re.compile(r"^(?: {4})?(spheremap [^\s`]+ .+)$|`(spheremap [^\s`]+ [^`\n]+)`", re.MULTILINE)
+# Each once, with the first page that has it.
+LINES = {
+    (line[1] or line[2]).strip(): page.name
+    for page in reversed(PAGES)
+    for line in SHOWN.finditer(page.read_text(encoding="utf-8"))
+    if "COMMAND" not in line[0]
+}
+
+
+def test_the_lines_are_found() -> None:
+    assert LINES["spheremap explain latlong:mitsuba"] == "README.md"
+    assert LINES["spheremap conventions unity"] == "README.md"
+    assert sum(page == "files.md" for page in LINES.values()) >= 7
+
+
+def prepare(folder: Path, line: str) -> None:
+    """Write the files that a line reads, small."""
+    sky = np.abs(smooth(sm.directions("latlong", 64)))
+    for name in ("sky.exr", "panorama.exr", "env.exr"):
+        io.write(folder / name, sky)
+    io.write(folder / "probe.hdr", sm.convert(sky, "latlong", "angular", size=64))
+    # Two photos of a ball, from two sides, or two maps of a scene that say what they are.
+    for k, name in enumerate(("a.exr", "b.exr")):
+        if " ball " in line:
+            turn = sm.rotation(90 * k, 0, 0)
+            photo = sm.ball.render(sky, "latlong", size=128, fov=24, distance=8, pose=turn)
+            io.write(folder / name, photo.astype(np.float32))
+        else:
+            p = ("latlong", "octahedral")[k]
+            io.write(folder / name, sm.convert(sky, "latlong", p, size=64), projection=p)
+    for face in ("px", "nx", "py", "ny", "pz", "nz"):
+        io.write(folder / f"sky_{face}.png", np.full((8, 8, 3), 99, np.uint8))
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
+@pytest.mark.parametrize("line", LINES)
+def test_it_works_as_typed(line: str, tmp_path: Path) -> None:
+    if " demo " in line:
+        pytest.importorskip("matplotlib", reason="the demonstration draws with matplotlib")
+    prepare(tmp_path, line)
+    script = (
+        f'set -e -o pipefail\nspheremap() {{ {shlex.quote(sys.executable)} -m spheremap "$@"; }}\n'
+        f"display() {{ cat > displayed.png; }}\n{line}\n"
+    )
+    before = {place.name for place in tmp_path.iterdir()}
+    done = subprocess.run(
+        ["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    # It says or writes something.
+    assert done.stdout or {place.name for place in tmp_path.iterdir()} > before

@@ -36,11 +36,14 @@ fn is_to_stop() -> bool {
         return false;
     }
     Python::attach(|py| {
-        if IS_MAIN.get().is_none() {
-            let is_main = is_main(py).unwrap_or(false);
-            IS_MAIN.set(Some(is_main));
-        }
-        match py.check_signals() {
+        // Whoever runs Python's code may meet the signal's handler, and what that raises.
+        let raised = py.check_signals().and_then(|()| {
+            if IS_MAIN.get().is_none() {
+                IS_MAIN.set(Some(is_main(py)?));
+            }
+            Ok(())
+        });
+        match raised {
             Ok(()) => false,
             Err(raised) => {
                 RAISED.set(Some(raised));

@@ -165,6 +165,11 @@ class Projection(_core.Projection):
         """
         super().explain()
 
+    def _repr_html_(self) -> str:
+        from .map.picture import describe
+
+        return describe(self)
+
     def _seen(self, axes: str | None, rotation: Any | None) -> Self:
         """Return this projection as the options of a verb have it."""
         p = self if axes is None else self._changed(axes=as_text(axes, "axes"))

@@ -128,7 +128,7 @@ def evaluate(coefficients: ArrayLike, directions: ArrayLike, /) -> NDArray[np.fl
     """
     rows, _, channels = _rows(coefficients)
     unit, leading = as_unit_vectors(directions, "directions")
-    return _core.sh_evaluate(rows, unit).reshape(*leading, *channels)
+    return _core.sh_evaluate(rows, unit).reshape((*leading, *channels))
 
 
 def rotate(coefficients: ArrayLike, /, rotation: Any) -> NDArray[np.float64]:

@@ -96,7 +96,7 @@ def test_values_in_a_line(value, text):
 @each(
     [
         *DEFAULTS,
-        *[c for c in LAYOUTS if c.options][::3],
+        *[c for c in LAYOUTS if c.options][::6],
         *[c for c in CASES if "axes" in c.options][::9],
     ]
 )
@@ -138,7 +138,7 @@ def test_the_picture_shows_what_the_map_covers():
     assert set(np.unique(alpha)) == {0, 255}
 
 
-@each(PARAMETERS[::6])
+@each(PARAMETERS[::12])
 def test_maps_of_all_parameters_draw_themselves(case):
     ElementTree.fromstring(case.make(axes="-x -y -z")._repr_html_())
 

@@ -143,6 +143,13 @@ def test_maps_of_all_parameters_draw_themselves(case):
     ElementTree.fromstring(case.make(axes="-x -y -z")._repr_html_())
 
 
+@pytest.mark.parametrize("latitude", [1e-9, 1e-3])
+def test_a_map_that_is_all_but_a_line_has_no_picture(latitude):
+    p = sm.projection("mercator", latitude=latitude)
+    root = ElementTree.fromstring(p._repr_html_())
+    assert [child.tag for child in root] == ["div", "div"] and root[0].text == repr(p)
+
+
 def test_lights_are_where_they_are():
     lights = sm.light.Lights(
         np.array([[0, 0, -1.0], [1, 0, 0]]), np.array([[4.0, 1, 0], [0, 0, 1]]), np.ones(2)

@@ -34,7 +34,10 @@ Dot = tuple["NDArray[np.float64]", float, str]
 
 def figure(p: Projection, caption: Iterable[str], dots: Iterable[Dot] = ()) -> str:
     """Return HTML: the sphere as a map stores it, directions with a dot, and lines of text."""
+    lines = "".join(f"<div>{html.escape(text)}</div>" for text in caption)
     shape = _shape(p)
+    if shape is None:
+        return f"<div>{lines}</div>"
     side = shape[-1] + _GAP
     height, width = shape[-2], (shape[0] * side - _GAP if len(shape) == 3 else shape[-1])
     data = base64.b64encode(_png(_side_by_side(_colors(p, shape)))).decode("ascii")
@@ -69,7 +72,6 @@ def figure(p: Projection, caption: Iterable[str], dots: Iterable[Dot] = ()) -> s
                 f'paint-order="stroke">{name.replace("-", "−")}</text>'
             )
     parts.append("</svg>")
-    lines = "".join(f"<div>{html.escape(text)}</div>" for text in caption)
     return f"<div>{''.join(parts)}{lines}</div>"
 
 
@@ -82,13 +84,17 @@ def describe(p: Projection) -> str:
     return figure(p, [repr(p), f"{about}; {p.coverage}, {covered:.0%} of the directions"])
 
 
-def _shape(p: Projection) -> tuple[int, ...]:
-    """Return a shape that fits in the picture."""
-    tried = p.shape(64)
+def _shape(p: Projection) -> tuple[int, ...] | None:
+    """Return a shape that fits in the picture, or None for a map that is all but a line."""
+    try:
+        tried = p.shape(64)
+    except ValueError:
+        return None
     height, width = tried[-2], tried[-1] * (tried[0] if len(tried) == 3 else 1)
     scale = min(math.sqrt(_AREA / (height * width)), _LONGEST / max(height, width))
     # An image of a texel or two says nothing, however long it gets.
-    return p.shape(max(8, int(64 * scale)))
+    shape = p.shape(max(8, int(64 * scale)))
+    return shape if math.prod(shape) <= 16 * _AREA else None
 
 
 def _colors(p: Projection, shape: tuple[int, ...]) -> NDArray[np.uint8]:

@@ -183,6 +183,11 @@ class Projection(_core.Projection):
         """
         super().explain()
 
+    def _repr_html_(self) -> str:
+        from .map.picture import describe
+
+        return describe(self)
+
     def _seen(self, axes: str | None, rotation: Any | None) -> Self:
         """Return this projection as the options of a verb have it."""
         p = self if axes is None else self._changed(axes=as_text(axes, "axes"))
@@ -225,6 +230,7 @@ def _changed(p: Any, axes: str, grid: str, layout: str | None, world: str) -> An
 
 WIDTH = 100
 MAP = "spheremap.map.verbs"
+PIXELS = "spheremap.map"
 RESAMPLE = "spheremap.resample"
 LIGHT = "spheremap.light"
 
@@ -240,6 +246,10 @@ METHODS = (
     ("solid_angle", MAP, "solid_angle", "cube", "float(p.solid_angle(8).sum().round(6))",
      "12.566371"),
     ("directions", MAP, "directions", "latlong", "p.directions(4).shape", "(4, 8, 3)"),
+    ("pixels_to_directions", PIXELS, "pixels_to_directions", "octahedral",
+     "p.pixels_to_directions([4, 4], 8).tolist()", "[0.0, 0.0, 1.0]"),
+    ("directions_to_pixels", PIXELS, "directions_to_pixels", "latlong",
+     "p.directions_to_pixels([1, 0, 0], 256).tolist()", "[384.0, 128.0]"),
     ("sample", RESAMPLE, "sample", "latlong",
      "float(p.sample(np.ones((4, 8)), [0, 1, 0]).round(6))", "1.0"),
     ("convert", RESAMPLE, "convert", "latlong",

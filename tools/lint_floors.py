@@ -51,7 +51,10 @@ RUST: Floors = [
 ]
 PYTHON: Floors = [
     {"_core": "the compiled py", "_names": "names as types, generated"},
-    {"_scalars": "numbers, words and flags of inputs, once"},
+    {
+        "_scalars": "numbers, words and flags of inputs, once",
+        "_show": "values as text",
+    },
     {"_arrays": "shapes and dtypes of inputs, once"},
     {"map": "behind the core verbs that take directions"},
     {"resample": "behind the core verbs that take images"},

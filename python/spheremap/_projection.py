@@ -165,6 +165,11 @@ class Projection(_core.Projection):
         """
         super().explain()
 
+    def _repr_html_(self) -> str:
+        from .map.picture import describe
+
+        return describe(self)
+
     def _seen(self, axes: str | None, rotation: Any | None) -> Self:
         """Return this projection as the options of a verb have it."""
         p = self if axes is None else self._changed(axes=as_text(axes, "axes"))
@@ -506,6 +511,117 @@ class Projection(_core.Projection):
             self if axes is None and rotation is None else self._seen(axes, rotation),
             size,
             dtype=dtype,
+        )
+
+    def pixels_to_directions(
+        self,
+        pixels: ArrayLike,
+        /,
+        size: Size,
+        *,
+        centers: Literal["half", "integer"] = "half",
+        axes: str | None = None,
+        rotation: Any | None = None,
+    ) -> NDArray[np.floating[Any]]:
+        """Return the directions that are seen at places of an image, in pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (..., 2), or (..., 3) for an array of faces
+            x runs right and y runs down, both in pixels; the third is the number of the face.
+            Fractions are places within a pixel.
+        axes, rotation
+            As for `encode`.
+        size : int or tuple of int
+            Of the image, as for `solid_angle`.
+        centers : {"half", "integer"}
+            Where the center of the first pixel is. "half": at (0.5, 0.5), and (0, 0) is the image's
+            upper left corner, as everywhere in this library. "integer": at (0, 0), as OpenCV
+            counts, and as the indices of an array do: the texel ``image[y, x]`` is at (x, y).
+
+        Returns
+        -------
+        directions : ndarray, shape (..., 3)
+            Unit length; float32 for float16 and float32 input, else float64. NaN outside the valid
+            image.
+
+        Raises
+        ------
+        ValueError
+            For a wrong shape, an unknown name, or a size that the projection cannot have.
+        TypeError
+            For complex numbers and objects.
+
+        See Also
+        --------
+        spheremap.pixels_to_directions : The same as a function, with notes.
+
+        Examples
+        --------
+        >>> import spheremap as sm
+        >>> p = sm.projection("octahedral")
+        >>> p.pixels_to_directions([4, 4], 8).tolist()
+        [0.0, 0.0, 1.0]
+        """
+        from .map import pixels_to_directions
+
+        return pixels_to_directions(
+            pixels, self, size, centers=centers, axes=axes, rotation=rotation
+        )
+
+    def directions_to_pixels(
+        self,
+        directions: ArrayLike,
+        /,
+        size: Size,
+        *,
+        centers: Literal["half", "integer"] = "half",
+        axes: str | None = None,
+        rotation: Any | None = None,
+    ) -> NDArray[np.floating[Any]]:
+        """Return the places of an image at which directions are seen, in pixels.
+
+        Parameters
+        ----------
+        directions : array_like, shape (..., 3)
+            World directions of any length.
+        axes, rotation
+            As for `encode`.
+        size : int or tuple of int
+            Of the image, as for `solid_angle`.
+        centers : {"half", "integer"}
+            As for `pixels_to_directions`: the center of the first pixel is (0.5, 0.5), or (0, 0),
+            as OpenCV counts and as ``cv2.remap`` wants it.
+
+        Returns
+        -------
+        pixels : ndarray, shape (..., 2), or (..., 3) for an array of faces
+            x runs right and y runs down; the third is the number of the face. float32 for float16
+            and float32 input, else float64. NaN for a direction outside the coverage, zero, or not
+            finite.
+
+        Raises
+        ------
+        ValueError
+            For a wrong shape, an unknown name, or a size that the projection cannot have.
+        TypeError
+            For complex numbers and objects.
+
+        See Also
+        --------
+        spheremap.directions_to_pixels : The same as a function, with notes.
+
+        Examples
+        --------
+        >>> import spheremap as sm
+        >>> p = sm.projection("latlong")
+        >>> p.directions_to_pixels([1, 0, 0], 256).tolist()
+        [384.0, 128.0]
+        """
+        from .map import directions_to_pixels
+
+        return directions_to_pixels(
+            directions, self, size, centers=centers, axes=axes, rotation=rotation
         )
 
     def sample(

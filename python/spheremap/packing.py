@@ -5,6 +5,7 @@ The core packs into unsigned words. What a word's fields look like as an array i
 
 from __future__ import annotations
 
+import html
 import math
 import warnings
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ import numpy as np
 from . import _core
 from ._arrays import as_array, common_shape, expect_room, index_text
 from ._scalars import as_flag, as_float_dtype, as_text, as_whole
+from ._show import html_table, text_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -96,6 +98,13 @@ class Packing:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return packing, (self.name,)
+
+    def __repr__(self) -> str:
+        many = f"{self.shape[0]} of " if self.shape else ""
+        off = f"off by {math.degrees(self.bound):.3g}° at most"
+        if math.isinf(self.bound):
+            off = "its error has no bound"
+        return f'Packing("{self.name}", {self.bits} bits as {many}{self.dtype}, {off})'
 
     @property
     def bound(self) -> float:
@@ -204,9 +213,53 @@ def _table() -> tuple[tuple[str, str, int, str, int | None], ...]:
     return tuple(_core.packing_table())
 
 
+class Packings(tuple[str, ...]):
+    """Names of packing schemes; prints as a table by family and grid."""
+
+    __slots__ = ()
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        kinds: dict[tuple[str, str], list[tuple[str, int, int | None]]] = {}
+        for name, family, bits, variant, fields in map(_rows_by_name().__getitem__, self):
+            kinds.setdefault((family, variant), []).append((name, bits, fields))
+        rows: list[tuple[str, ...]] = []
+        for (family, variant), found in kinds.items():
+            sizes = sorted({bits for _, bits, _ in found})
+            span = f"{sizes[0]} to {sizes[-1]}" if len(sizes) > 1 else str(sizes[0])
+            words = _span([name for name, _, fields in found if fields is None])
+            arrays = _span([name for name, _, fields in found if fields is not None])
+            title = _resolve_name(found[0][0]).about.title
+            rows.append((family, variant, title, span, words, arrays))
+        return rows
+
+    def __repr__(self) -> str:
+        # Nothing, or what was made by hand of other words, is a tuple.
+        if not self or not set(self) <= set(_rows_by_name()):
+            return super().__repr__()
+        return text_table(_HEAD, self._rows())
+
+    def _repr_html_(self) -> str:
+        if not self or not set(self) <= set(_rows_by_name()):
+            return html.escape(super().__repr__())
+        return html_table(_HEAD, self._rows())
+
+
+_HEAD = ("family", "grid", "what", "bits", "as one number", "as an array of fields")
+
+
+@lru_cache(maxsize=1)
+def _rows_by_name() -> dict[str, tuple[str, str, int, str, int | None]]:
+    return {row[0]: row for row in _table()}
+
+
+def _span(names: list[str]) -> str:
+    """Return names of one kind in a few words."""
+    return ", ".join(names) if len(names) < 4 else f"{names[0]} ... {names[-1]} ({len(names)})"
+
+
 def packings(
     *, family: str | None = None, bits: int | None = None, words: bool | None = None
-) -> tuple[str, ...]:
+) -> Packings:
     """List the names of packing schemes.
 
     Parameters
@@ -220,7 +273,8 @@ def packings(
 
     Returns
     -------
-    tuple of str
+    names : tuple of str
+        Prints as a table by family and grid.
 
     Raises
     ------
@@ -230,7 +284,7 @@ def packings(
     Examples
     --------
     >>> import spheremap as sm
-    >>> sm.packing.packings(family="oct", bits=16)
+    >>> tuple(sm.packing.packings(family="oct", bits=16))
     ('oct16', 'oct8x2', 'oct16-unorm', 'oct8x2-unorm', 'oct16-centers', 'oct8x2-centers')
     """
     families = {row[1]: None for row in _table()}
@@ -240,7 +294,7 @@ def packings(
         words = as_flag(words, "words")
     if family is not None and as_text(family, "family") not in families:
         raise ValueError(f"unknown family '{family}'; there are {', '.join(families)}")
-    return tuple(
+    return Packings(
         name
         for name, of, size, _, fields in _table()
         if (family is None or of == family)

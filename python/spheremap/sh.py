@@ -10,6 +10,7 @@ import numpy as np
 from . import _core
 from ._arrays import as_doubles, as_unit_vectors, checked_image, has_channels
 from ._scalars import as_number, as_text
+from ._show import Rows
 from .map.named import resolve
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ def evaluate(coefficients: ArrayLike, directions: ArrayLike, /) -> NDArray[np.fl
     """
     rows, _, channels = _rows(coefficients)
     unit, leading = as_unit_vectors(directions, "directions")
-    return _core.sh_evaluate(rows, unit).reshape(*leading, *channels)
+    return _core.sh_evaluate(rows, unit).reshape((*leading, *channels))
 
 
 def rotate(coefficients: ArrayLike, /, rotation: Any) -> NDArray[np.float64]:
@@ -308,13 +309,19 @@ def window(
     return _core.sh_scale_degrees(rows, factors).reshape(shape)
 
 
-def conventions() -> list[dict[str, str]]:
+class Conventions(Rows):
+    """Rows of the table of conventions: a list of dicts that prints as a table."""
+
+    HEAD = ("name", "note", "source")
+
+
+def conventions() -> Conventions:
     """Return the conventions of coefficients: one row for each name.
 
     Returns
     -------
     rows : list of dict
-        With ``name``, ``note`` and ``source``.
+        With ``name``, ``note`` and ``source``; prints as a table.
 
     Examples
     --------
@@ -322,8 +329,8 @@ def conventions() -> list[dict[str, str]]:
     >>> [row["name"] for row in sm.sh.conventions()][:3]
     ['orthonormal', 'graphics', 'condon-shortley']
     """
-    keys = ("name", "note", "source")
-    return [dict(zip(keys, row, strict=True)) for row in _core.sh_convention_table()]
+    rows = _core.sh_convention_table()
+    return Conventions(dict(zip(Conventions.HEAD, row, strict=True)) for row in rows)
 
 
 def convert(

@@ -323,6 +323,9 @@ def numbers(choice: Choice) -> str:
 
 
 def pixels(choice: Choice) -> str:
+    """Return numbers of pixels, or places in an image."""
+    if choice.chance(0.4):
+        return f"{vectors(choice, 2)}"
     return choice.of(
         "[0, 1, 5]",
         "np.arange(12)",

@@ -327,3 +327,12 @@ def test_printed_coefficients_of_the_grace_probe(data_folder):
     # Half a digit of theirs, and 0.5 % of the largest for how they summed.
     assert off("openimageio") < 0.005 + 0.004
     assert off("debevec") > 0.5
+
+
+def test_a_single_direction_of_a_single_channel():
+    c = np.arange(1.0, 5.0)
+    one = sm.sh.evaluate(c, [1, 2, 3])
+    assert one.shape == () and one == sm.sh.evaluate(c, [[1, 2, 3]])[0]
+    sky = np.random.default_rng(4).random((8, 16))
+    one = sm.light.irradiance_at(sky, [0, 1, 0], "latlong")
+    assert one.shape == () and one == sm.light.irradiance_at(sky, [[0, 1, 0]], "latlong")[0]

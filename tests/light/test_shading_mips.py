@@ -82,3 +82,11 @@ def test_level_and_bad_input():
             sm.light.shade_matcap(flat, matcap, mipmaps=True)
     with pytest.raises(ValueError, match="knows no levels"):
         sm.light.shade_matcap(n, matcap, mipmaps=True, filter="nearest")
+
+
+@pytest.mark.parametrize("shape", [(0, 3, 3), (3, 0, 3), (0, 0, 3)])
+def test_a_picture_of_nothing(shape):
+    nothing, sky = np.ones(shape), np.ones((8, 16, 4))
+    color = sm.light.shade_environment(nothing, nothing, EYE, sky, mipmaps=True)
+    assert color.shape == (*shape[:2], 4)
+    assert sm.light.shade_matcap(nothing, np.ones((8, 8, 4)), mipmaps=True).shape == color.shape

@@ -114,6 +114,21 @@ CALLS = {
         None,
     ),
     "decode": ("x = uvs(np.float32)", "sm.decode(x, 'latlong')", None),
+    "pixels_to_directions": (
+        "x = uvs(np.float32)",
+        "sm.pixels_to_directions(x, 'latlong', 64)",
+        "sm.pixels_to_directions(few[:, :2], 'latlong', 64)",
+    ),
+    "pixels_to_directions on corners": (
+        "x = uvs(np.float64)[::-1]; p = sm.projection('cube', layout='cross', grid='corners')",
+        "p.pixels_to_directions(x, 64)",
+        "p.pixels_to_directions(few[:, :2], 64)",
+    ),
+    "directions_to_pixels": (
+        "d = directions(np.float32)",
+        "sm.directions_to_pixels(d, 'latlong', 64)",
+        "sm.directions_to_pixels(few, 'latlong', 64)",
+    ),
     "jacobian": ("x = uvs(np.float64, 1_000_000)", "sm.jacobian(x, 'octahedral')", None),
     "density": ("x = uvs(np.float64)", "sm.density(x, 'octahedral')", None),
     "valid": ("x = uvs(np.float64)", "sm.valid(x, 'octahedral')", None),

@@ -52,6 +52,10 @@ class Comparison:
         """Whether every texel sees the same direction in both."""
         return not self.differences
 
+    def __repr__(self) -> str:
+        said = "; ".join(self.differences) or "the same, texel by texel"
+        return f"Comparison({_title(self.a)} -> {_title(self.b)}: {said})"
+
     def __str__(self) -> str:
         lines = [f"{_title(self.a)} -> {_title(self.b)}"]
         lines.append("; ".join(self.differences) or "the same, texel by texel")

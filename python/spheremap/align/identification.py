@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._scalars import as_whole
+from .._show import short
 from ..map.named import conventions, projection, resolve
 from ..map.variants import axes_matrix, axes_text, changed
 from ..map.verbs import rotation
@@ -124,6 +125,12 @@ class Identification:
     def best(self) -> Candidate | None:
         """The first candidate, or None where nothing can be told."""
         return self.candidates[0] if self.certain else None
+
+    def __repr__(self) -> str:
+        best = f", best: {str(self.best).strip()}" if self.best else ""
+        rows = f", as in {short(self.rows)}" if self.rows else ""
+        sure = "certain" if self.certain else "cannot tell"
+        return f"Identification({sure}: {self.reason}{best}{rows}; {len(self.candidates)} in all)"
 
     def __str__(self) -> str:
         head = self.reason if self.certain else f"cannot tell: {self.reason}"

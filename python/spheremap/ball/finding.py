@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import as_image
+from .._show import line
 from .camera import Outline
 from .circles import circles
 from .rim import Picture, compression, found_near, prominence, refined
@@ -68,6 +69,8 @@ class Ball:
     radii: tuple[float, float]
     angle: float
     confidence: float
+
+    __repr__ = line
 
     @property
     def radius(self) -> float:

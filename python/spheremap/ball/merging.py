@@ -12,6 +12,7 @@ import numpy as np
 
 from .._arrays import as_image
 from .._scalars import as_items, as_number
+from .._show import line
 from ..align.rotation_search import Panorama, median, search
 from ..map.named import resolve
 from ..map.variants import pose_matrix
@@ -99,6 +100,8 @@ class MergedBalls:
     fov: float | None
     doubt: float
     projection: Projection
+
+    __repr__ = line
 
     def angle(self, photo: int) -> float:
         """Return the angle in degrees between the cameras of a photo and the first one."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import as_image
+from .._show import line
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from .camera import view
@@ -71,6 +72,8 @@ class UnwrappedBall:
     fov: float | None
     blind_cone: float
     blind_direction: NDArray[np.float64]
+
+    __repr__ = line
 
     @property
     def seen(self) -> NDArray[np.bool_]:

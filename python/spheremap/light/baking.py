@@ -12,6 +12,7 @@ import numpy as np
 
 from .._arrays import checked_image
 from .._scalars import as_flag
+from .._show import line
 from ..io.textures import write_dds, write_ktx2
 from ..io.whole import write_bytes
 from ..map.named import resolve, resolve_pair
@@ -42,6 +43,8 @@ class Bake:
     """Coefficients of the radiance, ((order + 1)², C), orthonormal."""
     dfg: NDArray[np.float32] | None
     """The table of the split sum, (128, 128, 2)."""
+
+    __repr__ = line
 
     def write(self, folder: str | os.PathLike[str], /) -> list[tuple[Path, str]]:
         """Write diffuse and specular as .ktx2 and .dds, dfg as .ktx2 and .dds, and sh as .json.

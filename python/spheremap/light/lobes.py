@@ -145,7 +145,7 @@ def irradiance_at(
     unit, leading = as_unit_vectors(normals, "normals")
     found = _core.lobe(pixels, resolved, unit, "cosine", 0.0)
     channels = found.shape[1:] if has_channels(pixels, resolved) else ()
-    return found.reshape(*leading, *channels).astype(result_dtype(pixels))
+    return found.reshape((*leading, *channels)).astype(result_dtype(pixels))
 
 
 def convolve(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
+from .._show import line
 from .sources import as_sun, light_of
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ __all__ = ["Energy", "energy"]
 
 @dataclass(frozen=True, eq=False)
 class Energy:
-    """The light of an image, as `energy` reports it; `str` of it is a readable text.
+    """The light of an image, as `energy` reports it; `print` shows it as a readable text.
 
     Attributes
     ----------
@@ -57,6 +58,8 @@ class Energy:
     dynamic_range: float
     negative: int
     sun: Sun | None
+
+    __repr__ = line
 
     def __str__(self) -> str:
         lines = [

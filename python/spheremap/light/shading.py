@@ -322,6 +322,8 @@ def _derivatives(directions: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
 def _differences(unit: NDArray[Any], axis: int) -> NDArray[Any]:
     """Return differences along an axis to the nearer of both neighbors, 0 where there is none."""
+    if not unit.size:
+        return unit
     unknown = np.full_like(np.take(unit, [0], axis), np.nan)
     steps = np.diff(unit, axis=axis)
     ahead = np.concatenate([steps, unknown], axis)

@@ -10,7 +10,9 @@ import numpy as np
 from .. import _core
 from .._arrays import as_doubles, spatial_axes
 from .._scalars import as_number, as_text
+from .._show import line
 from ..map.named import resolve
+from ..map.picture import figure
 from .image import as_light, coefficients
 
 if TYPE_CHECKING:
@@ -45,6 +47,8 @@ class Light:
     irradiance: Array
     solid_angle: float
 
+    __repr__ = line
+
     @property
     def radiance(self) -> Array:
         """The mean radiance of its part of the sphere."""
@@ -69,6 +73,8 @@ class Lights:
     irradiance: Array
     solid_angle: Array
 
+    __repr__ = line
+
     def __len__(self) -> int:
         return len(self.directions)
 
@@ -77,6 +83,9 @@ class Lights:
 
     def __iter__(self) -> Iterator[Light]:
         return (self[index] for index in range(len(self)))
+
+    def _repr_html_(self) -> str:
+        return _drawn(self, self.directions, self.irradiance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +113,8 @@ class Sun:
     surround: Array
     reach: float
 
+    __repr__ = line
+
     @property
     def radiance(self) -> Array:
         """Its mean radiance above the surround."""
@@ -114,6 +125,26 @@ class Sun:
         """Of a disc with its solid angle, in degrees. The sun in our sky has 0.53."""
         half_chord = np.sqrt(self.solid_angle / (4 * np.pi))
         return float(np.degrees(4 * np.arcsin(min(1.0, half_chord))))
+
+    def _repr_html_(self) -> str:
+        return _drawn(self, self.direction, self.irradiance)
+
+
+def _drawn(shown: Lights | Sun, directions: Array, irradiance: Array) -> str:
+    """Return lights as dots on a latlong, in HTML: as large and of the color that they are."""
+    places = np.asarray(directions, np.float64).reshape(-1, 3)
+    # One channel is gray, and a fourth is no color.
+    light = np.nan_to_num(np.atleast_2d(np.asarray(irradiance, np.float64))).clip(0)
+    color = (light if light.shape[1] >= 3 else light[:, :1].repeat(3, axis=1))[:, :3]
+    strong = color.max(axis=1, keepdims=True)
+    radius = 2 + 7 * np.sqrt(strong / (strong.max(initial=0) or 1))
+    # Encoded as screens are: of 2.2 sRGB is near enough to tell colors by.
+    shade = np.rint(255 * (color / np.where(strong > 0, strong, 1)) ** (1 / 2.2)).astype(int)
+    dots = [
+        (d, float(r), "#{:02x}{:02x}{:02x}".format(*rgb))
+        for d, r, rgb in zip(places, radius.ravel(), shade, strict=True)
+    ]
+    return figure(resolve("latlong"), [repr(shown)], dots[::-1])
 
 
 def light_of(

@@ -1,6 +1,7 @@
 """One map of the sphere: its verbs, its names, its texels."""
 
 from .named import conventions, projection
+from .pixels import directions_to_pixels, pixels_to_directions
 from .table import Projections, projections
 from .verbs import (
     covers,
@@ -23,9 +24,11 @@ __all__ = [
     "decode",
     "density",
     "directions",
+    "directions_to_pixels",
     "encode",
     "explain",
     "jacobian",
+    "pixels_to_directions",
     "projection",
     "projections",
     "reflect",

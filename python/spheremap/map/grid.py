@@ -50,6 +50,25 @@ def centers(n: int, cells: int, corners: bool) -> NDArray[np.float64]:
     return places
 
 
+def coordinate(places: NDArray[Any], n: int, cells: int, corners: bool) -> NDArray[Any]:
+    """Return the coordinates of places on a side of `n` texels: the inverse of `texel`.
+
+    A place in the outer half of a texel that lies on the edge of a face is none: NaN.
+    """
+    if not corners:
+        u: NDArray[Any] = (places + 0.5) / n
+        return u
+    each = n // cells
+    cell = np.clip(np.floor((places + 0.5) / each), 0, cells - 1)
+    within = (places - cell * each) / (each - 1)
+    if cells > 1:
+        within = np.where((within >= 0) & (within <= 1), within, np.nan)
+        # The far edge of a face is the near edge of the next one, which would take it for its own.
+        within = np.minimum(within, 1 - 16 * np.finfo(within.dtype).eps)
+    u = (cell + within) / cells
+    return u
+
+
 def row_blocks(p: Projection, shape: tuple[int, ...]) -> Iterator[tuple[slice, NDArray[Any]]]:
     """Yield an image's texels by blocks of its rows, those of all faces in turn.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from .. import _core
 from .._scalars import as_text
+from .._show import Rows
 
 if TYPE_CHECKING:
     from .._names import LayoutName, ProjectionName, QualifiedName
@@ -147,7 +148,27 @@ def projection(
     )
 
 
-def conventions(name: ProjectionName | str | None = None) -> list[dict[str, Any]]:
+class Conventions(Rows):
+    """Rows of the table of conventions: a list of dicts that prints as a table."""
+
+    HEAD = ("name", "axes", "grid", "layout", "parameters", "up", "ahead", "hand", "verified")
+
+    @classmethod
+    def cells(cls, row: dict[str, Any]) -> tuple[str, ...]:
+        """Return what the table shows of a row: the hand and the direction ahead by one word."""
+        given = row.get("parameters") or {}
+        shown = {
+            **row,
+            "name": f"{row.get('kind')}:{row.get('name')}",
+            "layout": row.get("layout") or "",
+            "parameters": ", ".join(f"{key}={value:g}" for key, value in given.items()),
+            "ahead": row.get("forward", ""),
+            "hand": "left" if row.get("left_handed") else "right",
+        }
+        return super().cells(shown)
+
+
+def conventions(name: ProjectionName | str | None = None) -> Conventions:
     """Return what named programs use: one row for each program and projection.
 
     Parameters
@@ -158,9 +179,9 @@ def conventions(name: ProjectionName | str | None = None) -> list[dict[str, Any]
     Returns
     -------
     rows : list of dict
-        With ``kind``, ``name``, ``axes``, ``grid``, ``layout``, ``parameters``, ``note``,
-        ``source``, ``version`` and ``verified``; and of the program's world ``up``, ``forward``,
-        ``left_handed``, and why that is ahead, ``ahead``.
+        Prints as a table. With ``kind``, ``name``, ``axes``, ``grid``, ``layout``, ``parameters``,
+        ``note``, ``source``, ``version`` and ``verified``; and of the program's world ``up``,
+        ``forward``, ``left_handed``, and why that is ahead, ``ahead``.
 
     Raises
     ------
@@ -175,13 +196,13 @@ def conventions(name: ProjectionName | str | None = None) -> list[dict[str, Any]
     >>> [f"{row['kind']}:{row['name']}" for row in sm.conventions("unity")]
     ['cube:unity', 'latlong:unity']
     """
-    rows = _core.convention_table()
+    rows = Conventions(_core.convention_table())
     if name is None:
         return rows
     if isinstance(name, str):
         program = name.lower()
         # A program that lays a kind out in several ways has a row for each: ffmpeg-c3x2.
-        found = [row for row in rows if f"{row['name']}-".startswith(f"{program}-")]
+        found = Conventions(row for row in rows if f"{row['name']}-".startswith(f"{program}-"))
         if found:
             return found
         programs = {row["name"].split("-")[0] for row in rows}
@@ -190,4 +211,4 @@ def conventions(name: ProjectionName | str | None = None) -> list[dict[str, Any]
         if near and near[0] in programs:
             raise ValueError(f"unknown projection or program {name!r}; did you mean {near[0]!r}?")
     kind = resolve(name).name
-    return [row for row in rows if row["kind"] == kind]
+    return Conventions(row for row in rows if row["kind"] == kind)

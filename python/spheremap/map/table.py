@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import html
 import math
-from collections.abc import Iterable
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -12,6 +10,7 @@ import numpy as np
 
 from .. import _core
 from .._scalars import as_number, as_text, as_whole
+from .._show import html_table, text_table
 from .named import resolve
 
 # Places a side of a face at which figures are taken that have no closed form.
@@ -80,17 +79,10 @@ class Projections(tuple[str, ...]):
         return [figures(name) for name in self]
 
     def __repr__(self) -> str:
-        rows = [HEAD, *(row.cells for row in self.figures)]
-        widths = [max(len(row[k]) for row in rows) for k in range(len(HEAD))]
-        lines = ["  ".join(x.ljust(n) for x, n in zip(row, widths, strict=True)) for row in rows]
-        return "\n".join(line.rstrip() for line in lines)
+        return text_table(HEAD, (row.cells for row in self.figures))
 
     def _repr_html_(self) -> str:
-        def row(tag: str, cells: Iterable[str]) -> str:
-            return "<tr>" + "".join(f"<{tag}>{html.escape(x)}</{tag}>" for x in cells) + "</tr>"
-
-        body = "".join(row("td", x.cells) for x in self.figures)
-        return f"<table><thead>{row('th', HEAD)}</thead><tbody>{body}</tbody></table><p>{NOTE}</p>"
+        return html_table(HEAD, (row.cells for row in self.figures), NOTE)
 
 
 def projections(

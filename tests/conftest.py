@@ -115,9 +115,10 @@ def round_trip_limit(name: str, dtype: Any) -> float:
     return ROUND_TRIP[name][0 if dtype == np.float32 else 1]
 
 
-def each(cases: list[Case]) -> pytest.MarkDecorator:
-    """Parametrize a test over cases, each under a name that can be read."""
-    return pytest.mark.parametrize("case", cases, ids=[c.id for c in cases])
+def each(cases: list[Case], *, slow: Sequence[Case] = ()) -> pytest.MarkDecorator:
+    """Parametrize a test over cases, each under a name that can be read; over some only if slow."""
+    marked = [pytest.param(c, marks=pytest.mark.slow, id=c.id) for c in slow]
+    return pytest.mark.parametrize("case", [*(pytest.param(c, id=c.id) for c in cases), *marked])
 
 
 def random_directions(n: int, seed: int, dtype: Any = np.float64) -> np.ndarray:

@@ -35,7 +35,8 @@ SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell fin
 
 .PHONY: help demo test test-slow test-programs fuzz quick lint lint-rust lint-python lint-generated \
 	lint-house lint-floors lint-tree lint-spelling lint-tolerances \
-	lint-licenses lint-workflows msrv bench docs wheel clean distclean develop FORCE
+	lint-licenses lint-workflows msrv bench docs wheel wheels wheel-x86-64 wheel-aarch64 check-wheels \
+	fetch-aarch64 test-aarch64 clean distclean develop FORCE
 
 help:
 	@echo "make demo    build, install, and run the main job on generated data (and on a light probe if there is one)"
@@ -48,7 +49,10 @@ help:
 	@echo "make msrv    the oldest Rust that Cargo.toml promises still builds it (needs rustup)"
 	@echo "make bench   speed against memcpy, a C loop and other libraries; rewrites BENCHMARKS.md"
 	@echo "make docs    regenerate the tables and pictures of the documentation"
-	@echo "make wheel   build the abi3 wheel into $(DIST)/"
+	@echo "make wheel   build the abi3 wheel of this machine into $(DIST)/"
+	@echo "make wheels  those for Linux on x86-64 and aarch64, of any glibc since 2014 (make fetch-aarch64 helps)"
+	@echo "make check-wheels  what other programs say of what lies in $(DIST)/"
+	@echo "make test-aarch64  the same bits on an emulated aarch64 as on this machine, at every level"
 	@echo "make clean   remove what was built in the tree (distclean: the caches too)"
 
 $(BIN)/python:
@@ -188,10 +192,78 @@ docs: $(BUILT) $(DEV_DEPS)
 wheel: $(RUN_DEPS)
 	"$(BIN)/maturin" build --release --interpreter "$(BIN)/python" --out "$(DIST)"
 
+# Wheels that other machines take. Zig links against the glibc of manylinux2014, which is 2.17; linked here, a wheel
+# would ask for the glibc of this machine. Zig, and what checks wheels, live apart: no test needs them.
+MANYLINUX ?= manylinux2014
+WHEEL_TOOLS ?= $(CACHE)/wheel-tools
+WHEEL_DEPS := $(WHEEL_TOOLS)/.wheels-$(KEY)
+AARCH64 ?= $(CACHE)/aarch64
+# A toolchain that has the standard library of aarch64: one of rustup's (rustup target add
+# aarch64-unknown-linux-gnu), or what fetch-aarch64 leaves.
+AARCH64_CARGO ?= cargo
+AARCH64_RUSTC ?= $(shell for r in rustc "$(AARCH64)/rustc"; do \
+	test -d "$$($$r --print target-libdir --target aarch64-unknown-linux-gnu 2>/dev/null)" && echo $$r && break; done)
+# Python for aarch64, as a program of this machine: it is emulated.
+AARCH64_PYTHON ?= $(AARCH64)/python
+VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
+
+$(WHEEL_DEPS):
+	$(PYTHON) -m venv "$(WHEEL_TOOLS)"
+	"$(WHEEL_TOOLS)/bin/python" -m pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1'
+	"$(WHEEL_TOOLS)/bin/python" -m pip install --quiet --disable-pip-version-check --group build --group wheels
+	touch "$@"
+
+# No interpreter: the stable ABI has no use for one, and that of another machine is not here.
+define build-wheel
+PATH="$(WHEEL_TOOLS)/bin:$$PATH" "$(WHEEL_TOOLS)/bin/maturin" build --release --zig --compatibility $(MANYLINUX) \
+	--target $(1)-unknown-linux-gnu --out "$(DIST)"
+endef
+
+wheels: wheel-x86-64 wheel-aarch64
+
+wheel-x86-64: $(WHEEL_DEPS)
+	$(call build-wheel,x86_64)
+
+wheel-aarch64: $(WHEEL_DEPS)
+	@test -n "$(AARCH64_RUSTC)" || { echo "no rustc has the standard library of aarch64-unknown-linux-gnu;" \
+		"run 'rustup target add aarch64-unknown-linux-gnu', or on Debian 'make fetch-aarch64'," \
+		"or pass AARCH64_RUSTC=/path/to/rustc" >&2; exit 1; }
+	CARGO="$(AARCH64_CARGO)" RUSTC="$(AARCH64_RUSTC)" $(call build-wheel,aarch64)
+
+fetch-aarch64:
+	$(PYTHON) tools/fetch_aarch64.py "$(AARCH64)"
+
+check-wheels: $(WHEEL_DEPS)
+	for wheel in "$(DIST)"/spheremap-$(VERSION)-*.whl; do "$(WHEEL_TOOLS)/bin/auditwheel" show "$$wheel"; done
+	"$(WHEEL_TOOLS)/bin/abi3audit" --strict --report "$(DIST)"/spheremap-$(VERSION)-*.whl
+	"$(WHEEL_TOOLS)/bin/twine" check --strict "$(DIST)"/spheremap-$(VERSION)-*.whl
+	"$(WHEEL_TOOLS)/bin/check-wheel-contents" "$(DIST)"/spheremap-$(VERSION)-*.whl
+
+BITS := $(CACHE)/bits
+# Wheels of its own: the newest in DIST may be another's.
+test-aarch64: DIST := $(BITS)/dist
+test-aarch64: wheels
+	@test -x "$(AARCH64_PYTHON)" || { echo "no Python for aarch64 at $(AARCH64_PYTHON); run 'make fetch-aarch64'," \
+		"or pass AARCH64_PYTHON=/path/to/python" >&2; exit 1; }
+	rm -rf "$(BITS)/x86-64" "$(BITS)/aarch64"
+	"$(WHEEL_TOOLS)/bin/python" -m pip install --quiet --disable-pip-version-check --target "$(BITS)/x86-64" \
+		"$(DIST)"/spheremap-$(VERSION)-*_x86_64.whl
+	"$(WHEEL_TOOLS)/bin/python" -m pip install --quiet --disable-pip-version-check --target "$(BITS)/aarch64" \
+		--only-binary :all: --implementation cp --python-version "$$("$(AARCH64_PYTHON)" -c \
+		'import sys; print("%d.%d" % sys.version_info[:2])')" \
+		--platform manylinux2014_aarch64 --platform manylinux_2_28_aarch64 "$(DIST)"/spheremap-$(VERSION)-*_aarch64.whl
+	cd tests; here() { PYTHONPATH="$(BITS)/x86-64" "$(WHEEL_TOOLS)/bin/python" "$$@"; }; \
+	here -m bits inputs "$(BITS)/inputs.npz"; \
+	levels=$$(here -c 'from spheremap import _core; print(*_core.simd_levels())'); \
+	for level in $$levels; do here -m bits run "$(BITS)/inputs.npz" "$(BITS)/$$level.npz" --level $$level; done; \
+	PYTHONPATH="$(BITS)/aarch64" "$(AARCH64_PYTHON)" -m bits run "$(BITS)/inputs.npz" "$(BITS)/aarch64.npz"; \
+	others=$$(for level in $$levels; do echo "$(BITS)/$$level.npz"; done); \
+	here -m bits compare "$(BITS)/aarch64.npz" $$others
+
 clean:
 	rm -rf dist build "$(DEMO)" .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	rm -f python/spheremap/_core*.so
 	find python tests tools benches -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean
-	rm -rf "$(VENV)" "$(CARGO_TARGET_DIR)"
+	rm -rf "$(VENV)" "$(CARGO_TARGET_DIR)" "$(WHEEL_TOOLS)" "$(AARCH64)" "$(BITS)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -89,6 +90,38 @@ def test_the_wheel_is_one_for_all_pythons_and_holds_no_more_than_it_should(wheel
     assert "Requires-Python: >=3.11" in about
     required = [x for x in about.splitlines() if x.startswith("Requires-Dist:")]
     assert [x for x in required if "extra ==" not in x] == ["Requires-Dist: numpy>=2"]
+
+
+def test_the_wheel_names_the_crates_that_are_linked(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        (bill,) = (n for n in archive.namelist() if ".dist-info/sboms/" in n)
+        said = json.loads(archive.read(bill))
+    assert said["bomFormat"] == "CycloneDX"
+    assert said["metadata"]["component"]["name"] == "spheremap"
+    named = {(x["name"], x["version"]) for x in said["components"] if x["scope"] == "required"}
+    # Every crate that this machine's library is made of; the bill may name more.
+    machine = next(x[6:] for x in run("rustc", "-vV").splitlines() if x.startswith("host: "))
+    metadata = json.loads(
+        run(
+            *("cargo", "metadata", "--format-version", "1", "--features", "python"),
+            *("--filter-platform", machine),
+            cwd=ROOT,
+        )
+    )
+    packages = {package["id"]: package for package in metadata["packages"]}
+    nodes = {node["id"]: node for node in metadata["resolve"]["nodes"]}
+    linked: set[str] = set()
+    left = [metadata["resolve"]["root"]]
+    while left:
+        for dependency in nodes[left.pop()]["deps"]:
+            # Neither what tests need nor what runs while it is built.
+            normal = any(kind["kind"] is None for kind in dependency["dep_kinds"])
+            if normal and dependency["pkg"] not in linked:
+                linked.add(dependency["pkg"])
+                left.append(dependency["pkg"])
+    crates = {(packages[x]["name"], packages[x]["version"]) for x in linked}
+    assert {"pyo3", "numpy", "rayon", "fearless_simd"} <= {name for name, _ in crates}
+    assert crates <= named
 
 
 def test_the_wheel_works_in_an_empty_environment(python: Path, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@
 
 use super::Scheme;
 use super::fold::Rounding;
+use crate::number::real::Real;
 
 /// Another program's code of a direction.
 pub trait Literal: Copy + Send + Sync + 'static {
@@ -28,7 +29,11 @@ impl<L: Literal> Scheme for Repeated<L> {
         let mut good = true;
         for (&d, code) in d.as_chunks::<3>().0.iter().zip(codes) {
             let ok = super::has_direction(d);
-            *code = if ok { self.0.encode(d) } else { 0 };
+            *code = if ok {
+                self.0.encode(of_float_length(d))
+            } else {
+                0
+            };
             good &= ok;
         }
         good
@@ -43,6 +48,17 @@ impl<L: Literal> Scheme for Repeated<L> {
     fn step(&self) -> f64 {
         self.0.step()
     }
+}
+
+/// A vector that programs which compute in float can hold, and its sums: longer and shorter ones are scaled by a
+/// power of two. There a program has infinities over infinities, and a code of the sign of NaN, which is the CPU's.
+fn of_float_length(d: [f64; 3]) -> [f64; 3] {
+    let most = d.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    if (f64::from(f32::MIN_POSITIVE)..0.25 * f64::from(f32::MAX)).contains(&most) {
+        return d;
+    }
+    let scale = most.binade_scale();
+    d.map(|x| x * scale)
 }
 
 /// Two fields side by side.

@@ -350,7 +350,8 @@ macro_rules! side {
             let start = (cell + usize::from(flip)) as $t;
             let high = start / n;
             // The remainder of the division is a float, so this is its exact quotient, rounded.
-            let low = -high.mul_add(n, -start) / n;
+            // Not negated after the sum: some compilers make one instruction of the two, and -0 of a zero becomes 0.
+            let low = high.mul_add(-n, start) / n;
             // In this arithmetic and in exact arithmetic, so that any other decoder agrees.
             let holds = |x: $t| {
                 let (from, to) = (cell as $t, (cell + 1) as $t);

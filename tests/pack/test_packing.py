@@ -376,6 +376,15 @@ def test_any_direction_of_any_length(d):
 # --- bad input
 
 
+@pytest.mark.parametrize("scale", [1e300, 1e39, 1e-39, 1e-300])
+def test_programs_that_compute_in_float_take_any_length(scale):
+    """Beyond float they had infinity over infinity, and a code of the sign of NaN."""
+    d = np.array([[1, -1, 2], [-3, 0.5, 0.25], [0, 0, -1]])
+    want = sm.packing.pack(d, "pbrt16x2")
+    # What is scaled rounds to float anew: the code next to it is as near.
+    assert np.abs(sm.packing.pack(d * scale, "pbrt16x2").astype(int) - want).max() <= 1
+
+
 @pytest.mark.parametrize("name", EACH)
 def test_invalid_directions(name):
     a = ABOUT[name]

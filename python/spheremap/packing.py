@@ -518,6 +518,7 @@ def best_packing(bits: int, /, *, hemisphere: bool = False, standard: bool = Fal
         raise TypeError(f"Expected `bits` to be an integer, got {type(bits).__name__}.")
     if not 8 <= bits <= 64:
         raise ValueError(f"Expected `bits` to be between 8 and 64, got {bits}.")
+    hemisphere, standard = as_flag(hemisphere, "hemisphere"), as_flag(standard, "standard")
     found = [
         about
         for name, _, size, _, fields in _table()
@@ -674,7 +675,7 @@ def pack_frame(
         raise ValueError(f"Expected `normals` to have shape (..., 3), got {n.shape}.")
     if t.shape[-1:] not in ((3,), (4,)):
         raise ValueError(f"Expected `tangents` to have shape (..., 3) or (..., 4), got {t.shape}.")
-    if invalid not in ("raise", "zero"):
+    if as_text(invalid, "invalid") not in ("raise", "zero"):
         raise ValueError(f"Expected `invalid` to be 'raise' or 'zero', got '{invalid}'.")
     shape = common_shape(n.shape[:-1], t.shape[:-1])
     whole = np.ones((*shape, 4))

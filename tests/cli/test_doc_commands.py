@@ -24,7 +24,7 @@ LINES = {
     (line[1] or line[2]).strip(): page.name
     for page in reversed(PAGES)
     for line in SHOWN.finditer(page.read_text(encoding="utf-8"))
-    if "COMMAND" not in line[0]
+    if "COMMAND" not in line[0] and "..." not in line[0]
 }
 
 
@@ -37,8 +37,10 @@ def test_the_lines_are_found() -> None:
 def prepare(folder: Path, line: str) -> None:
     """Write the files that a line reads, small."""
     sky = np.abs(smooth(sm.directions("latlong", 64)))
-    for name in ("sky.exr", "panorama.exr", "env.exr"):
+    # A line of *.hdr means probes.
+    for name in ("sky.exr", "panorama.exr", "env.exr", *["sky.hdr"] * ("sky.hdr" in line)):
         io.write(folder / name, sky)
+    io.write(folder / "panorama.png", np.full((64, 128, 3), 99, np.uint8))
     io.write(folder / "probe.hdr", sm.convert(sky, "latlong", "angular", size=64))
     # Two photos of a ball, from two sides, or two maps of a scene that say what they are.
     for k, name in enumerate(("a.exr", "b.exr")):

@@ -112,7 +112,10 @@ def as_lookups(
         raise ValueError("Give `lod` or `derivatives`, not both.")
     arrays = [(as_array(points, name), name)]
     if lod is not None:
-        arrays.append((as_array(lod, "lod")[..., None], "lod"))
+        levels = as_array(lod, "lod")
+        # Too many axes are an error of ours, before one more is added.
+        common_shape(levels.shape)
+        arrays.append((levels[..., None], "lod"))
     if derivatives is not None:
         if not isinstance(derivatives, Sequence | np.ndarray) or len(derivatives) != 2:
             raise ValueError(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arrays import as_image, expect_room, spatial_shape
+from .._scalars import as_text
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..resample.verbs import sample
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 __all__ = ["render"]
 
 
+# What lies beyond the numbers is seen as infinite, or nowhere.
+@np.errstate(over="ignore", invalid="ignore")
 def render(
     image: ArrayLike,
     /,
@@ -91,7 +94,7 @@ def render(
     >>> (100 * gold[32, 32]).round().tolist(), gold[0, 0].tolist()
     ([98.0, 79.0, 34.0], [0.0, 0.0, 0.0])
     """
-    if background not in ("environment", "black", "alpha"):
+    if as_text(background, "background") not in ("environment", "black", "alpha"):
         raise ValueError(
             f"Expected `background` to be 'environment', 'black' or 'alpha', got {background!r}."
         )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arrays import as_real
 from .._scalars import as_text, as_whole
 from .opened import library, one_line
 
@@ -88,7 +89,9 @@ def _fractions(image: NDArray[Any]) -> NDArray[np.float32]:
         raise ValueError(f"Expected `image` to have shape (H, W, C), got {image.shape}.")
     if image.dtype.kind == "u":
         return np.asarray(image / np.float32(np.iinfo(image.dtype).max), np.float32)
-    return np.array(image, np.float32)
+    # What float32 does not hold becomes infinite.
+    with np.errstate(over="ignore"):
+        return np.array(as_real(image, "image"), np.float32)
 
 
 def _converted(

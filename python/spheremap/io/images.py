@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_doubles
+from .._arrays import as_doubles, expect_room
 from .._scalars import as_items, as_number, as_text
 from .header import KINDS, PROJECTION, TRAVELS, header_of, upright
 from .opened import library, one_line, opened, said_by
@@ -327,6 +327,7 @@ def _stored(image: NDArray[Any], extension: str, name: str) -> NDArray[Any]:
     if dtype not in ("uint8", "uint16"):
         raise ValueError(f"Expected `image` to be uint8, uint16 or floats, got {dtype}.")
     if "float32" in kinds:
+        expect_room(pixels.shape, np.dtype(np.float32))
         return np.ascontiguousarray(pixels / np.float32(np.iinfo(pixels.dtype).max))
     return np.ascontiguousarray((pixels.astype(np.uint32) + 128) // 257, dtype=np.uint8)
 

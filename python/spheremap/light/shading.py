@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arrays import as_doubles, as_image, common_shape, spatial_shape
-from .._scalars import as_number, as_text, as_whole
+from .._scalars import as_flag, as_number, as_text, as_whole
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..map.verbs import reflect
@@ -232,7 +232,7 @@ def shade_matcap(
         resolve("matcap"),
         filter=filter,
         lod=lod,
-        derivatives=_derivatives(toward) if mipmaps else None,
+        derivatives=_derivatives(toward) if as_flag(mipmaps, "mipmaps") else None,
     )
 
 
@@ -305,7 +305,7 @@ def shade_environment(
         rotation=rotation,
         filter=filter,
         lod=lod,
-        derivatives=_derivatives(directions) if mipmaps else None,
+        derivatives=_derivatives(directions) if as_flag(mipmaps, "mipmaps") else None,
     )
 
 

@@ -233,9 +233,11 @@ def ws_psnr(
         peak = float(np.iinfo(a.dtype).max) if a.dtype.kind == "u" else 1.0
     elif not (0 < as_number(peak, "peak") < math.inf):
         raise ValueError(f"`peak` must be above 0 and finite, got {peak}.")
-    squared = np.square(a.astype(np.float64) - b.astype(np.float64))
+    # Differences beyond the squares that float64 holds are infinite.
+    with np.errstate(over="ignore", invalid="ignore"):
+        squared = np.square(a.astype(np.float64) - b.astype(np.float64))
     error = float(np.mean(mean(squared, projection)))
-    return 10.0 * math.log10(peak**2 / error) if error > 0 else math.inf
+    return math.inf if error == 0 else 20.0 * math.log10(peak) - 10.0 * math.log10(error)
 
 
 def _shaped(

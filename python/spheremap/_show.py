@@ -9,16 +9,24 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+# What lies between two columns.
+GAP = "  "
 # Numbers of an array that a line shows; of more it says the dtype and the shape.
 _FEW = 4
 
 
-def text_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return rows as lines, with columns as wide as they need to be."""
+def text_table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: bool = False) -> str:
+    """Return rows as lines, with columns as wide as they need to be.
+
+    With `numbers` all columns but the first are to the right.
+    """
     lines = [head, *rows]
     widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
     padded = (
-        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True))
+        GAP.join(
+            cell.rjust(width) if numbers and k else cell.ljust(width)
+            for k, (cell, width) in enumerate(zip(line, widths, strict=True))
+        )
         for line in lines
     )
     return "\n".join(line.rstrip() for line in padded)

@@ -60,8 +60,6 @@ _TAIL = 0.15
 _PROFILE_BLUR = 0.8
 # Where it is compared how far the picture is compressed, in radii.
 _RINGS = ((0.2, 0.5), (0.75, 0.96))
-# How much of the median power of slopes is taken for noise.
-_NOISE = 0.25
 # Where a slope's power is this many times the picture's median there is something to see.
 _SEEN = 10.0
 # How far from the rim it may lie, in pixels inside and outside.
@@ -80,7 +78,8 @@ class Picture:
         self.gy = np.asarray(np.gradient(soft, axis=0))
         self.gx = np.asarray(np.gradient(soft, axis=1))
         power = self.gx**2 + self.gy**2
-        self.slope_noise = _NOISE * float(np.median(power[~unknown])) + 1e-12
+        self.slope_power = float(np.median(power[~unknown])) + 4 * 1e-12
+        self.slope_noise = 0.25 * self.slope_power
         bends = np.abs(np.diff(self.gray, 2, axis=1))
         self.noise = max(
             0.3 * (float(np.median(bends)) / 0.6745) ** 2 + 1e-10,
@@ -138,7 +137,7 @@ def compression(picture: Picture, rim: Outline) -> float:
         gx, gy = _lookup(picture.gx, xy), _lookup(picture.gy, xy)
         along = (gx * normals[:, None, 0] + gy * normals[:, None, 1]) ** 2
         power = gx * gx + gy * gy
-        weight = np.where(np.isfinite(power), power / (power + 4 * picture.slope_noise), 0)
+        weight = np.where(np.isfinite(power), power / (power + picture.slope_power), 0)
         cosine = np.nan_to_num(2 * along / np.maximum(power, 1e-30) - 1)
         total = max(float(weight.sum()), 1e-9)
         means.append(float(np.sum(weight * cosine)) / total)
@@ -172,7 +171,7 @@ def _seen(picture: Picture, rim: Outline) -> float:
     if not inside_photo.any():
         return 0.0
     steepest = np.nan_to_num(power[inside_photo]).max(axis=1)
-    return float(np.mean(steepest > _SEEN * picture.slope_noise / _NOISE))
+    return float(np.mean(steepest > _SEEN * picture.slope_power))
 
 
 def _doubt(evidence: Array, shifts: Array, change: Array) -> float:

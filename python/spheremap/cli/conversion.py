@@ -93,16 +93,15 @@ def convert_file(
     tell_worlds(src, dst, options.world)
     if suffix in _TEXTURE_WRITERS:
         notes += _write_texture(out, result, options)
-        shape = result.pixels.shape
     else:
         stored = picture.as_stored(
             _tall(result), depth, suffix, tonemap=options.tonemap, exposure=options.exposure
         )
-        shape = result.pixels.shape
         _write(places, stored, options, stdout)
     if options.preview is not None:
         _write_preview(options.preview, result, options)
     clock.append(time.perf_counter())
+    shape = result.pixels.shape
     return [_report(out, dst, result.names, shape, depth, clock, options.verbose), *notes]
 
 

@@ -61,8 +61,11 @@ def energy(
     found = _extremes(image, projection, step)
     with np.errstate(divide="ignore", invalid="ignore"):
         stops = float(np.log2(found.peak / found.darkest))
-    place = np.array(_uv(projection, found.where, (height, width)))
-    toward = np.asarray(projection.decode(place), np.float64)
+    row, column = found.where
+    toward = np.asarray(
+        projection.pixels_to_directions([column, row], (height, width), centers="integer"),
+        np.float64,
+    )
     step("looking for its sun")
     return replace(
         report,
@@ -104,19 +107,6 @@ def _extremes(image: NDArray[Any], projection: sm.Projection, step: Step) -> _Ex
             found.negative + int(np.count_nonzero(below)),
         )
     return found
-
-
-def _uv(
-    projection: sm.Projection, texel: tuple[int, int], shape: tuple[int, int]
-) -> tuple[float, float]:
-    """Return where in the image the center of a texel lies."""
-    (row, column), (height, width) = texel, shape
-    u, v = (column + 0.5) / width, (row + 0.5) / height
-    if projection.grid != "centers":
-        v = row / (height - 1)
-    if projection.grid == "corners":
-        u = column / (width - 1)
-    return u, v
 
 
 def _sun(

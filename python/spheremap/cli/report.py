@@ -148,10 +148,10 @@ def _sun_place(found: Found) -> SunPlace | None:
     if found.light is None or found.light.energy.sun is None:
         return None
     p, direction = found.light.projection, found.light.energy.sun.direction
-    u, v = p.encode(direction)[:2]
+    shape = found.header.height, found.header.width
     return SunPlace(
         *sunward.azimuth_elevation(direction, p),
-        (float(u) * found.header.width, float(v) * found.header.height),
+        tuple(p.directions_to_pixels(direction, shape).tolist()),
         sunward.angles(direction, p, p),
     )
 

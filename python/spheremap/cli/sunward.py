@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import spheremap as sm
+from spheremap.map.variants import axes_matrix
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -16,7 +17,7 @@ def azimuth_elevation(
     direction: NDArray[np.float64], projection: sm.Projection
 ) -> tuple[float, float]:
     """Return degrees to the right of what is ahead in the map's world, and above the horizon."""
-    right, up, ahead = _person(projection) @ (direction / np.linalg.norm(direction))
+    right, up, ahead = axes_matrix(projection.world) @ (direction / np.linalg.norm(direction))
     return float(np.degrees(np.arctan2(right, ahead))), float(np.degrees(np.arcsin(up)))
 
 
@@ -28,7 +29,7 @@ def angles(
     The shortest way there: first about the vertical of the world of `src`, then up or down.
     """
     center = _center(dst.in_world_of(src))
-    person = _person(src)
+    person = axes_matrix(src.world)
     level = _turn(*azimuth_elevation(direction, src)).T
     there = _turn(*azimuth_elevation(center, src))
     matrix = person.T @ there @ level @ person
@@ -37,14 +38,6 @@ def angles(
     yaw = np.arctan2(matrix[0, 2], matrix[2, 2])
     roll = np.arctan2(matrix[1, 0], matrix[1, 1])
     return tuple(float(x) + 0.0 for x in np.degrees([yaw, pitch, roll]))  # type: ignore[return-value]
-
-
-def _person(projection: sm.Projection) -> NDArray[np.float64]:
-    """Return the axes of a map's world to the right, up and ahead, one a row."""
-    rows = np.zeros((3, 3))
-    for row, axis in zip(rows, projection.world.split(), strict=True):
-        row["xyz".index(axis[1])] = -1.0 if axis[0] == "-" else 1.0
-    return rows
 
 
 def _turn(azimuth: float, elevation: float) -> NDArray[np.float64]:
@@ -56,7 +49,7 @@ def _turn(azimuth: float, elevation: float) -> NDArray[np.float64]:
 
 def _center(projection: sm.Projection) -> NDArray[np.float64]:
     """Return the direction at the center of an image, of a cube what is ahead."""
-    ahead: NDArray[np.float64] = _person(projection)[2]
+    ahead: NDArray[np.float64] = axes_matrix(projection.world)[2]
     if projection.faces > 1 or projection.layout:
         return ahead
     found = np.asarray(projection.decode(np.array([0.5, 0.5])), np.float64)

@@ -6,7 +6,7 @@ import shutil
 import sys
 from collections.abc import Sequence
 
-_GAP = "  "
+from spheremap._show import GAP, text_table
 
 
 def print_table(
@@ -18,12 +18,7 @@ def print_table(
     """
     widths = [max(len(row[k]) for row in (heads, *rows)) for k in range(len(heads))]
     shown = len(heads) if not sys.stdout.isatty() else _fitting(widths)
-    for row in (heads, *rows):
-        cells = (
-            cell.rjust(width) if numbers and k else cell.ljust(width)
-            for k, (cell, width) in enumerate(zip(row[:shown], widths[:shown], strict=True))
-        )
-        print(_GAP.join(cells).rstrip())
+    print(text_table(heads[:shown], [row[:shown] for row in rows], numbers=numbers))
     if shown < len(heads):
         print(f"not shown, for want of width: {', '.join(heads[shown:])}")
 
@@ -33,7 +28,7 @@ def _fitting(widths: Sequence[int]) -> int:
     room = shutil.get_terminal_size().columns
     total = widths[0]
     for k, width in enumerate(widths[1:], 1):
-        total += len(_GAP) + width
+        total += len(GAP) + width
         if total > room:
             return k
     return len(widths)

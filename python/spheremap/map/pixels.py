@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 __all__ = ["directions_to_pixels", "pixels_to_directions"]
 
 # Where the center of the first pixel is.
-Centers: TypeAlias = Literal["half", "integer"]
 _FIRST = {"half": 0.5, "integer": 0.0}
 
 # Past the methods of the subclass, which would resolve once more.
@@ -100,9 +99,9 @@ def pixels_to_directions(
     dtype = np.dtype(np.float32 if single else np.float64)
     expect_room((*array.shape[:-1], 3), dtype)
     found: NDArray[np.floating[Any]] = np.empty((*array.shape[:-1], 3), dtype)
-    flat, done = found.reshape(-1, 3) if found.size else found, 0
     if not found.size:
         return found
+    flat, done = found.reshape(-1, 3), 0
     for block in blocks(array, single):
         places = block.reshape(-1, width)
         uv = np.empty_like(places)

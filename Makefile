@@ -33,7 +33,7 @@ DEV_DEPS := $(VENV)/.dev-$(KEY)
 BUILT := $(VENV)/.built-$(HERE)
 SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell find src -type f 2>/dev/null)
 
-.PHONY: help demo test test-slow test-programs fuzz quick lint lint-rust lint-python lint-generated \
+.PHONY: help demo test test-slow test-minimal test-languages test-programs fuzz quick lint lint-rust lint-python lint-generated \
 	lint-house lint-floors lint-tree lint-spelling lint-tolerances \
 	lint-licenses lint-workflows msrv bench docs wheel wheels wheel-x86-64 wheel-aarch64 check-wheels \
 	fetch-aarch64 test-aarch64 clean distclean develop FORCE
@@ -42,6 +42,8 @@ help:
 	@echo "make demo    build, install, and run the main job on generated data (and on a light probe if there is one)"
 	@echo "make test    Rust, Python, doctests, documentation"
 	@echo "make test-slow  what takes longer: the largest sizes, ten million directions, the wheel"
+	@echo "make test-languages  runs printed code by JAX, PyTorch, WebGPU and OpenCL"
+	@echo "make test-minimal   some tests on the oldest dependencies that pyproject.toml allows"
 	@echo "make test-programs  runs Blender and exrenvmap, whose rows no other test checks"
 	@echo "make quick   builds what changed in about a minute and runs some tests (TESTS=tests/map K=octahedral)"
 	@echo "make fuzz    a million hostile calls (FUZZ_CALLS=), each in a process with limits"
@@ -101,11 +103,27 @@ test-slow: $(BUILT) $(DEV_DEPS)
 # Programs that are too long to install for every run: Blender, whose wheel wants a NumPy of its own, and OpenEXR's tools,
 # which a system's packages have (`openexr`). The table of conventions says which versions ran.
 BLENDER ?= $(CACHE)/blender
+# WebGPU and OpenCL want a driver: on Debian mesa-vulkan-drivers and pocl-opencl-icd.
+test-languages: $(BUILT) $(DEV_DEPS)
+	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group languages
+	"$(BIN)/python" -m pytest -m programs tests/oracles/test_oracle_languages.py
+
 test-programs: $(BUILT) $(DEV_DEPS)
 	@command -v exrenvmap >/dev/null || { echo "exrenvmap was not found; install the package openexr" >&2; exit 1; }
 	"$(BIN)/python" -m venv "$(BLENDER)"
 	"$(BLENDER)/bin/python" -m pip install --quiet --disable-pip-version-check bpy
-	SPHEREMAP_BLENDER="$(BLENDER)/bin/python" "$(BIN)/python" -m pytest -m programs tests/oracles
+	SPHEREMAP_BLENDER="$(BLENDER)/bin/python" "$(BIN)/python" -m pytest -m programs tests/oracles --ignore=tests/oracles/test_oracle_languages.py
+
+# The oldest dependencies that pyproject.toml allows, and the tests of what uses them: arrays and image files. pip would take
+# the newest.
+MINIMAL ?= $(CACHE)/minimal
+MINIMAL_TESTS ?= tests/package/test_arrays.py tests/map/test_projection_object.py tests/io \
+	python/spheremap/plot.py python/spheremap/map
+test-minimal: $(BUILT)
+	"$(BIN)/python" -m venv "$(MINIMAL)"
+	"$(MINIMAL)/bin/python" -m pip install --quiet --disable-pip-version-check $$("$(BIN)/python" tools/minimal_versions.py) \
+		'pytest>=8.3' 'pytest-xdist>=3.6' 'hypothesis>=6.100'
+	PYTHONPATH=python "$(MINIMAL)/bin/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs" $(MINIMAL_TESTS)
 
 # Which tests, by file and by name: make quick TESTS=tests/resample K=gaussian
 TESTS ?= tests/map

@@ -1,16 +1,21 @@
 """Time HEALPix pixel numbers against healpy and cdshealpix; write their section of BENCHMARKS.md.
 
     python benches/healpix.py            # rewrites the section
+    python benches/healpix.py --maps     # rewrites what it says of whole maps alone
     python benches/healpix.py --quick    # a smoke test: small arrays, printed only
 
 Entrants of a row take turns; a time is the median of its rounds. healpy has one thread; cdshealpix
 is told to use as many as we do, and gets longitudes and latitudes, which it works on, ready made.
+Whole maps are timed by the CPU time of all threads together, beside a copy of the map.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
+import time
+from pathlib import Path
 
 import astropy.units as u
 import cdshealpix
@@ -24,6 +29,10 @@ from measure import ROOT, Call, race, say, table
 from spheremap import healpix
 
 BEGIN, END = "<!-- healpix: written by benches/healpix.py -->", "<!-- healpix: end -->"
+MAPS, MAPS_END = (
+    "<!-- healpix maps: written by benches/healpix.py -->",
+    "<!-- healpix maps: end -->",
+)
 TO_HEALPY, TO_CDS = 8.0, 3.0
 
 
@@ -105,13 +114,97 @@ def rows(nside: int, count: int, args: argparse.Namespace) -> list[list[str]]:
     return body
 
 
+def cpu_time(call: Call, rounds: int) -> float:
+    """Return the least CPU time of some calls, of all threads together."""
+    best = float("inf")
+    for _ in range(rounds):
+        start = time.process_time()
+        result = call()
+        best = min(best, time.process_time() - start)
+        del result
+    return best
+
+
+def peak(call: Call) -> int:
+    """Return by how many bytes a call raises the memory that the process holds at most."""
+    status = Path("/proc/self/status")
+    Path("/proc/self/clear_refs").write_text("5")
+
+    def kib(name: str) -> int:
+        return int(re.search(rf"{name}:\s*(\d+)", status.read_text())[1])
+
+    before = kib("VmRSS")
+    result = call()
+    most = kib("VmHWM")
+    del result
+    return 1024 * (most - before)
+
+
+def maps(args: argparse.Namespace, nside: int) -> str:
+    ring = np.random.default_rng(0).standard_normal(12 * nside**2, dtype=np.float32)
+    nested, faces = healpix.reorder(ring, nest=False), healpix.to_image(ring)
+    work: dict[str, Call] = {
+        "a copy of the map": lambda: ring.copy(),
+        "`to_image`, of nested order": lambda: healpix.to_image(nested, True),
+        "`to_image`, of ring order": lambda: healpix.to_image(ring),
+        "`from_image`, to nested order": lambda: healpix.from_image(faces, True),
+        "`from_image`, to ring order": lambda: healpix.from_image(faces),
+        "`reorder`, to nested order": lambda: healpix.reorder(ring, nest=False),
+        "`reorder`, to ring order": lambda: healpix.reorder(nested, nest=True),
+        "healpy's `reorder`, to nested order": lambda: healpy.reorder(ring, r2n=True),
+    }
+    body, yardstick = [], 0.0
+    for name, call in work.items():
+        say(f"{name}, nside {nside}")
+        seconds = cpu_time(call, 2 if "healpy" in name else args.rounds)
+        yardstick = yardstick or seconds
+        body.append(
+            [
+                name,
+                f"{seconds * 1e3:,.0f} ms",
+                f"{yardstick / seconds:.2f}",
+                f"{1 + peak(call) / ring.nbytes:.2f}",
+            ]
+        )
+    return "\n\n".join(
+        [
+            MAPS,
+            f"Whole maps: float32, nside {nside:,}. CPU time of {args.threads} threads, the "
+            "least of some calls; how fast that is beside a copy; and the memory of the map and "
+            "of all that the call takes, in sizes of the map.",
+            table(["work", "CPU time", "of a copy's speed", "memory, of the map's"], body),
+            MAPS_END,
+        ]
+    )
+
+
+def write(section: str, begin: str, end: str, after: str | None = None) -> None:
+    path = ROOT / "BENCHMARKS.md"
+    old = path.read_text(encoding="utf-8")
+    if begin in old and end in old:
+        new = old.split(begin)[0] + section + old.split(end)[1]
+    elif after is not None and after in old:
+        new = old.replace(after, f"{after}\n\n{section}")
+    else:
+        new = old.rstrip("\n") + "\n\n" + section + "\n"
+    path.write_text(new, encoding="utf-8")
+    say(f"wrote a section of {path}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="a smoke test with small arrays")
+    parser.add_argument("--maps", action="store_true", help="whole maps alone")
     parser.add_argument("--threads", type=int, default=min(2, os.cpu_count() or 1))
     parser.add_argument("--rounds", type=int, default=7)
     args = parser.parse_args()
     sm.set_num_threads(args.threads)
+    of_maps = maps(args, 64 if args.quick else 1024)
+    print(of_maps)
+    if not args.quick:
+        write(of_maps, MAPS, MAPS_END, after=END)
+    if args.maps:
+        return
     count = 20_000 if args.quick else 4_000_000
     body = [row for nside in (64, 1 << 20) for row in rows(nside, count, args)]
     head = ["work", "ours, `out=`", "ours", "healpy", "cdshealpix", "to healpy", "to cdshealpix"]
@@ -129,14 +222,7 @@ def main() -> None:
     print(section)
     if args.quick:
         return
-    path = ROOT / "BENCHMARKS.md"
-    old = path.read_text(encoding="utf-8")
-    if BEGIN in old and END in old:
-        new = old.split(BEGIN)[0] + section + old.split(END)[1]
-    else:
-        new = old.rstrip("\n") + "\n\n" + section + "\n"
-    path.write_text(new, encoding="utf-8")
-    say(f"wrote a section of {path}")
+    write(section, BEGIN, END)
 
 
 if __name__ == "__main__":

@@ -83,6 +83,9 @@ pub enum Error {
     /// Options that contradict each other.
     #[error("{0}")]
     Contradiction(String),
+    /// Code that cannot be written.
+    #[error("{0}")]
+    Code(String),
     /// Whoever runs a call stopped it.
     #[error("The call was stopped.")]
     Stopped,

@@ -73,6 +73,7 @@
 // Essays link to what they speak of, private or not: in `cargo doc --document-private-items` these links lead there.
 #![allow(rustdoc::private_intra_doc_links)]
 
+pub mod code;
 mod error;
 pub mod geometry;
 pub mod healpix;
@@ -125,14 +126,14 @@ pub mod simd {
     pub use crate::kernel::{force_level, level, levels};
 }
 
-/// Calls that can be stopped between two pieces of work.
+/// Calls that can be stopped between two pieces of work, and tell how many of them are done.
 ///
 /// ```
 /// use spheremap::{Error, interrupt};
-/// assert_eq!(interrupt::stoppable(|| false, || 7), Ok::<i32, Error>(7));
+/// assert_eq!(interrupt::stoppable(|_| false, || 7), Ok::<i32, Error>(7));
 /// ```
 pub mod interrupt {
-    pub use crate::kernel::interrupt::stoppable;
+    pub use crate::kernel::interrupt::{Question, stoppable};
 }
 
 /// How many threads large calls use; any number gives the same bits.

@@ -35,6 +35,9 @@ MEANS = tuple(name for name in LOOKUPS if not FILTERS[name]["takes_labels"])
 NARROW = tuple(name for name in LOOKUPS if FILTERS[name]["support"] <= 1)
 WIDE = tuple(name for name in LOOKUPS if FILTERS[name]["support"] > 1)
 
+# What cameras have beside their lenses.
+SENSOR = ("fx", "fy", "cx", "cy", "aspect")
+
 # Axes that no default uses: a cyclic one, a mirrored one, and one with every sign negative.
 ODD_AXES = ("+y +z +x", "-z -x +y", "-x -y -z")
 
@@ -83,17 +86,29 @@ def _cases() -> list[Case]:
         # Axes know no projection either.
         out.append(Case(name, {"axes": ODD_AXES[number % len(ODD_AXES)]}))
         for k, p in enumerate(entry["parameters"]):
+            # Sensors of cameras know no lens: they are tested with the first of them.
+            if p["name"] in SENSOR and name.startswith("camera_") and name != "camera_pinhole":
+                continue
             lo, hi = p["minimum"], p["maximum"]
             # The first one, nearly always the angle of view, decides on coverage and rims.
             tried = [{p["name"]: lo + (hi - lo) * f} for f in ((0.125, 0.5, 0.75), (0.75,))[k > 0]]
+            if name.startswith("camera_") and p["name"] not in SENSOR:
+                # Coefficients of no lens are allowed: a hundredth of the way to them.
+                tried = [{p["name"]: p["default"] + (hi - lo) * 0.01}]
             out += [Case(name, options) for options in tried if together(name, options)]
     return out
 
 
 def together(name: str, options: dict[str, Any]) -> bool:
-    """Tell whether a projection takes these parameters; some may not go with the others."""
+    """Tell whether a projection takes these parameters; some may not go with the others.
+
+    Cameras whose lens ends inside the image have tests of their own, in map/test_cameras.py.
+    """
     try:
-        sm.projection(name, **options)
+        made = sm.projection(name, **options)
+        if name.startswith("camera_"):
+            t = np.linspace(0, 1, 65)
+            return bool(made.valid(np.stack(np.meshgrid(t, t), -1)).all())
     except ValueError as error:
         assert str(error).startswith(f"projection '{name}': Expected"), error
         return False
@@ -117,8 +132,11 @@ def round_trip_limit(name: str, dtype: Any) -> float:
 
 def each(cases: list[Case], *, slow: Sequence[Case] = ()) -> pytest.MarkDecorator:
     """Parametrize a test over cases, each under a name that can be read; over some only if slow."""
-    marked = [pytest.param(c, marks=pytest.mark.slow, id=c.id) for c in slow]
-    return pytest.mark.parametrize("case", [*(pytest.param(c, id=c.id) for c in cases), *marked])
+    # The six cameras have as many parameters as all others together.
+    rare = [c for c in cases if c.name.startswith("camera_") and c.options]
+    usual = [pytest.param(c, id=c.id) for c in cases if c not in rare]
+    marked = [pytest.param(c, marks=pytest.mark.slow, id=c.id) for c in (*rare, *slow)]
+    return pytest.mark.parametrize("case", [*usual, *marked])
 
 
 def random_directions(n: int, seed: int, dtype: Any = np.float64) -> np.ndarray:

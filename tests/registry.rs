@@ -41,7 +41,9 @@ fn maps() -> Vec<Map> {
 
 fn maps_on(grid: Grid) -> Vec<Map> {
     let mut maps = Vec::new();
-    for info in REGISTRY {
+    // A calibration's numbers are no shares of a range: tests/map/test_cameras.py has lenses as they are.
+    let usual = |info: &&Info| !info.name.starts_with("camera_");
+    for info in REGISTRY.iter().filter(usual) {
         let mut choices = vec![Vec::new()];
         for parameter in info.parameters {
             for share in [0.125, 0.5, 0.75] {
@@ -660,6 +662,7 @@ fn solid_angles_sum_to_the_coverage() {
             let bound = match map.info().name {
                 "orthographic" | "stereographic" => 2e-6,
                 "kannala_brandt" | "unified" | "double_sphere" => 2e-6,
+                name if name.starts_with("camera_") => 2e-6,
                 _ => 1e-12,
             };
             prop_assert!(

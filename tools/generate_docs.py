@@ -1,4 +1,4 @@
-"""Write README's table, docs/projections.md, docs/conventions.md and docs/resampling.md's table.
+"""Write the tables of README, docs/resampling.md and docs/languages.md, and two whole pages.
 
 All of it comes from the core's tables.
 
@@ -22,6 +22,8 @@ BEGIN = "<!-- projections: written by tools/generate_docs.py -->"
 END = "<!-- end of projections -->"
 FILTERS_BEGIN = "<!-- filters: written by tools/generate_docs.py -->"
 FILTERS_END = "<!-- end of filters -->"
+LANGUAGES_BEGIN = "<!-- languages: written by tools/generate_docs.py -->"
+LANGUAGES_END = "<!-- end of languages -->"
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
@@ -275,6 +277,22 @@ def filter_table(filters: list[dict]) -> str:
     return table(head, rows)
 
 
+def language_table() -> str:
+    rows = [
+        [
+            f"`{e['name']}`",
+            e["title"],
+            f"`.{e['extension']}`",
+            "32, 64" if e["double"] else "32",
+            e["checked"],
+            e["promise"],
+        ]
+        for e in _core.code_languages()
+    ]
+    head = ["name", "language", "files", "bits of a number", "checked by", "`exact`"]
+    return table(head, rows)
+
+
 def between(path: Path, begin: str, end: str, body: str) -> str:
     """Return a file's text with what stands between two marks brought up to date."""
     before, _, rest = path.read_text(encoding="utf-8").partition(begin)
@@ -289,10 +307,12 @@ def render() -> dict[Path, str]:
     registry = _core.registry()
     readme = ROOT / "README.md"
     resampling = ROOT / "docs" / "resampling.md"
+    languages = ROOT / "docs" / "languages.md"
     filters = filter_table(_core.filters())
     return {
         readme: between(readme, BEGIN, END, readme_table(registry)),
         resampling: between(resampling, FILTERS_BEGIN, FILTERS_END, filters),
+        languages: between(languages, LANGUAGES_BEGIN, LANGUAGES_END, language_table()),
         ROOT / "docs" / "projections.md": page(registry),
         ROOT / "docs" / "conventions.md": conventions_page(registry, _core.convention_table()),
     }

@@ -49,6 +49,7 @@ def render() -> str:
             literal("Filter", names(lookups)),
             literal("SampleFilter", names(lookups + mipmapped)),
             literal("ConvertFilter", names(filters)),
+            literal("Language", [entry["name"] for entry in _core.code_languages()]),
             literal("LayoutName", list(unique(n for entry in registry for n in entry["layouts"]))),
         ]
     )

@@ -28,7 +28,7 @@ used. The rooms make projections of this class without importing it: see `map.na
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
@@ -41,10 +41,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-    from ._arrays import Size
-    from ._names import ConvertFilter, Filter, SampleFilter
+    from ._arrays import Negative, Scalar, Size
+    from ._names import ConvertFilter, Filter, Language, SampleFilter
     from .light.sources import Lights, Method, Sun
     from .light.specular import Distribution
+    from .map.coding import CodeVerb, Precision
     from .map.named import ProjectionLike, Worlds
     from .resample.plans import RemapPlan
 
@@ -53,34 +54,34 @@ if TYPE_CHECKING:
 __all__ = ["Projection"]
 
 _Core = _core.Projection
-
+# Looked up once, not in each call.
+BINDINGS
 
 class Projection(_core.Projection):
     """A map between directions and an image: frozen, hashable, equal by value, picklable.
 
-    Parameters
-    ----------
-    name, convention, axes, grid, layout, world, **parameters
-        As for `projection`, which makes one as well.
-    pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        As for `turned`.
-
-    Raises
-    ------
-    ValueError
-        For an unknown name, convention or parameter, or a value out of range.
+    The function `projection` makes them, and not the class.
 
     Examples
     --------
     >>> import spheremap as sm
-    >>> p = sm.Projection("angular", fov=180)
+    >>> p = sm.projection("angular", fov=180)
     >>> p
-    Projection("angular", fov=180.0)
-    >>> p.coverage
-    'cap'
+    projection("angular", fov=180.0)
+    >>> p.coverage, isinstance(p, sm.Projection)
+    ('cap', True)
     """
 
     __slots__ = ()
+
+    def __new__(cls, *given: Any, **options: Any) -> Self:
+        """Raise: what makes projections has another name."""
+        if cls is not Projection:
+            return super().__new__(cls, *given, **options)
+        name = given[0] if given and isinstance(given[0], str) else "latlong"
+        raise TypeError(
+            f'Expected sm.projection("{name}"), which makes a projection; its class makes none.'
+        )
 
     def turned(self, pose: Any, /) -> Self:
         """Return this projection with its world turned: the pose of a camera.
@@ -216,7 +217,8 @@ FOOTER = """
 
 @lru_cache(maxsize=256)
 def _changed(p: Any, axes: str, grid: str, layout: str | None, world: str) -> Any:
-    return type(p)(
+    return _Core.__new__(
+        type(p),
         p.name,
         convention=p.convention,
         axes=axes,
@@ -250,12 +252,17 @@ METHODS = (
      "p.pixels_to_directions([4, 4], 8).tolist()", "[0.0, 0.0, 1.0]"),
     ("directions_to_pixels", PIXELS, "directions_to_pixels", "latlong",
      "p.directions_to_pixels([1, 0, 0], 256).tolist()", "[384.0, 128.0]"),
+    ("code", PIXELS, "code", "octahedral", 'p.code("glsl").count("precise")', "18"),
     ("sample", RESAMPLE, "sample", "latlong",
      "float(p.sample(np.ones((4, 8)), [0, 1, 0]).round(6))", "1.0"),
     ("convert", RESAMPLE, "convert", "latlong",
      'p.convert(np.ones((8, 16)), "cube", size=4).shape', "(6, 4, 4)"),
     ("convert_depth", RESAMPLE, "convert_depth", "perspective",
      'p.convert_depth(np.ones((1, 1)), source="z").tolist()', "[[1.0]]"),
+    ("depth_to_points", RESAMPLE, "depth_to_points", "cube",
+     "p.depth_to_points(np.ones((6, 2, 2))).shape", "(6, 2, 2, 3)"),
+    ("points_to_depth", RESAMPLE, "points_to_depth", "latlong",
+     "p.points_to_depth([[0, 0, -3]], (1, 2)).tolist()", "[[0.0, 3.0]]"),
     ("embed", RESAMPLE, "embed", "perspective",
      'float(p.embed(np.ones((4, 4)), np.zeros((8, 16)), "latlong").max())', "1.0"),
     ("mipmaps", RESAMPLE, "mipmaps", "octahedral", "len(p.mipmaps(np.ones((8, 8))))", "4"),
@@ -281,6 +288,10 @@ METHODS = (
     ("sun", LIGHT, "sun", "latlong", "p.sun(np.ones((16, 32))) is None", "True"),
     ("weights", LIGHT, "weights", "latlong", "p.weights(4, normalized=True).shape", "(4, 8)"),
 )  # fmt: skip
+
+
+# Whose results have the dtype of their image, for type checkers.
+KEEP_DTYPE = {"sample", "convert", "embed", "pad", "mipmaps"}
 
 
 def without(documentation: str, name: str) -> str:
@@ -378,14 +389,28 @@ def method(row: tuple[str, ...]) -> str:
     head, _, rest = doc.partition("\n")
     indented = "\n".join(fitted(rest.splitlines(), 8 * " "))
     returns = signature.return_annotation
-    lines = [f"    def {name}({', '.join(arguments)}) -> {returns}:"]
+    lines = []
+    if name in KEEP_DTYPE:
+        for kind_of in ("NDArray[Scalar]", "ArrayLike"):
+            kept = "Scalar" if "Scalar" in kind_of else "Any"
+            given_first = f"{data[0].partition(':')[0]}: {kind_of}"
+            typed = ", ".join(["self", given_first, *arguments[2:]])
+            lines.append("    @overload")
+            lines.append(f"    def {name}({typed}) -> {returns.replace('Any', kept)}: ...")
+    lines.append(f"    def {name}({', '.join(arguments)}) -> {returns}:")
     lines.append(f'        """{head}\n{indented}\n        """')
     if module == MAP:
         who = "self"
         if "rotation" in signature.parameters:
             who = "self if axes is None and rotation is None else self._seen(axes, rotation)"
-        inner = [word for word in call if word not in ("self", "axes=axes", "rotation=rotation")]
-        lines.append(f"        return _Core.{name}({', '.join([who, *inner])})")
+        own = ("self", "axes=axes", "rotation=rotation", "any_aspect=any_aspect")
+        # By position, which is quicker as well.
+        inner = ["out" if word == "out=out" else word for word in call if word not in own]
+        if "size" in inner:
+            lines.append("        from .map.images import target_shape")
+            lines.append("        shape = target_shape(self, size, any_aspect)")
+            inner[inner.index("size")] = "shape"
+        lines.append(f"        return _{name}({', '.join([who, *inner])})")
     else:
         lines.append(f"        from {module.replace('spheremap', '')} import {source}")
         lines.append(f"        return {source}({', '.join(call)})")
@@ -393,9 +418,14 @@ def method(row: tuple[str, ...]) -> str:
 
 
 def render() -> str:
-    text = HEADER + "".join(method(row) for row in METHODS) + FOOTER
+    bound = [name for name, module, *_ in METHODS if module == MAP]
+    bindings = "".join(f"_{name} = _Core.{name}\n" for name in bound)
+    text = HEADER.replace("BINDINGS\n", bindings) + "".join(method(row) for row in METHODS) + FOOTER
     command = [sys.executable, "-m", "ruff", "format", "--stdin-filename", str(TARGET), "-"]
-    return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
+    made = subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
+    # What the core takes by position is an option here.
+    taken = re.compile(r"^(    def (?:encode|decode|jacobian|density)\()$", re.MULTILINE)
+    return taken.sub(r"\1  # type: ignore[override]", made)
 
 
 def main() -> int:

@@ -33,12 +33,15 @@ Floors = list[dict[str, str]]
 # Rooms that share a floor do not import from each other.
 RUST: Floors = [
     {"error": "one error type"},
-    {"number": "what a formula is written in: real, math, dual"},
+    {"number": "what a formula is written in: real, math, dual, trace"},
     {"geometry": "vectors, axes and areas on the sphere"},
     {"kernel": "a formula over an array: SIMD levels, memory, threads"},
     {"projections": "the registry; one file a map"},
     {"map": "a projection with axes, grid and layout; conventions"},
-    {"image": "texel types, rasters, whose texel it is"},
+    {
+        "image": "texel types, rasters, whose texel it is",
+        "code": "source text",
+    },
     {"resample": "one image into another"},
     {
         "light": "sums over the sphere",
@@ -55,7 +58,10 @@ PYTHON: Floors = [
         "_scalars": "numbers, words and flags of inputs, once",
         "_show": "values as text",
     },
-    {"_arrays": "shapes and dtypes of inputs, once"},
+    {
+        "_arrays": "shapes and dtypes of inputs, once",
+        "_progress": "how far a call is",
+    },
     {"map": "behind the core verbs that take directions"},
     {"resample": "behind the core verbs that take images"},
     {
@@ -63,6 +69,7 @@ PYTHON: Floors = [
         "packing": "codes",
         "healpix": "pixel numbers",
         "align": "which map is it",
+        "cameras": "calibrations",
     },
     {"io": "image files"},
     {"light": "what a renderer needs", "ball": "photos of mirror balls"},
@@ -547,12 +554,12 @@ def check(root: Path, floors: Floors) -> list[str]:
 def picture() -> str:
     """Return the floors as a drawing, the highest on top."""
     lines: list[str] = []
-    width = 98
+    width = 108
     for title, floors in (("python/spheremap", PYTHON), ("src", RUST)):
         lines.append(f"┌─ {title} ".ljust(width, "─") + "┐")
         for floor in reversed(floors):
             names, purposes = " │ ".join(floor), "; ".join(floor.values())
-            lines.append(f"│ {names.ljust(33)} {purposes}".ljust(width) + "│")
+            lines.append(f"│ {names.ljust(41)} {purposes}".ljust(width) + "│")
         lines.append("└".ljust(width, "─") + "┘")
     return "\n".join(lines)
 

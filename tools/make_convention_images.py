@@ -54,9 +54,12 @@ def sphere(d: np.ndarray, up: str) -> np.ndarray:
 
 
 def flat(row: dict) -> sm.Projection:
-    """Return the convention as one image: a stack of faces side by side."""
+    """Return the convention as one image: a stack of faces side by side, or twelve in a block."""
     p = sm.projection(row["kind"], convention=row["name"])
-    return p if p.faces == 1 else sm.projection(row["kind"], convention=row["name"], layout="strip")
+    if p.faces == 1:
+        return p
+    layout = "4x3" if p.name == "healpix" else "strip"
+    return sm.projection(p.name, convention=row["name"], layout=layout)
 
 
 def picture(row: dict) -> Image.Image:

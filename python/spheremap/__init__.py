@@ -5,8 +5,8 @@
 [0.5, 0.5]
 
 The verbs of maps and images are here. What belongs to a subject is in the subject's own module,
-which is imported when it is first used: `light`, `sh`, `packing`, `healpix`, `ball`, `align`, `io`
-and `plot`.
+which is imported when it is first used: `light`, `sh`, `packing`, `healpix`, `ball`, `cameras`,
+`align`, `io` and `plot`.
 """
 
 from importlib import import_module
@@ -16,15 +16,19 @@ from ._core import __version__, get_num_threads, set_num_threads, simd_level
 from ._projection import Projection
 from .map import (
     Projections,
+    camera,
+    code,
     conventions,
     covers,
     decode,
     density,
     directions,
+    directions_to_lonlat,
     directions_to_pixels,
     encode,
     explain,
     jacobian,
+    lonlat_to_directions,
     pixels_to_directions,
     projection,
     projections,
@@ -38,18 +42,21 @@ from .resample import (
     RemapPlan,
     convert,
     convert_depth,
+    depth_to_points,
     embed,
     mipmaps,
     pad,
+    points_to_depth,
     remap_plan,
     sample,
     sample_uv,
+    weights_matrix,
 )
 
 use_class(Projection)
 
 if TYPE_CHECKING:
-    from . import align, ball, healpix, io, light, packing, plot, sh
+    from . import align, ball, cameras, healpix, io, light, packing, plot, sh
 
 __all__ = [
     "Projection",
@@ -58,13 +65,18 @@ __all__ = [
     "__version__",
     "align",
     "ball",
+    "camera",
+    "cameras",
+    "code",
     "conventions",
     "convert",
     "convert_depth",
     "covers",
     "decode",
     "density",
+    "depth_to_points",
     "directions",
+    "directions_to_lonlat",
     "directions_to_pixels",
     "embed",
     "encode",
@@ -74,11 +86,13 @@ __all__ = [
     "io",
     "jacobian",
     "light",
+    "lonlat_to_directions",
     "mipmaps",
     "packing",
     "pad",
     "pixels_to_directions",
     "plot",
+    "points_to_depth",
     "projection",
     "projections",
     "reflect",
@@ -91,9 +105,12 @@ __all__ = [
     "simd_level",
     "solid_angle",
     "valid",
+    "weights_matrix",
 ]
 
-_SUBJECTS = frozenset({"align", "ball", "healpix", "io", "light", "packing", "plot", "sh"})
+_SUBJECTS = frozenset(
+    {"align", "ball", "cameras", "healpix", "io", "light", "packing", "plot", "sh"}
+)
 
 # Hidden from type checkers, which would take every misspelled name for one that it returns.
 if not TYPE_CHECKING:

@@ -9,12 +9,22 @@ Images are converted whole.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Concatenate,
+    Literal,
+    ParamSpec,
+    Protocol,
+    TypeAlias,
+    TypeVar,
+    overload,
+)
 
 import numpy as np
 
-from ._scalars import as_flag, as_items
+from ._scalars import as_flag, as_items, as_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,8 +34,34 @@ if TYPE_CHECKING:
     from ._projection import Projection
 
     Size: TypeAlias = int | tuple[int, ...]
+    # What light below 0 counts as.
+    Negative: TypeAlias = Literal["keep", "clip", "raise"]
     Array = NDArray[np.float64]
     Reals: TypeAlias = NDArray[np.floating[Any]]
+
+Options = ParamSpec("Options")
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+class KeepsDtype(Protocol[Options]):
+    """A function of an image, first of all, whose result has the image's dtype."""
+
+    @overload
+    def __call__(
+        self, image: NDArray[Scalar], /, *args: Options.args, **kwargs: Options.kwargs
+    ) -> NDArray[Scalar]: ...
+    @overload
+    def __call__(
+        self, image: ArrayLike, /, *args: Options.args, **kwargs: Options.kwargs
+    ) -> NDArray[Any]: ...
+
+
+def keeps_dtype(
+    function: Callable[Concatenate[ArrayLike, Options], NDArray[Any]],
+) -> KeepsDtype[Options]:
+    """Tell type checkers that a function keeps the dtype of its image."""
+    return function
+
 
 IMAGE_DTYPES = ("uint8", "uint16", "float16", "float32", "float64")
 
@@ -54,7 +90,7 @@ def as_points(obj: object, name: str, out: object) -> tuple[NDArray[Any], bool]:
     """
     array = as_array(obj, name)
     single = _is_single(array, name)
-    _check_apart(array, out)
+    expect_apart(array, out)
     return (array if _is_large(array) else _converted(array, single)), single
 
 
@@ -90,7 +126,7 @@ def as_pair(view: object, normal: object, out: object) -> tuple[NDArray[Any], ND
     for array, name in ((a, "view"), (b, "normal")):
         if array.shape[-1:] != (3,):
             raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
-        _check_apart(array, out)
+        expect_apart(array, out)
     shape = common_shape(a.shape, b.shape)
     return np.broadcast_to(a, shape), np.broadcast_to(b, shape), all(singles)
 
@@ -124,7 +160,7 @@ def as_lookups(
         arrays += [(as_array(each, "derivatives"), "derivatives") for each in derivatives]
     for array, label in arrays:
         _is_single(array, label)
-        _check_apart(array, out)
+        expect_apart(array, out)
         if label != "lod" and array.shape[-1:] != (width,):
             raise ValueError(f"Expected `{label}` to have shape (..., {width}), got {array.shape}.")
     common = common_shape(*(array.shape[:-1] for array, _ in arrays))
@@ -143,9 +179,10 @@ def as_integers(obj: object, name: str, out: object = None) -> NDArray[np.int64]
     What is beyond int64 becomes -1.
     """
     array = as_array(obj, name)
-    if array.dtype.kind not in "iu" and array.size:
+    # An empty list is an array of floats.
+    if array.dtype.kind not in ("iu" if array.size else "iuf"):
         raise TypeError(f"Expected `{name}` to be integers, got dtype {array.dtype}.")
-    _check_apart(array, out)
+    expect_apart(array, out)
     if array.dtype == np.uint64:
         array = np.where(
             array > np.uint64(np.iinfo(np.int64).max), np.int64(-1), array.view(np.int64)
@@ -161,7 +198,7 @@ def as_image(obj: object, out: object) -> NDArray[Any]:
         raise TypeError(
             f"Expected `image` to have dtype {', '.join(most)} or {last}, got {array.dtype}."
         )
-    _check_apart(array, out)
+    expect_apart(array, out)
     return _contiguous(array, array.dtype.newbyteorder("="))
 
 
@@ -245,7 +282,7 @@ def expect_room(shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
         raise MemoryError(f"There is no room for an array of shape {shape}.") from None
 
 
-def _check_apart(array: NDArray[Any], out: object) -> None:
+def expect_apart(array: NDArray[Any], out: object) -> None:
     """Raise if `out` lies within the bounds of an input: blocks of it would be read too late."""
     if isinstance(out, np.ndarray) and np.may_share_memory(array, out):
         raise ValueError("`out` overlaps an input or an array that another call is using.")
@@ -327,14 +364,17 @@ def checked_image(
     *,
     name: str = "image",
     skipna: bool = False,
-    negative: Literal["keep", "raise"] = "keep",
+    negative: Negative = "keep",
 ) -> NDArray[Any]:
     """Return the image as a contiguous array of a supported dtype in which every value is finite.
 
     NaN and infinite values raise ValueError with their number and first places, or become 0 with
-    `skipna`. So do negative ones where `negative` is "raise". The array given is never changed.
+    `skipna`. So do negative ones where `negative` is "raise"; where it is "clip" they become 0. The
+    array given is never changed.
     """
     skipna = as_flag(skipna, "skipna")
+    if as_text(negative, "negative") not in ("keep", "clip", "raise"):
+        raise ValueError(f"Expected `negative` to be 'keep', 'clip' or 'raise', got {negative!r}.")
     array = as_image(image, None)
     if array.dtype.kind != "f":
         return array
@@ -351,8 +391,13 @@ def checked_image(
                     "`skipna=True` counts them as 0."
                 )
             array = np.where(bad, array.dtype.type(0), array)
-    if negative == "raise" and array.size and array.min() < 0:
-        raise ValueError(f"`{name}` has {_described(array < 0, 'negative')}.")
+    if negative != "keep" and array.size and array.min() < 0:
+        if negative == "raise":
+            raise ValueError(
+                f"`{name}` has {_described(array < 0, 'negative')}; "
+                '`negative="clip"` counts them as 0.'
+            )
+        array = np.maximum(array, array.dtype.type(0))
     return array
 
 

@@ -1,11 +1,9 @@
-from collections.abc import Sequence
-from typing import Any, Literal, Self, TypeAlias, final
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, Self, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from typing_extensions import disjoint_base
-
-from ._names import ConvertFilter, SampleFilter
 
 __all__ = [
     "Distribution",
@@ -15,6 +13,8 @@ __all__ = [
     "_rebuild",
     "add_sun",
     "check_word",
+    "code",
+    "code_languages",
     "compare",
     "convention_table",
     "convert",
@@ -24,6 +24,8 @@ __all__ = [
     "filters",
     "get_num_threads",
     "healpix_ang2pix",
+    "healpix_arrange",
+    "healpix_neighbors",
     "healpix_pix2ang",
     "healpix_pix2vec",
     "healpix_reorder",
@@ -57,6 +59,7 @@ __all__ = [
     "simd_level",
     "simd_levels",
     "sun",
+    "tell_progress",
     "texel_weights",
     "unpack_frames",
     "worlds",
@@ -66,6 +69,9 @@ __version__: str
 
 @disjoint_base
 class Projection:
+    @overload
+    def __new__(cls, name: str, /, **parameters: float) -> Self: ...
+    @overload
     def __new__(
         cls,
         name: str,
@@ -120,28 +126,16 @@ class Projection:
     @property
     def mirrored(self) -> bool: ...
     def encode(
-        self,
-        directions: ArrayLike,
-        /,
-        *,
-        out: NDArray[Any] | None = None,
+        self, directions: ArrayLike, out: NDArray[Any] | None = None, /
     ) -> NDArray[np.floating[Any]]: ...
     def decode(
-        self,
-        uv: ArrayLike,
-        /,
-        *,
-        out: NDArray[Any] | None = None,
+        self, uv: ArrayLike, out: NDArray[Any] | None = None, /
     ) -> NDArray[np.floating[Any]]: ...
     def jacobian(
-        self,
-        uv: ArrayLike,
-        /,
-        *,
-        out: NDArray[Any] | None = None,
+        self, uv: ArrayLike, out: NDArray[Any] | None = None, /
     ) -> NDArray[np.floating[Any]]: ...
     def density(
-        self, uv: ArrayLike, /, *, out: NDArray[Any] | None = None
+        self, uv: ArrayLike, out: NDArray[Any] | None = None, /
     ) -> NDArray[np.floating[Any]]: ...
     def valid(self, uv: ArrayLike, /) -> NDArray[np.bool_]: ...
     def covers(self, directions: ArrayLike, /) -> NDArray[np.bool_]: ...
@@ -160,7 +154,7 @@ class Projection:
         directions: ArrayLike,
         /,
         *,
-        filter: SampleFilter | None,
+        filter: str | None,
         fill: float | Sequence[float],
         out: NDArray[Any] | None = None,
         alpha: int | None = None,
@@ -241,7 +235,7 @@ def convert(
     /,
     *,
     rotation: Any | None = None,
-    filter: ConvertFilter = "bilinear",
+    filter: str = "bilinear",
     fill: ArrayLike | None = None,
     out: NDArray[Any] | None = None,
     skipna: bool = False,
@@ -252,6 +246,17 @@ def convert(
 def matching_size(shape: int | tuple[int, ...], src: Projection, dst: Projection, /) -> int: ...
 def filters() -> list[dict[str, Any]]: ...
 def pad(image: ArrayLike, projection: Projection, n: int, filter: str, /) -> NDArray[Any]: ...
+def code(
+    projection: Projection,
+    language: str,
+    /,
+    *,
+    verbs: list[str],
+    name: str | None,
+    native: bool,
+    double: bool,
+) -> str: ...
+def code_languages() -> list[dict[str, Any]]: ...
 def compare(
     a: Projection, b: Projection, /
 ) -> tuple[list[list[int]] | None, bool | None, list[str]]: ...
@@ -306,7 +311,7 @@ def sample_uv(
     uv: ArrayLike,
     /,
     *,
-    filter: SampleFilter | None,
+    filter: str | None,
     address: tuple[str, str],
     fill: float | Sequence[float],
     lod: ArrayLike | None,
@@ -324,6 +329,7 @@ def helpers() -> list[str]: ...
 def check_word(what: str, word: str, known: list[str], /) -> None: ...
 def get_num_threads() -> int: ...
 def simd_level() -> str: ...
+def tell_progress(tell: Callable[[float], object] | None, /) -> None: ...
 def simd_levels() -> list[str]: ...
 def set_simd_level(name: str | None, /) -> None: ...
 def moments(object: ArrayLike, projection: Projection, /) -> NDArray[np.float64]: ...
@@ -396,6 +402,19 @@ def healpix_pix2ang(
     nest: bool = False,
     lonlat: bool = False,
 ) -> NDArray[np.float64]: ...
+def healpix_neighbors(
+    nside: int, pixels: ArrayLike, /, *, nest: bool = False
+) -> NDArray[np.int64]: ...
+def healpix_arrange(
+    nside: int,
+    bytes: int,
+    source: NDArray[np.uint8],
+    was: str,
+    target: NDArray[np.uint8],
+    becomes: str,
+    unseen: int,
+    /,
+) -> None: ...
 def healpix_reorder(
     nside: int,
     pixels: ArrayLike,

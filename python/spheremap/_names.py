@@ -39,6 +39,12 @@ ProjectionName: TypeAlias = Literal[
     "sinusoidal",
     "tetrahedral",
     "icosahedral",
+    "camera_pinhole",
+    "camera_brown_conrady",
+    "camera_kannala_brandt",
+    "camera_unified",
+    "camera_double_sphere",
+    "camera_eucm",
 ]
 
 ConventionName: TypeAlias = Literal[
@@ -71,6 +77,7 @@ ConventionName: TypeAlias = Literal[
     "filament-vertical-cross",
     "gltf",
     "godot",
+    "healpy",
     "hugin",
     "ict",
     "ktx",
@@ -193,6 +200,9 @@ QualifiedName: TypeAlias = Literal[
     "hammer:ffmpeg",
     "sinusoidal:ffmpeg",
     "tetrahedral:ffmpeg",
+    "healpix:healpy",
+    "mollweide:healpy",
+    "latlong:healpy",
 ]
 
 Filter: TypeAlias = Literal[
@@ -229,6 +239,21 @@ ConvertFilter: TypeAlias = Literal[
     "ewa",
     "area",
     "mode",
+]
+
+Language: TypeAlias = Literal[
+    "glsl",
+    "glsl_es",
+    "hlsl",
+    "wgsl",
+    "msl",
+    "osl",
+    "c",
+    "cuda",
+    "opencl",
+    "numpy",
+    "torch",
+    "jax",
 ]
 
 LayoutName: TypeAlias = Literal[

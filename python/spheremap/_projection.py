@@ -10,7 +10,7 @@ used. The rooms make projections of this class without importing it: see `map.na
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-    from ._arrays import Size
-    from ._names import ConvertFilter, Filter, SampleFilter
+    from ._arrays import Negative, Scalar, Size
+    from ._names import ConvertFilter, Filter, Language, SampleFilter
     from .light.sources import Lights, Method, Sun
     from .light.specular import Distribution
+    from .map.coding import CodeVerb, Precision
     from .map.named import ProjectionLike, Worlds
     from .resample.plans import RemapPlan
 
@@ -35,34 +36,42 @@ if TYPE_CHECKING:
 __all__ = ["Projection"]
 
 _Core = _core.Projection
+# Looked up once, not in each call.
+_encode = _Core.encode
+_decode = _Core.decode
+_jacobian = _Core.jacobian
+_density = _Core.density
+_valid = _Core.valid
+_covers = _Core.covers
+_solid_angle = _Core.solid_angle
+_directions = _Core.directions
 
 
 class Projection(_core.Projection):
     """A map between directions and an image: frozen, hashable, equal by value, picklable.
 
-    Parameters
-    ----------
-    name, convention, axes, grid, layout, world, **parameters
-        As for `projection`, which makes one as well.
-    pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        As for `turned`.
-
-    Raises
-    ------
-    ValueError
-        For an unknown name, convention or parameter, or a value out of range.
+    The function `projection` makes them, and not the class.
 
     Examples
     --------
     >>> import spheremap as sm
-    >>> p = sm.Projection("angular", fov=180)
+    >>> p = sm.projection("angular", fov=180)
     >>> p
-    Projection("angular", fov=180.0)
-    >>> p.coverage
-    'cap'
+    projection("angular", fov=180.0)
+    >>> p.coverage, isinstance(p, sm.Projection)
+    ('cap', True)
     """
 
     __slots__ = ()
+
+    def __new__(cls, *given: Any, **options: Any) -> Self:
+        """Raise: what makes projections has another name."""
+        if cls is not Projection:
+            return super().__new__(cls, *given, **options)
+        name = given[0] if given and isinstance(given[0], str) else "latlong"
+        raise TypeError(
+            f'Expected sm.projection("{name}"), which makes a projection; its class makes none.'
+        )
 
     def turned(self, pose: Any, /) -> Self:
         """Return this projection with its world turned: the pose of a camera.
@@ -193,7 +202,7 @@ class Projection(_core.Projection):
         )
         return found
 
-    def encode(
+    def encode(  # type: ignore[override]
         self,
         directions: ArrayLike,
         /,
@@ -240,13 +249,13 @@ class Projection(_core.Projection):
         >>> p.encode([1, 0, 0]).tolist()
         [0.75, 0.5]
         """
-        return _Core.encode(
+        return _encode(
             self if axes is None and rotation is None else self._seen(axes, rotation),
             directions,
-            out=out,
+            out,
         )
 
-    def decode(
+    def decode(  # type: ignore[override]
         self,
         uv: ArrayLike,
         /,
@@ -285,11 +294,11 @@ class Projection(_core.Projection):
         >>> p.decode([0.5, 0.5]).tolist()
         [0.0, 0.0, 1.0]
         """
-        return _Core.decode(
-            self if axes is None and rotation is None else self._seen(axes, rotation), uv, out=out
+        return _decode(
+            self if axes is None and rotation is None else self._seen(axes, rotation), uv, out
         )
 
-    def jacobian(
+    def jacobian(  # type: ignore[override]
         self,
         uv: ArrayLike,
         /,
@@ -329,11 +338,11 @@ class Projection(_core.Projection):
         >>> p.jacobian([0.5, 0.5, 0.0]).shape
         (3, 2)
         """
-        return _Core.jacobian(
-            self if axes is None and rotation is None else self._seen(axes, rotation), uv, out=out
+        return _jacobian(
+            self if axes is None and rotation is None else self._seen(axes, rotation), uv, out
         )
 
-    def density(
+    def density(  # type: ignore[override]
         self, uv: ArrayLike, /, *, out: NDArray[Any] | None = None
     ) -> NDArray[np.floating[Any]]:
         """Return the solid angle per unit of image area, dω/(du dv).
@@ -366,7 +375,7 @@ class Projection(_core.Projection):
         >>> float(p.density([0.5, 0.5]).round(6))
         16.0
         """
-        return _Core.density(self, uv, out=out)
+        return _density(self, uv, out)
 
     def valid(self, uv: ArrayLike, /) -> NDArray[np.bool_]:
         """Tell which image coordinates hold a part of the sphere.
@@ -396,7 +405,7 @@ class Projection(_core.Projection):
         >>> p.valid([[0.5, 0.5], [0, 0]]).tolist()
         [True, False]
         """
-        return _Core.valid(self, uv)
+        return _valid(self, uv)
 
     def covers(
         self, directions: ArrayLike, /, *, axes: str | None = None, rotation: Any | None = None
@@ -430,11 +439,11 @@ class Projection(_core.Projection):
         >>> p.covers([[0, 0, 1], [0, 0, -1]]).tolist()
         [True, False]
         """
-        return _Core.covers(
+        return _covers(
             self if axes is None and rotation is None else self._seen(axes, rotation), directions
         )
 
-    def solid_angle(self, size: Size) -> NDArray[np.float64]:
+    def solid_angle(self, size: Size, *, any_aspect: bool = False) -> NDArray[np.float64]:
         """Return the solid angle of each texel.
 
         Parameters
@@ -442,6 +451,9 @@ class Projection(_core.Projection):
         size : int or tuple of int
             One number (the height of a latlong, the side of a square, the face of a cube) or the
             whole shape without channels.
+        any_aspect : bool
+            Whether a whole shape is taken as it is where it is wider or higher for the projection
+            than it should be. By default each side has to be within a texel of its aspect.
 
         Returns
         -------
@@ -465,7 +477,10 @@ class Projection(_core.Projection):
         >>> float(p.solid_angle(8).sum().round(6))
         12.566371
         """
-        return _Core.solid_angle(self, size)
+        from .map.images import target_shape
+
+        shape = target_shape(self, size, any_aspect)
+        return _solid_angle(self, shape)
 
     def directions(
         self,
@@ -474,6 +489,7 @@ class Projection(_core.Projection):
         axes: str | None = None,
         rotation: Any | None = None,
         dtype: DTypeLike = np.float64,
+        any_aspect: bool = False,
     ) -> NDArray[np.floating[Any]]:
         """Return the direction of every texel.
 
@@ -485,6 +501,8 @@ class Projection(_core.Projection):
             As for `solid_angle`.
         dtype : float32 or float64
             Of the result.
+        any_aspect : bool
+            As for `solid_angle`.
 
         Returns
         -------
@@ -507,9 +525,12 @@ class Projection(_core.Projection):
         >>> p.directions(4).shape
         (4, 8, 3)
         """
-        return _Core.directions(
+        from .map.images import target_shape
+
+        shape = target_shape(self, size, any_aspect)
+        return _directions(
             self if axes is None and rotation is None else self._seen(axes, rotation),
-            size,
+            shape,
             dtype=dtype,
         )
 
@@ -522,6 +543,7 @@ class Projection(_core.Projection):
         centers: Literal["half", "integer"] = "half",
         axes: str | None = None,
         rotation: Any | None = None,
+        any_aspect: bool = False,
     ) -> NDArray[np.floating[Any]]:
         """Return the directions that are seen at places of an image, in pixels.
 
@@ -538,6 +560,8 @@ class Projection(_core.Projection):
             Where the center of the first pixel is. "half": at (0.5, 0.5), and (0, 0) is the image's
             upper left corner, as everywhere in this library. "integer": at (0, 0), as OpenCV
             counts, and as the indices of an array do: the texel ``image[y, x]`` is at (x, y).
+        any_aspect : bool
+            As for `solid_angle`.
 
         Returns
         -------
@@ -566,7 +590,7 @@ class Projection(_core.Projection):
         from .map import pixels_to_directions
 
         return pixels_to_directions(
-            pixels, self, size, centers=centers, axes=axes, rotation=rotation
+            pixels, self, size, centers=centers, axes=axes, rotation=rotation, any_aspect=any_aspect
         )
 
     def directions_to_pixels(
@@ -578,6 +602,7 @@ class Projection(_core.Projection):
         centers: Literal["half", "integer"] = "half",
         axes: str | None = None,
         rotation: Any | None = None,
+        any_aspect: bool = False,
     ) -> NDArray[np.floating[Any]]:
         """Return the places of an image at which directions are seen, in pixels.
 
@@ -592,6 +617,8 @@ class Projection(_core.Projection):
         centers : {"half", "integer"}
             As for `pixels_to_directions`: the center of the first pixel is (0.5, 0.5), or (0, 0),
             as OpenCV counts and as ``cv2.remap`` wants it.
+        any_aspect : bool
+            As for `solid_angle`.
 
         Returns
         -------
@@ -621,16 +648,94 @@ class Projection(_core.Projection):
         from .map import directions_to_pixels
 
         return directions_to_pixels(
-            directions, self, size, centers=centers, axes=axes, rotation=rotation
+            directions,
+            self,
+            size,
+            centers=centers,
+            axes=axes,
+            rotation=rotation,
+            any_aspect=any_aspect,
         )
 
+    def code(
+        self,
+        language: Language | str,
+        *,
+        verbs: Sequence[CodeVerb | str] = ("encode", "decode"),
+        name: str | None = None,
+        precision: Precision = "exact",
+        dtype: str = "float32",
+        rotation: Any | None = None,
+    ) -> str:
+        """Return verbs of a map as source text of another language, complete in itself.
+
+        The text is what the library computes, operation by operation, with axes, rotation, layout,
+        face order and parameters of the map folded in. What a shader does not need is left out:
+        scaling of directions that are far from unit length, and NaN for places outside the valid
+        image, which `valid` answers for.
+
+        Parameters
+        ----------
+        language : str
+            "glsl", "glsl_es", "hlsl", "wgsl", "msl", "osl", "c", "cuda", "opencl", "numpy", "torch"
+            or "jax".
+        verbs : sequence of str
+            The functions: "encode", "decode", "density", "jacobian", "valid". A function takes and
+            gives the language's vectors: a direction has three numbers, image coordinates two, (u,
+            v), or three, (u, v, face). In C they are arrays, and NumPy, torch and JAX take arrays
+            (..., 3) and (..., 2).
+        name : str, optional
+            What names begin with; the projection's name where nothing is said.
+        precision : {"exact", "native"}
+            Whether sines, arctangents and the like are the library's polynomials, which have its
+            bits and bounds, or the language's own, which may be faster and are worse: WGSL allows
+            an arctangent 4096 units in the last place.
+        dtype : {"float32", "float64"}
+            The width of numbers; float64 in languages that have it.
+        rotation : array_like or str, optional
+            As for `convert`: turns the map in the world.
+
+        Returns
+        -------
+        str
+            Source text.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For names that are unknown, and options that the language does not have.
+
+        See Also
+        --------
+        spheremap.code : The same as a function, with notes.
+
+        Examples
+        --------
+        >>> import spheremap as sm
+        >>> p = sm.projection("octahedral")
+        >>> p.code("glsl").count("precise")
+        18
+        """
+        from .map import code
+
+        return code(
+            self,
+            language,
+            verbs=verbs,
+            name=name,
+            precision=precision,
+            dtype=dtype,
+            rotation=rotation,
+        )
+
+    @overload
     def sample(
         self,
-        image: ArrayLike,
+        image: NDArray[Scalar],
         directions: ArrayLike,
         /,
         *,
-        filter: SampleFilter | None = None,
+        filter: SampleFilter | str | None = None,
         axes: str | None = None,
         rotation: Any | None = None,
         fill: float | Sequence[float] = 0.0,
@@ -639,14 +744,55 @@ class Projection(_core.Projection):
         skipna: bool = False,
         lod: ArrayLike | None = None,
         derivatives: tuple[ArrayLike, ArrayLike] | None = None,
+        any_aspect: bool = False,
+        channels_first: bool = False,
+    ) -> NDArray[Scalar]: ...
+    @overload
+    def sample(
+        self,
+        image: ArrayLike,
+        directions: ArrayLike,
+        /,
+        *,
+        filter: SampleFilter | str | None = None,
+        axes: str | None = None,
+        rotation: Any | None = None,
+        fill: float | Sequence[float] = 0.0,
+        out: NDArray[Any] | None = None,
+        alpha: int | None = None,
+        skipna: bool = False,
+        lod: ArrayLike | None = None,
+        derivatives: tuple[ArrayLike, ArrayLike] | None = None,
+        any_aspect: bool = False,
+        channels_first: bool = False,
+    ) -> NDArray[Any]: ...
+    def sample(
+        self,
+        image: ArrayLike,
+        directions: ArrayLike,
+        /,
+        *,
+        filter: SampleFilter | str | None = None,
+        axes: str | None = None,
+        rotation: Any | None = None,
+        fill: float | Sequence[float] = 0.0,
+        out: NDArray[Any] | None = None,
+        alpha: int | None = None,
+        skipna: bool = False,
+        lod: ArrayLike | None = None,
+        derivatives: tuple[ArrayLike, ArrayLike] | None = None,
+        any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[Any]:
         """Look directions up in an image.
 
         Parameters
         ----------
         image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-            Of dtype uint8, uint16, float16, float32 or float64. For `lod` and `derivatives` it may
-            be a list of levels, as from `mipmaps` or `light.prefilter_chain`; others are made.
+            Of dtype uint8, uint16, float16, float32 or float64; with the filter ``"nearest"``, of
+            any integers or bool. For `lod` and `derivatives` it may be a list of levels, as from
+            `mipmaps` or `light.prefilter_chain`; others are made. With one more axis in front it is
+            a batch, as for `convert`; the same directions are looked up in each.
         directions : array_like, shape (..., 3)
             World directions of any length.
         axes, rotation
@@ -677,10 +823,16 @@ class Projection(_core.Projection):
             the level follows from what the pixel sees. Of the units of `directions`, whose length
             does not matter. Where one is NaN, the result is `fill`; where one is infinite, the last
             level.
+        any_aspect : bool
+            As for `convert`: whether an image of another aspect is taken as it is.
+        channels_first : bool
+            Whether channels lie right before the rows of `image`, and first in the result: (C,
+            ...).
 
         Returns
         -------
         values : ndarray, shape (...) or (..., C), of the image's dtype
+            Of a batch, or with `rotation` of shape (N, 3, 3), (N, ...) or (N, ..., C).
 
         Raises
         ------
@@ -715,8 +867,30 @@ class Projection(_core.Projection):
             skipna=skipna,
             lod=lod,
             derivatives=derivatives,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
         )
 
+    @overload
+    def convert(
+        self,
+        image: NDArray[Scalar],
+        /,
+        dst: ProjectionLike,
+        *,
+        size: Size | None = None,
+        rotation: Any | None = None,
+        filter: ConvertFilter | str = "bilinear",
+        fill: float | Sequence[float] = 0.0,
+        out: NDArray[Any] | None = None,
+        skipna: bool = False,
+        antialias: bool = True,
+        alpha: int | None = None,
+        world: Worlds = "match",
+        any_aspect: bool = False,
+        channels_first: bool = False,
+    ) -> NDArray[Scalar]: ...
+    @overload
     def convert(
         self,
         image: ArrayLike,
@@ -725,20 +899,42 @@ class Projection(_core.Projection):
         *,
         size: Size | None = None,
         rotation: Any | None = None,
-        filter: ConvertFilter = "bilinear",
+        filter: ConvertFilter | str = "bilinear",
         fill: float | Sequence[float] = 0.0,
         out: NDArray[Any] | None = None,
         skipna: bool = False,
         antialias: bool = True,
         alpha: int | None = None,
         world: Worlds = "match",
+        any_aspect: bool = False,
+        channels_first: bool = False,
+    ) -> NDArray[Any]: ...
+    def convert(
+        self,
+        image: ArrayLike,
+        /,
+        dst: ProjectionLike,
+        *,
+        size: Size | None = None,
+        rotation: Any | None = None,
+        filter: ConvertFilter | str = "bilinear",
+        fill: float | Sequence[float] = 0.0,
+        out: NDArray[Any] | None = None,
+        skipna: bool = False,
+        antialias: bool = True,
+        alpha: int | None = None,
+        world: Worlds = "match",
+        any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[Any]:
         """Turn an image from one projection into another.
 
         Parameters
         ----------
         image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-            Of dtype uint8, uint16, float16, float32 or float64.
+            Of dtype uint8, uint16, float16, float32 or float64; with the filters ``"nearest"`` and
+            ``"mode"``, of any integers or bool. With one more axis in front it is a batch:
+            (N, H, W, C) or (N, F, S, S, C), whose channels are spelled out, with C = 1 for gray.
         dst : Projection or str
             The projection of `image`, and that of the result.
         size : int or tuple of int, optional
@@ -746,7 +942,8 @@ class Projection(_core.Projection):
             steradian as the source.
         rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
             Turns the content in the world of `src`: what is at d goes to ``rotation @ d``. For the
-            view of a camera, see `Projection.turned`.
+            view of a camera, see `Projection.turned`. Of shape (N, 3, 3) there is one for each
+            image of a batch, or N results of one image.
         filter : str
             Those of `sample` look texels up, and are averaged where `antialias` says so.
             ``"area"`` is conservative: each texel is the mean of the source over its own solid
@@ -773,15 +970,23 @@ class Projection(_core.Projection):
             What is done where the programs of `src` and `dst` live in different worlds (z up, +x
             ahead, left-handed; `conventions` says which). ``"match"``: what is up stays up, what is
             ahead stays ahead, and nothing is mirrored. ``"literal"``: (x, y, z) stays (x, y, z).
+        any_aspect : bool
+            Whether an image, or a `size` with all its sides, is taken as it is where it is wider or
+            higher for its projection than it should be: it is stretched then. By default each side
+            has to be within a texel of the projection's aspect, and faces have to be squares.
+        channels_first : bool
+            Whether channels lie right before the rows, in `image` and in the result: (C, H, W), or
+            with faces (F, C, N, N). Both are copied.
 
         Returns
         -------
         image : ndarray of the same dtype and channels
+            Of a batch as many, each with the bits that it has alone.
 
         Raises
         ------
         ValueError, TypeError
-            As for `sample`.
+            As for `sample`, and for a size that the projection of the result cannot have.
 
         See Also
         --------
@@ -809,6 +1014,8 @@ class Projection(_core.Projection):
             antialias=antialias,
             alpha=alpha,
             world=world,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
         )
 
     def convert_depth(
@@ -819,13 +1026,16 @@ class Projection(_core.Projection):
         source: Literal["distance", "z"] = "distance",
         target: Literal["distance", "z"] | None = None,
         out: NDArray[Any] | None = None,
+        any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[np.floating[Any]]:
         """Turn distances along the ray into depths along the axis of a face, or back.
 
         Parameters
         ----------
         depth : array_like, shape (H, W) or (F, N, N), or either with one channel (..., 1)
-            Of real numbers. NaN, infinity and 0 (as "nothing") stay what they are.
+            Of real numbers. NaN, infinity and 0 (as "nothing") stay what they are. A batch, as for
+            `convert`, has one channel.
         source : {"distance", "z"}
             What `depth` is: the distance to the eye, or the depth that a z-buffer holds, which is
             the distance times the cosine of the angle to the axis of the face.
@@ -833,6 +1043,8 @@ class Projection(_core.Projection):
             What to return; by default the other one.
         out : ndarray, optional
             Where to put the result; it may be `depth` itself.
+        any_aspect, channels_first : bool
+            As for `convert`.
 
         Returns
         -------
@@ -860,8 +1072,154 @@ class Projection(_core.Projection):
         """
         from .resample import convert_depth
 
-        return convert_depth(depth, self, source=source, target=target, out=out)
+        return convert_depth(
+            depth,
+            self,
+            source=source,
+            target=target,
+            out=out,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
+        )
 
+    def depth_to_points(
+        self,
+        depth: ArrayLike,
+        /,
+        *,
+        kind: Literal["distance", "z"] = "distance",
+        axes: str | None = None,
+        rotation: Any | None = None,
+        any_aspect: bool = False,
+    ) -> NDArray[np.floating[Any]]:
+        """Return the point of space that each texel of a depth image sees, the eye at the origin.
+
+        Parameters
+        ----------
+        depth : array_like, shape (H, W) or (F, N, N)
+            Of real numbers.
+        kind : {"distance", "z"}
+            What `depth` is, as `source` of `convert_depth`.
+        axes, rotation
+            As for `encode`. A camera is turned by `Projection.turned`.
+        any_aspect : bool
+            As for `convert`.
+
+        Returns
+        -------
+        points : ndarray, shape (H, W, 3) or (F, N, N, 3)
+            In the world and the units of `depth`. float32 for float16 and float32, else float64.
+            NaN where the image holds no sphere, where the depth is not finite, and where it is 0 or
+            below, as nothing was measured there.
+
+        Raises
+        ------
+        ValueError
+            For a kind of depth that is unknown, or a shape that the projection cannot have.
+        TypeError
+            For complex numbers and objects.
+
+        See Also
+        --------
+        spheremap.depth_to_points : The same as a function, with notes.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> p = sm.projection("cube")
+        >>> p.depth_to_points(np.ones((6, 2, 2))).shape
+        (6, 2, 2, 3)
+        """
+        from .resample import depth_to_points
+
+        return depth_to_points(
+            depth, self, kind=kind, axes=axes, rotation=rotation, any_aspect=any_aspect
+        )
+
+    def points_to_depth(
+        self,
+        points: ArrayLike,
+        /,
+        size: Size,
+        *,
+        kind: Literal["distance", "z"] = "distance",
+        axes: str | None = None,
+        rotation: Any | None = None,
+        fill: float | Sequence[float] = 0.0,
+        any_aspect: bool = False,
+    ) -> NDArray[np.floating[Any]]:
+        """Return a depth image of points of space: in each texel the one nearest to the eye.
+
+        Parameters
+        ----------
+        points : array_like, shape (..., 3)
+            In the world. Those that are the origin or not finite are not seen.
+        size : int or tuple of int
+            Of the result, as for `solid_angle`.
+        kind : {"distance", "z"}
+            What is returned, as `target` of `convert_depth`: z is that of the ray through the
+            middle of the texel.
+        axes, rotation
+            As for `encode`.
+        fill : float or sequence of float
+            What texels have in which no point lies: one number.
+        any_aspect : bool
+            As for `convert`, of a size with all its sides.
+
+        Returns
+        -------
+        depth : ndarray, shape (H, W) or (F, N, N)
+            float32 for float16 and float32, else float64.
+
+        Raises
+        ------
+        ValueError
+            For a kind of depth that is unknown, a wrong shape, or a size that the projection cannot
+            have.
+        TypeError
+            For complex numbers and objects.
+
+        See Also
+        --------
+        spheremap.points_to_depth : The same as a function, with notes.
+
+        Examples
+        --------
+        >>> import spheremap as sm
+        >>> p = sm.projection("latlong")
+        >>> p.points_to_depth([[0, 0, -3]], (1, 2)).tolist()
+        [[0.0, 3.0]]
+        """
+        from .resample import points_to_depth
+
+        return points_to_depth(
+            points,
+            self,
+            size,
+            kind=kind,
+            axes=axes,
+            rotation=rotation,
+            fill=fill,
+            any_aspect=any_aspect,
+        )
+
+    @overload
+    def embed(
+        self,
+        view: NDArray[Scalar],
+        /,
+        image: ArrayLike,
+        dst: ProjectionLike,
+        *,
+        rotation: Any | None = None,
+        mask: ArrayLike | None = None,
+        feather: float = 0.0,
+        out: NDArray[Any] | None = None,
+        any_aspect: bool = False,
+        channels_first: bool = False,
+        **options: Any,
+    ) -> NDArray[Scalar]: ...
+    @overload
     def embed(
         self,
         view: ArrayLike,
@@ -873,6 +1231,23 @@ class Projection(_core.Projection):
         mask: ArrayLike | None = None,
         feather: float = 0.0,
         out: NDArray[Any] | None = None,
+        any_aspect: bool = False,
+        channels_first: bool = False,
+        **options: Any,
+    ) -> NDArray[Any]: ...
+    def embed(
+        self,
+        view: ArrayLike,
+        /,
+        image: ArrayLike,
+        dst: ProjectionLike,
+        *,
+        rotation: Any | None = None,
+        mask: ArrayLike | None = None,
+        feather: float = 0.0,
+        out: NDArray[Any] | None = None,
+        any_aspect: bool = False,
+        channels_first: bool = False,
         **options: Any,
     ) -> NDArray[Any]:
         """Put a view, such as an edited crop, back into a panorama.
@@ -896,6 +1271,8 @@ class Projection(_core.Projection):
             hard.
         out : ndarray, optional
             Where to put the result; it may be `image` itself.
+        any_aspect, channels_first : bool
+            As for `convert`, for both images.
         **options
             ``filter``, ``world`` and what else `convert` takes to look the view up.
 
@@ -934,16 +1311,30 @@ class Projection(_core.Projection):
             mask=mask,
             feather=feather,
             out=out,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
             **options,
         )
 
-    def mipmaps(self, image: ArrayLike, /) -> list[NDArray[Any]]:
+    @overload
+    def mipmaps(
+        self, image: NDArray[Scalar], /, *, any_aspect: bool = False, channels_first: bool = False
+    ) -> list[NDArray[Scalar]]: ...
+    @overload
+    def mipmaps(
+        self, image: ArrayLike, /, *, any_aspect: bool = False, channels_first: bool = False
+    ) -> list[NDArray[Any]]: ...
+    def mipmaps(
+        self, image: ArrayLike, /, *, any_aspect: bool = False, channels_first: bool = False
+    ) -> list[NDArray[Any]]:
         """Return an image and its smaller versions, each half as wide and high.
 
         Parameters
         ----------
         image : array_like
-            As for `sample`.
+            As for `sample`; a batch makes batches.
+        any_aspect, channels_first : bool
+            As for `convert`.
 
         Returns
         -------
@@ -969,23 +1360,56 @@ class Projection(_core.Projection):
         """
         from .resample import mipmaps
 
-        return mipmaps(image, self)
+        return mipmaps(image, self, any_aspect=any_aspect, channels_first=channels_first)
 
+    @overload
     def pad(
-        self, image: ArrayLike, /, n: int, *, filter: Filter | str = "bilinear"
+        self,
+        image: NDArray[Scalar],
+        /,
+        n: int,
+        *,
+        filter: Filter | str = "bilinear",
+        any_aspect: bool = False,
+        channels_first: bool = False,
+    ) -> NDArray[Scalar]: ...
+    @overload
+    def pad(
+        self,
+        image: ArrayLike,
+        /,
+        n: int,
+        *,
+        filter: Filter | str = "bilinear",
+        any_aspect: bool = False,
+        channels_first: bool = False,
+    ) -> NDArray[Any]: ...
+    def pad(
+        self,
+        image: ArrayLike,
+        /,
+        n: int,
+        *,
+        filter: Filter | str = "bilinear",
+        any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[Any]:
         """Put a border of `n` texels around each face that continues the image over its seams.
 
         Parameters
         ----------
         image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-            Of dtype uint8, uint16, float16, float32 or float64. Faces that lie in one image (a
-            strip, a cross) are taken apart first.
+            Of dtype uint8, uint16, float16, float32 or float64; with the filter ``"nearest"``, of
+            any integers or bool. Faces that lie in one image (a strip, a
+            cross) are taken apart first. With one more axis in front it is a batch, as for
+            `convert`.
         n : int
             How wide the border is, in texels, at least 0. It may be wider than the image.
         filter : str
             How texels between others are looked up, as for `sample`, where the border is no
             permutation of the image.
+        any_aspect, channels_first : bool
+            As for `convert`.
 
         Returns
         -------
@@ -1012,7 +1436,9 @@ class Projection(_core.Projection):
         """
         from .resample import pad
 
-        return pad(image, self, n, filter=filter)
+        return pad(
+            image, self, n, filter=filter, any_aspect=any_aspect, channels_first=channels_first
+        )
 
     def plan(
         self,
@@ -1036,8 +1462,8 @@ class Projection(_core.Projection):
         rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
             Turns the content in the world of `src`: the plan's `src` is turned by it.
         **options
-            What else `convert` takes: ``filter``, ``fill``, ``world``, ... They are checked here,
-            once.
+            What else `convert` takes: ``filter``, ``fill``, ``world``, ``any_aspect``,
+            ``channels_first``, ... They are checked here, once.
 
         Returns
         -------
@@ -1075,19 +1501,22 @@ class Projection(_core.Projection):
         axes: str | None = None,
         rotation: Any | None = None,
         skipna: bool = False,
+        negative: Negative = "keep",
+        any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[np.float64]:
         """Return where the light comes from on average: ∫ L ω dω / ∫ L dω.
 
         Parameters
         ----------
-        image, skipna
+        image, skipna, negative, any_aspect, channels_first
             As for `integrate`.
         axes, rotation
-            As for `encode`.
+            As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`.
 
         Returns
         -------
-        direction : ndarray of float64, shape (3,) or (C, 3)
+        direction : ndarray of float64, shape (3,) or (C, 3), or (N, C, 3) of a batch
             Of a length between 0, for light that is the same from all sides, and 1, for a point.
             NaN where the integral is 0.
 
@@ -1109,7 +1538,16 @@ class Projection(_core.Projection):
         """
         from .light import average_direction
 
-        return average_direction(image, self, axes=axes, rotation=rotation, skipna=skipna)
+        return average_direction(
+            image,
+            self,
+            axes=axes,
+            rotation=rotation,
+            skipna=skipna,
+            negative=negative,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
+        )
 
     def convolve(
         self,
@@ -1125,12 +1563,15 @@ class Projection(_core.Projection):
         rotation: Any | None = None,
         skipna: bool = False,
         world: Worlds = "match",
+        negative: Negative = "keep",
+        any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[np.floating[Any]]:
         """Return the mean radiance under a lobe about every direction, by exact summation.
 
         Parameters
         ----------
-        image, dst, size, rotation, skipna, world
+        image, dst, size, rotation, skipna, world, negative, any_aspect, channels_first
             As for `irradiance`.
         lobe : {"cone", "phong", "vmf"}
             ``"cone"``: all directions within `half_angle`, equally. ``"phong"``: max(0,
@@ -1178,21 +1619,38 @@ class Projection(_core.Projection):
             rotation=rotation,
             skipna=skipna,
             world=world,
+            negative=negative,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
         )
 
-    def integrate(self, image: ArrayLike, /, *, skipna: bool = False) -> NDArray[np.float64]:
+    def integrate(
+        self,
+        image: ArrayLike,
+        /,
+        *,
+        skipna: bool = False,
+        negative: Negative = "keep",
+        any_aspect: bool = False,
+        channels_first: bool = False,
+    ) -> NDArray[np.float64]:
         """Integrate an image over the sphere: ∫ L dω.
 
         Parameters
         ----------
         image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-            Radiance, or anything else per direction. Negative values count as they are.
+            Radiance, or anything else per direction. With one more axis in front it is a batch, as
+            for `convert`.
         skipna : bool
             Count NaN and infinite values as 0 instead of raising.
+        negative : {"keep", "clip", "raise"}
+            What numbers below 0 count as: what they are, 0, or an error.
+        any_aspect, channels_first : bool
+            As for `convert`.
 
         Returns
         -------
-        integral : ndarray of float64, shape () or (C,)
+        integral : ndarray of float64, shape () or (C,), or (N, C) of a batch
             Sums run in float64 over exact solid angles (`weights`), in an order that depends on the
             shape alone. What a partial coverage does not hold counts as 0.
 
@@ -1216,7 +1674,14 @@ class Projection(_core.Projection):
         """
         from .light import integrate
 
-        return integrate(image, self, skipna=skipna)
+        return integrate(
+            image,
+            self,
+            skipna=skipna,
+            negative=negative,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
+        )
 
     def irradiance(
         self,
@@ -1230,13 +1695,16 @@ class Projection(_core.Projection):
         order: int = 8,
         skipna: bool = False,
         world: Worlds = "match",
+        negative: Negative = "keep",
+        any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[np.floating[Any]]:
         """Return the irradiance of a surface for every normal: E(n) = ∫ L max(0, n·ω) dω.
 
         Parameters
         ----------
         image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-            Radiance.
+            Radiance. With one more axis in front it is a batch, as for `convert`.
         dst : Projection or str
             The maps of the image and of the result.
         size : int or tuple of int
@@ -1253,10 +1721,14 @@ class Projection(_core.Projection):
             Count NaN and infinite values as 0 instead of raising.
         world : {"match", "literal"}
             Whether what is up in the world of `src` is so in that of `dst`, as for `convert`.
+        negative : {"keep", "clip", "raise"}
+            What numbers below 0 count as: what they are, 0, or an error.
+        any_aspect, channels_first : bool
+            As for `convert`.
 
         Returns
         -------
-        irradiance : ndarray, shape of `dst` (+ channels)
+        irradiance : ndarray, shape of `dst` (+ channels), and a batch of a batch
             float32 for float16 and float32 images, else float64; summed in float64. Divided by π it
             is what a white Lambertian surface sends back. 0 outside the valid image of `dst`.
 
@@ -1288,6 +1760,9 @@ class Projection(_core.Projection):
             order=order,
             skipna=skipna,
             world=world,
+            negative=negative,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
         )
 
     def irradiance_at(
@@ -1299,21 +1774,24 @@ class Projection(_core.Projection):
         axes: str | None = None,
         rotation: Any | None = None,
         skipna: bool = False,
+        negative: Negative = "keep",
+        any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[np.floating[Any]]:
         """Return the irradiance of surfaces with these normals, as exactly as `irradiance`.
 
         Parameters
         ----------
-        image, skipna
+        image, skipna, negative, any_aspect, channels_first
             As for `irradiance`.
         normals : array_like, shape (..., 3)
             World directions of any length.
         axes, rotation
-            As for `encode`.
+            As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`.
 
         Returns
         -------
-        irradiance : ndarray, shape (...) or (..., C)
+        irradiance : ndarray, shape (...) or (..., C), or (N, ..., C) of a batch
             NaN for a normal that is zero or not finite.
 
         Raises
@@ -1334,7 +1812,17 @@ class Projection(_core.Projection):
         """
         from .light import irradiance_at
 
-        return irradiance_at(image, normals, self, axes=axes, rotation=rotation, skipna=skipna)
+        return irradiance_at(
+            image,
+            normals,
+            self,
+            axes=axes,
+            rotation=rotation,
+            skipna=skipna,
+            negative=negative,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
+        )
 
     def lights(
         self,
@@ -1347,6 +1835,8 @@ class Projection(_core.Projection):
         rotation: Any | None = None,
         luminance: ArrayLike | None = None,
         skipna: bool = False,
+        negative: Negative = "keep",
+        any_aspect: bool = False,
     ) -> Lights:
         """Approximate an image by directional lights.
 
@@ -1364,6 +1854,10 @@ class Projection(_core.Projection):
             parts is smallest; it does not cut through lamps.
         luminance, skipna
             As for `Distribution`.
+        negative : {"keep", "clip", "raise"}
+            What numbers below 0 count as: what they are, 0, or an error.
+        any_aspect : bool
+            As for `convert`.
 
         Returns
         -------
@@ -1400,21 +1894,32 @@ class Projection(_core.Projection):
             rotation=rotation,
             luminance=luminance,
             skipna=skipna,
+            negative=negative,
+            any_aspect=any_aspect,
         )
 
-    def mean(self, image: ArrayLike, /, *, skipna: bool = False) -> NDArray[np.float64]:
+    def mean(
+        self,
+        image: ArrayLike,
+        /,
+        *,
+        skipna: bool = False,
+        negative: Negative = "keep",
+        any_aspect: bool = False,
+        channels_first: bool = False,
+    ) -> NDArray[np.float64]:
         """Average an image over the part of the sphere that it covers.
 
         Parameters
         ----------
-        image
+        image, negative, any_aspect, channels_first
             As for `integrate`.
         skipna : bool
             Average over the finite values alone, channel by channel.
 
         Returns
         -------
-        mean : ndarray of float64, shape () or (C,)
+        mean : ndarray of float64, shape () or (C,), or (N, C) of a batch
 
         Raises
         ------
@@ -1434,7 +1939,14 @@ class Projection(_core.Projection):
         """
         from .light import mean
 
-        return mean(image, self, skipna=skipna)
+        return mean(
+            image,
+            self,
+            skipna=skipna,
+            negative=negative,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
+        )
 
     def prefilter(
         self,
@@ -1450,12 +1962,15 @@ class Projection(_core.Projection):
         samples: int = 1024,
         skipna: bool = False,
         world: Worlds = "match",
+        negative: Negative = "keep",
+        any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[np.floating[Any]]:
         """Return an environment as a rough mirror shows it, for every direction of reflection.
 
         Parameters
         ----------
-        image, dst, size, rotation, skipna, world
+        image, dst, size, rotation, skipna, world, negative, any_aspect, channels_first
             As for `irradiance`.
         roughness : float
             Perceptual, in [0, 1]: α = roughness². 0 is a mirror.
@@ -1504,6 +2019,9 @@ class Projection(_core.Projection):
             samples=samples,
             skipna=skipna,
             world=world,
+            negative=negative,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
         )
 
     def sh_project(
@@ -1516,12 +2034,14 @@ class Projection(_core.Projection):
         axes: str | None = None,
         rotation: Any | None = None,
         skipna: bool = False,
+        any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[np.float64]:
         """Return the spherical harmonic coefficients of an image.
 
         Parameters
         ----------
-        image, skipna
+        image, skipna, any_aspect, channels_first
             As for `light.integrate`.
         order : int
             The highest degree l, from 0 to 64: order 2 has 9 coefficients.
@@ -1529,11 +2049,12 @@ class Projection(_core.Projection):
             What a texel is: the mean over its solid angle, as in photos, renderings and what
             ``convert(filter="area")`` writes, or the value at its center, as `evaluate` gives.
         axes, rotation
-            As for `encode`.
+            As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`.
 
         Returns
         -------
         coefficients : ndarray of float64, shape ((order + 1)²,) or ((order + 1)², C)
+            Of a batch, (N, (order + 1)², C).
             c[l² + l + m] = ∫ L Y_lm dω, with Y real, orthonormal, without the Condon-Shortley phase
             and with +z of the world as its axis: Y_1,-1, Y_1,0 and Y_1,1 are √(3/4π) times y, z and
             x. `sh.convert` makes other conventions of it.
@@ -1560,7 +2081,15 @@ class Projection(_core.Projection):
         from .sh import project
 
         return project(
-            image, self, order=order, texels=texels, axes=axes, rotation=rotation, skipna=skipna
+            image,
+            self,
+            order=order,
+            texels=texels,
+            axes=axes,
+            rotation=rotation,
+            skipna=skipna,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
         )
 
     def sun(
@@ -1572,12 +2101,14 @@ class Projection(_core.Projection):
         rotation: Any | None = None,
         luminance: ArrayLike | None = None,
         skipna: bool = False,
+        negative: Negative = "keep",
+        any_aspect: bool = False,
     ) -> Sun | None:
         """Find the sun of an image: its brightest source, if that is small and far above the rest.
 
         Parameters
         ----------
-        image, axes, rotation, luminance, skipna
+        image, axes, rotation, luminance, skipna, negative, any_aspect
             As for `lights`.
 
         Returns
@@ -1604,9 +2135,20 @@ class Projection(_core.Projection):
         """
         from .light import sun
 
-        return sun(image, self, axes=axes, rotation=rotation, luminance=luminance, skipna=skipna)
+        return sun(
+            image,
+            self,
+            axes=axes,
+            rotation=rotation,
+            luminance=luminance,
+            skipna=skipna,
+            negative=negative,
+            any_aspect=any_aspect,
+        )
 
-    def weights(self, size: Size, *, normalized: bool = False) -> NDArray[np.float64]:
+    def weights(
+        self, size: Size, *, normalized: bool = False, any_aspect: bool = False
+    ) -> NDArray[np.float64]:
         """Return the weight of each texel in an integral over the sphere: dω = sin θ dθ dφ.
 
         ``(weights * image).sum()`` is the integral of the image, and ``(weights * error**2).sum()``
@@ -1618,6 +2160,8 @@ class Projection(_core.Projection):
             As for `solid_angle`.
         normalized : bool
             Divide by the covered solid angle, so that the weights sum to 1 and sums are means.
+        any_aspect : bool
+            As for `convert`, of a size with all its sides.
 
         Returns
         -------
@@ -1644,12 +2188,13 @@ class Projection(_core.Projection):
         """
         from .light import weights
 
-        return weights(self, size, normalized=normalized)
+        return weights(self, size, normalized=normalized, any_aspect=any_aspect)
 
 
 @lru_cache(maxsize=256)
 def _changed(p: Any, axes: str, grid: str, layout: str | None, world: str) -> Any:
-    return type(p)(
+    return _Core.__new__(
+        type(p),
         p.name,
         convention=p.convention,
         axes=axes,

@@ -39,7 +39,9 @@ def as_whole(value: object, name: str) -> int:
 
 def as_flag(value: object, name: str) -> bool:
     """Return a bool."""
-    if not isinstance(value, bool | np.bool_):
+    if isinstance(value, bool):
+        return value
+    if not isinstance(value, np.bool_):
         raise TypeError(f"Expected `{name}` to be a bool, got {_kind(value)}.")
     return bool(value)
 

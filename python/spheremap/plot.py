@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ._scalars import as_number
 from .io.tonemap import tonemap
 from .map.named import resolve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
     from numpy.typing import ArrayLike, NDArray
 
     from ._projection import Projection
@@ -28,6 +30,9 @@ def __dir__() -> list[str]:
 
 _AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 _OUTSIDE = (0.85, 0.85, 0.85)
+_MISSING = (0.55, 0.55, 0.55)
+# Of these one channel is a gray picture.
+_GRAYS = (np.uint8, np.uint16)
 
 
 def show(
@@ -39,14 +44,21 @@ def show(
     labels: bool = True,
     mask: bool = True,
     exposure: float | None = 0.0,
+    cmap: str | Colormap | None = None,
+    vmin: float | None = None,
+    vmax: float | None = None,
+    colorbar: bool = True,
+    graticule: float | None = None,
 ) -> Axes:
     """Show an image with the directions ±x, ±y, ±z where they land.
 
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-        Floats are linear light and are tone-mapped (`spheremap.io.tonemap`); uint8 and uint16
-        are shown as they are. Faces stand in a row.
+        Colors: floats of several channels are linear light and are tone-mapped
+        (`spheremap.io.tonemap`); uint8 and uint16 are shown as they are. One channel of any other
+        dtype is a quantity, and so is one of these with `cmap`, `vmin` or `vmax`: it is shown by a
+        color map, never tone-mapped. Faces stand in a row.
     projection : Projection or str
         How the image maps the sphere.
     ax : matplotlib.axes.Axes, optional
@@ -57,6 +69,18 @@ def show(
         Whether to gray out what holds no sphere.
     exposure : float or None
         As for `spheremap.io.tonemap`.
+    cmap : str or matplotlib.colors.Colormap, optional
+        Of a quantity. By default ``"RdBu_r"`` where its limits lie on both sides of 0, which is
+        white, else ``"viridis"``. What is masked or not finite is gray.
+    vmin, vmax : float, optional
+        The quantity's limits: by default its smallest and largest value, and where those have
+        different signs and `cmap` is not given, the larger of both either way.
+    colorbar : bool
+        Whether a quantity has one.
+    graticule : float, optional
+        Degrees between parallels, and between meridians, with their labels. Longitude 0 lies ahead
+        in the projection's world; it grows to the right, or to the left in a right-handed world
+        with +z up, as it does on the sky.
 
     Returns
     -------
@@ -65,30 +89,45 @@ def show(
     Raises
     ------
     ValueError
-        For an image that the projection cannot have.
+        For an image that the projection cannot have, limits that are none, and a `graticule` that
+        is not above 0 and at most 90.
+    TypeError
+        For an image of another dtype.
     ImportError
         If matplotlib is missing.
     """
     ax = _axes(ax)
     p = resolve(projection)
-    pixels = np.asarray(image)
+    pixels = np.asanyarray(image)
     spatial = 2 if p.faces == 1 else 3
     if pixels.ndim not in (spatial, spatial + 1):
         raise ValueError(
             f"Expected `image` to have {spatial} or {spatial + 1} dimensions for "
             f"{p.name!r}, got shape {pixels.shape}."
         )
+    if graticule is not None:
+        graticule = as_number(graticule, "graticule")
+        if not 0 < graticule <= 90:
+            raise ValueError(f"`graticule` must be in (0, 90], got {graticule:g}.")
     shape = p.shape(pixels.shape[:spatial])
     outside = ~np.isfinite(p.directions(shape, dtype=np.float32)[..., 0]) if mask else None
     if p.faces > 1:
-        pixels = np.concatenate(list(pixels), axis=1)
+        pixels = np.ma.concatenate(list(pixels), axis=1)  # type: ignore[no-untyped-call]
         outside = None if outside is None else np.concatenate(list(outside), axis=1)
+    height, width = pixels.shape[:2]
 
-    picture = _rgb(pixels, exposure)
-    if outside is not None:
-        picture[outside] = np.rint(np.array(_OUTSIDE) * 255)
-    height, width = picture.shape[:2]
-    ax.imshow(picture, extent=(0, width, height, 0), interpolation="antialiased")
+    single = pixels.ndim == 2 or pixels.shape[2] == 1
+    asked = any(option is not None for option in (cmap, vmin, vmax))
+    if single and (asked or pixels.dtype not in _GRAYS):
+        values = pixels if pixels.ndim == 2 else pixels[..., 0]
+        _quantity(ax, values, outside, cmap, (vmin, vmax), colorbar)
+    else:
+        picture = _rgb(np.asarray(pixels), exposure)
+        if outside is not None:
+            picture[outside] = np.rint(np.array(_OUTSIDE) * 255)
+        ax.imshow(picture, extent=(0, width, height, 0), interpolation="antialiased")
+    if graticule is not None:
+        _graticule(ax, p, graticule, width, height)
     if labels:
         _label(ax, p, width, height)
     _bare(ax, p, width / p.faces, height)
@@ -240,6 +279,116 @@ def _rgb(image: NDArray[Any], exposure: float | None) -> NDArray[np.uint8]:
     if picture.shape[-1] < 3:
         picture = np.repeat(picture[..., :1], 3, axis=-1)
     return picture[..., :3].copy()
+
+
+def _quantity(
+    ax: Axes,
+    values: NDArray[Any],
+    outside: NDArray[np.bool_] | None,
+    cmap: str | Colormap | None,
+    limits: tuple[float | None, float | None],
+    colorbar: bool,
+) -> None:
+    """Draw numbers by a color map."""
+    import matplotlib as mpl
+    from matplotlib.colors import Normalize
+
+    if values.dtype.kind not in "fiub":
+        raise TypeError(f"Expected `image` to be real numbers, got dtype {values.dtype}.")
+    known = np.ma.masked_invalid(np.ma.asarray(values, np.float64))
+    if outside is not None:
+        known = np.ma.masked_where(outside, known)
+    drawn = known.compressed()
+    low, high = (
+        float(end) if given is None else as_number(given, name)
+        for given, name, end in (
+            (limits[0], "vmin", drawn.min() if drawn.size else 0.0),
+            (limits[1], "vmax", drawn.max() if drawn.size else 1.0),
+        )
+    )
+    if limits == (None, None):
+        if low < 0 < high and cmap is None:
+            low, high = -max(-low, high), max(-low, high)
+        elif low == high:
+            # One value still needs a scale with two ends.
+            low, high = low - 0.5, high + 0.5
+    if not (np.isfinite([low, high]).all() and low < high):
+        raise ValueError(f"`vmin` must be less than `vmax`, got {low:g} and {high:g}.")
+    if cmap is None:
+        cmap = "RdBu_r" if low < 0 < high else "viridis"
+    try:
+        colors = mpl.colormaps[cmap] if isinstance(cmap, str) else cmap
+    except KeyError:
+        raise ValueError(f"matplotlib has no color map {cmap!r:.40}.") from None
+    height, width = values.shape
+    picture = ax.imshow(
+        known,
+        norm=Normalize(low, high),
+        cmap=colors.with_extremes(bad=_MISSING),
+        extent=(0, width, height, 0),
+        interpolation="nearest",
+    )
+    if outside is not None and outside.any():
+        cover = np.zeros((height, width, 4))
+        cover[outside] = (*_OUTSIDE, 1.0)
+        ax.imshow(cover, extent=(0, width, height, 0), interpolation="nearest")
+    if colorbar:
+        ax.get_figure(root=True).colorbar(picture, ax=ax, shrink=0.8)  # type: ignore[union-attr]
+
+
+def _graticule(ax: Axes, p: Projection, step: float, width: float, height: float) -> None:
+    """Draw parallels and meridians, and say which they are."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patheffects import withStroke
+
+    right, up, ahead = (_axis(name) for name in p.world.split())
+    # As on the sky: right-handed, its longitude grows to the left.
+    sky = up[2] == 1 and np.linalg.det([right, up, -ahead]) > 0
+    east = -right if sky else right
+
+    def places(longitude: ArrayLike, latitude: ArrayLike) -> NDArray[np.float64]:
+        a, b = np.broadcast_arrays(np.radians(longitude), np.radians(latitude))
+        a, b = a[..., None], b[..., None]
+        d = np.cos(b) * (np.cos(a) * ahead + np.sin(a) * east) + np.sin(b) * up
+        uv = p.encode(d)
+        face = uv[..., 2] if p.faces > 1 else np.zeros(uv.shape[:-1])
+        return np.stack([(face + uv[..., 0]) / p.faces * width, uv[..., 1] * height, face], -1)
+
+    parallels = np.arange(-(np.ceil(90 / step) - 1) * step, 90, step)
+    meridians = np.arange(0, 360 - step / 2, step)
+    lines = [places(np.linspace(0, 360, 1441), latitude) for latitude in parallels]
+    lines += [places(longitude, np.linspace(-90, 90, 721)) for longitude in meridians]
+    pieces = []
+    for line in lines:
+        jump = np.abs(np.diff(line[:, :2], axis=0)) > 0.05 * np.array([width / p.faces, height])
+        broken = jump.any(-1) | (np.diff(line[:, 2]) != 0) | ~np.isfinite(line[1:, 0])
+        parts = np.split(line[:, :2], np.flatnonzero(broken) + 1)
+        pieces += [part for part in parts if len(part) > 1 and np.isfinite(part).all()]
+    ax.add_collection(LineCollection(pieces, colors="black", linewidths=0.5, alpha=0.6, zorder=1.5))
+    whole = 360 if sky else 180
+    marks = [(0.0, latitude, f"{latitude:g}°") for latitude in parallels if latitude]
+    marks += [(x, 0.0, f"{x if x <= whole else x - 360:g}°") for x in meridians]
+    for longitude, latitude, text in marks:
+        x, y, _ = places(longitude, latitude)
+        if np.isfinite([x, y]).all():
+            # Beside the right edge it would hang outside.
+            left = x > 0.97 * width
+            ax.annotate(
+                text,
+                (float(x), float(y)),
+                (-3 if left else 3, 3),
+                textcoords="offset points",
+                fontsize=7,
+                horizontalalignment="right" if left else "left",
+                path_effects=[withStroke(linewidth=2, foreground="white")],
+            )
+
+
+def _axis(name: str) -> NDArray[np.float64]:
+    """Return the unit vector that is called "+x" and so on."""
+    vector = np.zeros(3)
+    vector["xyz".index(name[1])] = 1 if name[0] == "+" else -1
+    return vector
 
 
 def _label(ax: Axes, p: Projection, width: float, height: float) -> None:

@@ -11,6 +11,7 @@ from . import _core
 from ._arrays import as_doubles, as_unit_vectors, checked_image, has_channels
 from ._scalars import as_number, as_text
 from ._show import Rows
+from .map.images import images
 from .map.named import resolve
 
 if TYPE_CHECKING:
@@ -44,12 +45,14 @@ def project(
     axes: str | None = None,
     rotation: Any | None = None,
     skipna: bool = False,
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.float64]:
     """Return the spherical harmonic coefficients of an image.
 
     Parameters
     ----------
-    image, projection, skipna
+    image, projection, skipna, any_aspect, channels_first
         As for `light.integrate`.
     order : int
         The highest degree l, from 0 to 64: order 2 has 9 coefficients.
@@ -57,11 +60,12 @@ def project(
         What a texel is: the mean over its solid angle, as in photos, renderings and what
         ``convert(filter="area")`` writes, or the value at its center, as `evaluate` gives.
     axes, rotation
-        As for `encode`.
+        As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`.
 
     Returns
     -------
     coefficients : ndarray of float64, shape ((order + 1)²,) or ((order + 1)², C)
+        Of a batch, (N, (order + 1)², C).
         c[l² + l + m] = ∫ L Y_lm dω, with Y real, orthonormal, without the Condon-Shortley phase
         and with +z of the world as its axis: Y_1,-1, Y_1,0 and Y_1,1 are √(3/4π) times y, z and x.
         `sh.convert` makes other conventions of it.
@@ -92,7 +96,25 @@ def project(
     >>> (np.round(sm.sh.project(up, "cube", order=1), 6) + 0.0).tolist()
     [0.0, 2.046653, 0.0, 0.0]
     """
-    resolved = resolve(projection, axes, rotation)
+    resolved = resolve(projection, axes)
+    several = images(
+        image, resolved, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
+    )
+    if several is not None:
+
+        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.float64]:
+            return project(
+                image,
+                resolved,
+                order=order,
+                texels=texels,
+                rotation=rotation,
+                skipna=skipna,
+                any_aspect=True,
+            )
+
+        return several.each(one, rotation, result="numbers")  # type: ignore[no-any-return]
+    resolved = resolve(resolved, rotation=rotation)
     pixels = checked_image(image, skipna=skipna)
     if as_text(texels, "texels") not in ("means", "points"):
         raise ValueError(f"Expected `texels` to be 'means' or 'points', got {texels!r}.")

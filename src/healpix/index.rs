@@ -76,7 +76,7 @@ fn long_double(x: i64) -> f64 {
 
 /// The bits of a 32-bit number, with a zero above each.
 #[inline(always)]
-fn spread(x: i64) -> i64 {
+pub fn spread(x: i64) -> i64 {
     let x = (x | (x << 16)) & 0x0000_ffff_0000_ffff;
     let x = (x | (x << 8)) & 0x00ff_00ff_00ff_00ff;
     let x = (x | (x << 4)) & 0x0f0f_0f0f_0f0f_0f0f;
@@ -159,20 +159,30 @@ impl Grid {
     /// The ring number of a place.
     #[inline(always)]
     pub fn ring(self, place: OnRing) -> i64 {
-        let OnRing {
-            ring,
-            quadrant,
-            halves,
-        } = place;
+        let (first, number) = self.along_ring(place);
+        first + number + choose(number < 0, 4 * place.quadrant, 0)
+    }
+
+    /// The first ring number of a place's ring, and how many pixels east of that it is: negative from the other end.
+    #[inline(always)]
+    pub fn along_ring(self, place: OnRing) -> (i64, i64) {
+        // A ring's first center is half a pixel east of longitude 0, or on it: then `halves` is even.
+        (self.first(place.ring, place.quadrant), place.halves >> 1)
+    }
+
+    /// The first number of a ring.
+    pub fn first_of_ring(self, ring: i64) -> i64 {
+        self.first(ring, self.quadrant(ring))
+    }
+
+    #[inline(always)]
+    fn first(self, ring: i64, quadrant: i64) -> i64 {
         let n = self.nside;
         let northern = 2 * product(quadrant, quadrant - 1);
         let southern = self.pixels - 2 * product(quadrant, quadrant + 1);
         let between = self.cap + 4 * product(ring - n, n);
         let first = choose(ring < n, northern, between);
-        let first = choose(ring > 3 * n, southern, first);
-        // A ring's first center is half a pixel east of longitude 0, or on it: then `halves` is even.
-        let number = halves >> 1;
-        first + number + choose(number < 0, 4 * quadrant, 0)
+        choose(ring > 3 * n, southern, first)
     }
 
     /// The place of a ring number.
@@ -263,5 +273,54 @@ impl Grid {
             x: choose(south, along, n - 1 - back),
             y: choose(south, back, n - 1 - along),
         }
+    }
+
+    /// The eight cells around one: south-west, west, north-west and so on clockwise to south; none where
+    /// only three faces meet.
+    pub fn around(self, cell: FaceCell) -> [Option<FaceCell>; 8] {
+        const STEPS: [(i64, i64); 8] = [
+            (-1, 0),
+            (-1, 1),
+            (0, 1),
+            (1, 1),
+            (1, 0),
+            (1, -1),
+            (0, -1),
+            (-1, -1),
+        ];
+        STEPS.map(|(dx, dy)| self.beside(cell.face, cell.x + dx, cell.y + dy))
+    }
+
+    /// The cell at x and y of a face, from -1 to nside.
+    fn beside(self, face: i64, x: i64, y: i64) -> Option<FaceCell> {
+        let n = self.nside;
+        let (row, column) = (face >> 2, face & 3);
+        let [east, opposite, west] = [1, 2, 3].map(|turn| (column + turn) & 3);
+        let side = |t: i64| i64::from(t >= n) - i64::from(t < 0);
+        // North-east is +x, north-west +y.
+        let (face, x, y) = match (side(x), side(y), row) {
+            (0, 0, _) => (face, x, y),
+            (1, 0, 0) => (east, y, n - 1),
+            (1, 0, 1) => (column, 0, y),
+            (1, 0, _) => (4 + east, 0, y),
+            (-1, 0, 0) => (4 + column, n - 1, y),
+            (-1, 0, 1) => (8 + west, n - 1, y),
+            (-1, 0, _) => (8 + west, y, 0),
+            (0, 1, 0) => (west, n - 1, x),
+            (0, 1, 1) => (west, x, 0),
+            (0, 1, _) => (4 + column, x, 0),
+            (0, -1, 0) => (4 + east, x, n - 1),
+            (0, -1, 1) => (8 + column, x, n - 1),
+            (0, -1, _) => (8 + east, 0, x),
+            // Across a pole, and over the vertices of four faces on the equator.
+            (1, 1, 0) => (opposite, n - 1, n - 1),
+            (1, 1, 2) => (column, 0, 0),
+            (-1, -1, 0) => (8 + column, n - 1, n - 1),
+            (-1, -1, 2) => (8 + opposite, 0, 0),
+            (1, -1, 1) => (4 + east, 0, n - 1),
+            (-1, 1, 1) => (4 + west, n - 1, 0),
+            _ => return None,
+        };
+        Some(FaceCell { face, x, y })
     }
 }

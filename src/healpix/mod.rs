@@ -28,20 +28,26 @@
 //! No integer division, no table: a number below five is a sum of comparisons, a quotient and a square root come from a
 //! double and are put right by one step, products are of 32-bit halves (one instruction on every level).
 
+mod arrange;
 mod index;
 mod place;
 mod run;
+#[cfg(feature = "python")]
+mod unseen;
 
+pub use arrange::Arrangement;
 pub(crate) use index::Grid;
 use index::{FaceCell, OnRing};
 pub use place::BORDER;
 pub(crate) use place::cell_of_direction;
 use place::center;
+#[cfg(feature = "python")]
+pub(crate) use unseen::{unseen_to_nan_f32, unseen_to_nan_f64};
 
 use crate::error::{Error, expect_length, expect_multiple};
 use crate::number::real::Real;
 use run::Wide;
-use run::{Step, run};
+use run::{Step, run, run_one_by_one};
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::hint::select_unpredictable as choose;
 
@@ -205,6 +211,29 @@ impl Pixels {
         Ok(())
     }
 
+    /// The numbers of the eight pixels around each: south-west, west, north-west and so on clockwise to south.
+    /// [`NONE`] where only three faces meet, and around what is no pixel.
+    ///
+    /// # Errors
+    /// The slices' lengths do not go together.
+    ///
+    /// ```
+    /// use spheremap::healpix::{Order, Pixels};
+    /// let ring = Pixels::new(4, Order::Ring)?;
+    /// let mut around = [0; 8];
+    /// ring.neighbors(&[0], &mut around)?;
+    /// assert_eq!(around, [4, 11, 3, 2, 1, 6, 5, 13]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn neighbors(&self, pixels: &[i64], output: &mut [i64]) -> Result<(), Error> {
+        expect_length("output", output.len(), pixels.len().saturating_mul(8))?;
+        match self.order {
+            Order::Ring => run_one_by_one(Neighbors::<false>(self.grid), pixels, output),
+            Order::Nested => run_one_by_one(Neighbors::<true>(self.grid), pixels, output),
+        }
+        Ok(())
+    }
+
     /// The numbers that these pixels have in the other order.
     ///
     /// # Errors
@@ -226,6 +255,50 @@ impl Pixels {
         }
         Ok(())
     }
+}
+
+/// Copies a map of `bytes` bytes a pixel into another arrangement.
+///
+/// # Errors
+/// There is no such nside (nested order wants a power of two), a pixel has no bytes, or a slice has not 12 nside²
+/// pixels.
+///
+/// ```
+/// use spheremap::healpix::{Arrangement, arrange};
+/// let ring: Vec<u8> = (0..48).collect();
+/// let mut nested = [0; 48];
+/// arrange(2, 1, (Arrangement::Ring, &ring), (Arrangement::Nested, &mut nested))?;
+/// assert_eq!(nested[..4], [13, 5, 4, 0]);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
+pub fn arrange(
+    nside: i64,
+    bytes: usize,
+    source: (Arrangement, &[u8]),
+    target: (Arrangement, &mut [u8]),
+) -> Result<(), Error> {
+    arrange_then(nside, bytes, source, target, |_| ())
+}
+
+/// The same, with something done to each part of the target while it is in the cache.
+pub(crate) fn arrange_then(
+    nside: i64,
+    bytes: usize,
+    source: (Arrangement, &[u8]),
+    target: (Arrangement, &mut [u8]),
+    then: impl Fn(&mut [u8]) + Sync,
+) -> Result<(), Error> {
+    let nested = [source.0, target.0].contains(&Arrangement::Nested);
+    let order = if nested { Order::Nested } else { Order::Ring };
+    let grid = Pixels::new(nside, order)?.grid;
+    if bytes == 0 {
+        return Err(Error::Contradiction("a pixel has no bytes".into()));
+    }
+    let length = (12 * nside as usize * nside as usize).saturating_mul(bytes);
+    expect_length("source", source.1.len(), length)?;
+    expect_length("target", target.1.len(), length)?;
+    arrange::copy(grid, bytes, source, target, then);
+    Ok(())
 }
 
 #[derive(Clone, Copy)]
@@ -320,6 +393,25 @@ impl Step<i64, i64, 1, 1> for ToRing {
         let (pixel, is_pixel) = self.0.checked(pixel);
         let place = self.0.ring_of_cell(self.0.cell_of_nested(pixel));
         [choose(is_pixel, self.0.ring(place), NONE)]
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Neighbors<const NESTED: bool>(Grid);
+
+impl<const NESTED: bool> Step<i64, i64, 1, 8> for Neighbors<NESTED> {
+    #[inline(always)]
+    fn apply(self, [pixel]: [i64; 1]) -> [i64; 8] {
+        let (pixel, is_pixel) = self.0.checked(pixel);
+        let cell = if NESTED {
+            self.0.cell_of_nested(pixel)
+        } else {
+            self.0.cell(self.0.on_ring(pixel))
+        };
+        let number = |cell| pixel_of::<NESTED>(self.0, cell);
+        self.0
+            .around(cell)
+            .map(|cell| cell.filter(|_| is_pixel).map_or(NONE, number))
     }
 }
 

@@ -130,3 +130,21 @@ where
         });
     });
 }
+
+/// Takes a step whose arms differ too much to be vectorized over arrays of points, I numbers a point in and O out.
+pub(super) fn run_one_by_one<S, A, B, const I: usize, const O: usize>(
+    step: S,
+    input: &[A],
+    output: &mut [B],
+) where
+    S: Step<A::Number, B, I, O>,
+    A: Wide,
+    B: Copy + Default + Send,
+{
+    threads::blocks(input, I, output, O, |input, output| {
+        let points = input.as_chunks::<I>().0;
+        for (x, result) in points.iter().zip(output.as_chunks_mut::<O>().0) {
+            *result = step.apply(x.map(Wide::wide));
+        }
+    });
+}

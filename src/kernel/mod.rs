@@ -32,7 +32,10 @@ use std::ops::BitOr;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 /// A float type that arrays hold: `f32` or `f64`.
-pub trait Scalar: Real + Polynomials + Default + Send + Sync {
+pub trait Scalar: Real<Mask = bool> + PartialOrd + Polynomials + Default + Send + Sync {
+    /// The nearest f64.
+    fn to_f64(self) -> f64;
+
     /// Four of them side by side.
     #[doc(hidden)]
     type Four<S: Simd>: SimdBase<S, Element = Self, Array = [Self; 4]>;
@@ -60,6 +63,11 @@ macro_rules! scalar {
         impl Scalar for $t {
             type Four<S: Simd> = $four<S>;
             type Word = $word;
+
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self as f64
+            }
 
             #[inline(always)]
             fn outside_normal_range(self) -> $word {
@@ -410,7 +418,7 @@ pub fn run_in_double<R: Scalar, F, const I: usize, const O: usize>(
     for first in (0..count).step_by(TILE) {
         let n = TILE.min(count - first);
         for k in 0..n {
-            from.set(k, input.at(first + k).map(Real::to_f64));
+            from.set(k, input.at(first + k).map(Scalar::to_f64));
         }
         run(point, frame, from.first(n), into.first_mut(n));
         for k in 0..n {

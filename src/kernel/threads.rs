@@ -133,18 +133,25 @@ pub fn blocks<A: Sync, B: Send>(
     let blocks = input
         .chunks(BLOCK * per_input)
         .zip(output.chunks_mut(BLOCK * per_output));
-    share(points, blocks, |(input, output)| work(input, output));
+    each(points, blocks, |(input, output)| work(input, output));
 }
 
 /// Calls `work` on each item, on the caller's thread and, where there are enough points, on those of the pool.
 #[cfg(feature = "rayon")]
-fn share<I: Iterator<Item: Send> + Send>(points: usize, items: I, work: impl Fn(I::Item) + Sync) {
+pub fn each<I: ExactSizeIterator<Item: Send> + Send>(
+    points: usize,
+    items: I,
+    work: impl Fn(I::Item) + Sync,
+) {
     let pool = (points >= PARALLEL_FROM).then(pool).flatten();
     let Some(pool) = pool else {
         return one_by_one(items, work);
     };
+    let count = items.len();
     let items = Mutex::new(items);
-    let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let rest = || items.lock().unwrap_or_else(PoisonError::into_inner);
+    let next = || rest().next();
+    let done = || part_done(count, rest().len());
     let stop = AtomicBool::new(false);
     let mut watch = Watch::new();
     pool.in_place_scope(|scope| {
@@ -157,29 +164,38 @@ fn share<I: Iterator<Item: Send> + Send>(points: usize, items: I, work: impl Fn(
                 }
             });
         }
-        while !watch.stops()
+        while !watch.stops(done)
             && let Some(item) = next()
         {
             work(item);
         }
-        stop.store(watch.stops(), Ordering::Relaxed);
+        stop.store(watch.stops(done), Ordering::Relaxed);
     });
 }
 
 /// Calls `work` on each item, until the call is to stop.
-fn one_by_one<T>(items: impl Iterator<Item = T>, work: impl Fn(T)) {
+fn one_by_one<T>(mut items: impl ExactSizeIterator<Item = T>, work: impl Fn(T)) {
+    let count = items.len();
     let mut watch = Watch::new();
-    for item in items {
-        if watch.stops() {
-            return;
-        }
+    while !watch.stops(|| part_done(count, items.len()))
+        && let Some(item) = items.next()
+    {
         work(item);
     }
 }
 
+/// How much is done of so many items, of which the rest are not yet begun.
+fn part_done(count: usize, rest: usize) -> f64 {
+    1.0 - rest as f64 / count.max(1) as f64
+}
+
 /// Calls `work` on each item: there are no other threads.
 #[cfg(not(feature = "rayon"))]
-fn share<I: Iterator<Item: Send> + Send>(_: usize, items: I, work: impl Fn(I::Item) + Sync) {
+pub fn each<I: ExactSizeIterator<Item: Send> + Send>(
+    _: usize,
+    items: I,
+    work: impl Fn(I::Item) + Sync,
+) {
     one_by_one(items, work);
 }
 
@@ -195,7 +211,7 @@ pub fn rows<T: Send>(
         return;
     }
     let rows = output.chunks_mut(width).enumerate();
-    share(points, rows, |(row, out)| work(row, out));
+    each(points, rows, |(row, out)| work(row, out));
 }
 
 /// Calls `work(first, band)` on bands of rows of `width` items, spread over threads where there are enough

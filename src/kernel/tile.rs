@@ -114,7 +114,7 @@ impl<'a, R, const N: usize> TuplesMut<'a, R, N> {
     }
 }
 
-impl<'a, R: Real, const N: usize> Tuples<'a, R, N> {
+impl<'a, R: Real<Mask = bool>, const N: usize> Tuples<'a, R, N> {
     /// How many there are.
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {
@@ -184,7 +184,7 @@ impl<'a, R: Real, const N: usize> Tuples<'a, R, N> {
     }
 }
 
-impl<R: Real, const N: usize> TuplesMut<'_, R, N> {
+impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
     /// How many there are.
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {

@@ -18,7 +18,7 @@
 
 use super::prefilter::Distribution;
 use crate::error::{Error, expect_length};
-use crate::kernel::threads;
+use crate::kernel::{interrupt, threads};
 use crate::light::lobe;
 use crate::number::real::Real;
 use std::f64::consts::PI;
@@ -44,7 +44,7 @@ pub fn fill(distribution: Distribution, size: usize, out: &mut [f64]) -> Result<
     let along = gauss_legendre(ALONG);
     let around = gauss_legendre(AROUND);
     let at = |k: usize| (k as f64 + 0.5) / size as f64;
-    threads::rows(out, 2 * size, size * size * ALONG * AROUND, |row, out| {
+    let work = |row: usize, out: &mut [f64]| {
         let alpha = at(row) * at(row);
         let rough = rough_normals(alpha, &along);
         for (column, out) in out.chunks_exact_mut(2).enumerate() {
@@ -65,6 +65,9 @@ pub fn fill(distribution: Distribution, size: usize, out: &mut [f64]) -> Result<
             };
             (out[0], out[1]) = (e, b);
         }
+    };
+    interrupt::part(0.0, 1.0, || {
+        threads::rows(out, 2 * size, size * size * ALONG * AROUND, work);
     });
     Ok(())
 }

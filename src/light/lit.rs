@@ -10,8 +10,8 @@ use crate::image::ImageView;
 use crate::image::rim;
 use crate::image::texel::Texel;
 use crate::image::texels::directions;
+use crate::kernel::Scalar;
 use crate::kernel::memory::expect_room;
-use crate::number::real::Real;
 
 /// The texels of an image that hold sphere, in the order in which they are stored.
 #[derive(Clone, Debug)]

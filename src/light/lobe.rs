@@ -33,7 +33,7 @@ use crate::image::ImageView;
 use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::SimdWork;
-use crate::kernel::threads;
+use crate::kernel::{interrupt, threads};
 use crate::light::integrate::{add_lanes, block_moments};
 use crate::light::texels::{Block, LANES, Texels, texels};
 use crate::projections::projection::Coverage;
@@ -357,6 +357,9 @@ impl<L: Shape, const N: usize> SimdWork for Sum<'_, L, N> {
 /// Directions that one thread takes through all blocks: enough to read each block seldom.
 const TARGETS: usize = 256;
 
+/// As many directions take about as long as finding the texels.
+const FINDING: f64 = 3000.0;
+
 /// The light of an image under a lobe about each direction: one number a channel. Directions are of unit length; one that is
 /// none, and a lobe so narrow that it meets no texel, give NaN.
 ///
@@ -385,9 +388,13 @@ pub fn under<T: Texel>(
     if out.is_empty() {
         return Ok(());
     }
-    let texels = texels(image.map(), image.shape())?;
+    // Finding texels takes as long as so many directions do.
+    let start = FINDING / (FINDING + normals.len() as f64 / 3.0);
+    let texels = interrupt::part(0.0, start, || texels(image.map(), image.shape()))?;
     let whole = image.map().coverage() == Coverage::Sphere;
-    sums_under(&texels, image, lobe, whole, normals, out)
+    interrupt::part(start, 1.0, || {
+        sums_under(&texels, image, lobe, whole, normals, out)
+    })
 }
 
 /// The light of `image` under the lobe about each direction (three numbers of unit length each); NaN for a
@@ -404,13 +411,13 @@ fn sums_under<T: Texel>(
 ) -> Result<(), Error> {
     let channels = image.channels();
     let rows = channels + 1;
-    let flux = texels.flux(image, true)?;
-    let moments = block_moments(texels, &flux, rows);
+    let flux = interrupt::part(0.0, 0.05, || texels.flux(image, true))?;
+    let moments = interrupt::part(0.05, 0.1, || block_moments(texels, &flux, rows));
     let normals = normals.as_chunks::<3>().0;
     // At least a few parts for the threads to share; each direction is by itself.
     let part = (normals.len() / 8).clamp(1, TARGETS);
     let work = texels.x.len() / 16 * normals.len();
-    threads::rows(out, part * channels, work, |number, out| {
+    let sum = |number: usize, out: &mut [f64]| {
         let normals = &normals[number * part..][..out.len() / channels];
         let mut sums = vec![[0.0; LANES]; normals.len() * rows];
         let mut whole_blocks = vec![0.0; normals.len() * rows];
@@ -456,6 +463,9 @@ fn sums_under<T: Texel>(
                 };
             }
         }
+    };
+    interrupt::part(0.1, 1.0, || {
+        threads::rows(out, part * channels, work, sum);
     });
     Ok(())
 }

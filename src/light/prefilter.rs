@@ -18,7 +18,7 @@ use crate::image::ImageView;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::texels::directions;
-use crate::kernel::threads;
+use crate::kernel::{interrupt, threads};
 use crate::light::lobe;
 use crate::light::pyramid::{Pyramid, Rows};
 use crate::map::Map;
@@ -91,7 +91,11 @@ impl Source {
         let channels = image.channels();
         let pyramids = (0..channels)
             .step_by(4)
-            .map(|first| Pyramid::new(image, first))
+            .map(|first| {
+                let [start, end] =
+                    [first, (first + 4).min(channels)].map(|k| k as f64 / channels as f64);
+                interrupt::part(start, end, || Pyramid::new(image, first))
+            })
             .collect::<Result<_, _>>()?;
         Ok(Source { channels, pyramids })
     }
@@ -131,7 +135,7 @@ impl Source {
         const RUN: usize = 256;
         let channels = self.channels;
         let work = normals.len() * samples.len();
-        threads::rows(out, RUN * channels, work, |number, out| {
+        let run = |number: usize, out: &mut [f32]| {
             let normals = &normals[number * RUN..][..out.len() / channels];
             let mut rows = Rows::new(normals);
             for (group, pyramid) in self.pyramids.iter().enumerate() {
@@ -151,6 +155,9 @@ impl Source {
                     }
                 }
             }
+        };
+        interrupt::part(0.0, 1.0, || {
+            threads::rows(out, RUN * channels, work, run);
         });
         Ok(())
     }

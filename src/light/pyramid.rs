@@ -13,10 +13,10 @@ use crate::geometry::solid_angle::Rect;
 use crate::image::ImageView;
 use crate::image::texel::Texel;
 use crate::kernel;
+use crate::kernel::Scalar;
 use crate::kernel::SimdWork;
 use crate::kernel::memory::expect_room;
-use crate::kernel::threads;
-use crate::number::real::Real;
+use crate::kernel::{interrupt, threads};
 use crate::resample::Options;
 use crate::resample::Sampler;
 use crate::resample::mips::half;
@@ -86,10 +86,14 @@ impl Pyramid {
         // Fours, and not numbers by `flat_map`: LLVM 22 does not come to an end with that.
         let fours: Vec<[f64; 4]> = (0..count).map(four).collect();
         let mut values = fours.into_flattened();
+        // Each takes a quarter of the one before.
+        let mut done = 0.0;
         while count > 8 * LARGEST * LARGEST {
-            let Some(level) = half(&ImageView::new(map, &shape, 4, &values)?)? else {
+            let fine = ImageView::new(map, &shape, 4, &values)?;
+            let Some(level) = interrupt::part(done, 0.75 + 0.25 * done, || half(&fine))? else {
                 break;
             };
+            done = 0.75 + 0.25 * done;
             (shape, values) = level;
             count = values.len() / 4;
         }
@@ -102,7 +106,7 @@ impl Pyramid {
         }
         let mut level = PyramidLevel::empty(n);
         let row = n + 2;
-        threads::rows(&mut level.faces, row, 6 * row * row, |number, out| {
+        let work = |number: usize, out: &mut [Texel4]| {
             let (face, j) = (number / row, number % row);
             let at = |i: usize| (2.0 * i as f64 - 1.0) / n as f64 - 1.0;
             let mut directions = Vec::with_capacity(3 * row);
@@ -111,6 +115,9 @@ impl Pyramid {
             }
             let fits = source.sample(&directions, out.as_flattened_mut());
             debug_assert!(fits.is_ok());
+        };
+        interrupt::part(done, 1.0, || {
+            threads::rows(&mut level.faces, row, 6 * row * row, work);
         });
         level.close();
         let mut levels = vec![level];

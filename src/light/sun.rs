@@ -21,6 +21,7 @@ use super::lit::Lit;
 use crate::error::{Error, expect_length};
 use crate::image::ImageView;
 use crate::image::texel::Texel;
+use crate::kernel::Scalar;
 use crate::number::real::Real;
 use std::f64::consts::PI;
 

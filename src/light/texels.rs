@@ -113,7 +113,7 @@ impl Texels {
         let (w, h) = (raster.width, raster.height);
         let faces = map.face_layout().faces;
         expect_room::<f64>(w * h)?;
-        let weights = rim::face_weights(map, &raster);
+        let weights = interrupt::part(0.0, 0.25, || rim::face_weights(map, &raster));
         let (across, down) = (w.div_ceil(SIDE), h.div_ceil(SIDE));
         let turn = map.view_rotation(None).inverse();
 
@@ -123,7 +123,7 @@ impl Texels {
         // by doubling.
         expect_room::<[f64; 15]>(faces * across * down * room)?;
         let mut points = vec![[0.0_f64; 5]; faces * across * down * room];
-        threads::rows(&mut points, room, faces * w * h, |number, points| {
+        let find = |number: usize, points: &mut [[f64; 5]]| {
             let face = number / (across * down);
             let (row, column) = (number % (across * down) / across, number % across);
             let mut uv = Tile::new();
@@ -153,6 +153,9 @@ impl Texels {
                 let index = raster.view(face).index(i, j) as f64;
                 points[k] = [x, y, z, weights[j * w + i], index];
             }
+        };
+        interrupt::part(0.25, 1.0, || {
+            threads::rows(&mut points, room, faces * w * h, find);
         });
 
         let mut texels = Texels {
@@ -218,7 +221,7 @@ impl Texels {
         image: &ImageView<'_, T>,
         with_weight: bool,
     ) -> Result<Vec<f64>, Error> {
-        use crate::number::real::Real;
+        use crate::kernel::Scalar;
         let channels = image.channels();
         let rows = channels + usize::from(with_weight);
         expect_room::<f64>(rows * self.x.len())?;

@@ -24,12 +24,28 @@ struct LaidOut<const FACES: usize, const ATLAS: bool> {
 }
 
 /// A place on a canonical face.
-struct Located<R> {
-    place: Uv<R>,
-    found: bool,
+#[derive(Clone, Copy)]
+pub struct Located<R: Real> {
+    /// Where on which face.
+    pub place: Uv<R>,
+    /// Whether there is one.
+    pub found: R::Mask,
     /// How fast the face's coordinates along the image's u and v change.
-    slope: [R; 2],
-    swapped: bool,
+    pub slope: [R; 2],
+    /// Whether u of the image is v of the face.
+    pub swapped: R::Mask,
+}
+
+impl<R: Real> Located<R> {
+    /// The place where coordinates are the projection's own.
+    pub fn canonical(place: Uv<R>) -> Self {
+        Located {
+            place,
+            found: R::truth(true),
+            slope: [R::ONE; 2],
+            swapped: R::truth(false),
+        }
+    }
 }
 
 impl<const FACES: usize, const ATLAS: bool> LaidOut<FACES, ATLAS> {
@@ -51,12 +67,12 @@ impl<const FACES: usize, const ATLAS: bool> LaidOut<FACES, ATLAS> {
 
     /// The place on a face at `uv`, if one is there.
     #[inline(always)]
-    fn locate<R: Real>(self, uv: Uv<R>) -> Located<R> {
+    fn place<R: Real>(self, uv: Uv<R>) -> Located<R> {
         let one = R::ONE;
         let (columns, rows) = (R::new(self.columns), R::new(self.rows));
         let cell = |x: R, cells: R| {
             let cell = (x * cells).floor();
-            R::choose(cell > cells - one, cells - one, cell)
+            R::choose(cell.more(cells - one), cells - one, cell)
         };
         let (column, row) = (cell(uv.u, columns), cell(uv.v, rows));
         let nan = R::NAN;
@@ -66,7 +82,7 @@ impl<const FACES: usize, const ATLAS: bool> LaidOut<FACES, ATLAS> {
             face: nan,
         };
         let (mut along_sign, mut down_sign, mut swap) = (nan, nan, nan);
-        let mut found = false;
+        let mut found = R::truth(false);
         // Each face's place is computed and one is chosen: choosing the constants first saves the
         // arithmetic, but the compiler makes branches of it.
         macro_rules! try_face {
@@ -75,39 +91,79 @@ impl<const FACES: usize, const ATLAS: bool> LaidOut<FACES, ATLAS> {
                     let (along, down) =
                         (self.sides[$face % FACES].of::<R>(0), self.sides[$face % FACES].of::<R>(1));
                     let here = if ATLAS {
-                        (column == along.cell) & (row == down.cell)
+                        column.equals(along.cell) & row.equals(down.cell)
                     } else {
-                        uv.face == R::new(self.stored[$face % FACES])
+                        uv.face.equals(R::new(self.stored[$face % FACES]))
                     };
                     let a = ((uv.u - along.high) - along.low) * columns * along.sign;
                     let b = ((uv.v - down.high) - down.low) * rows * down.sign;
                     let (a, b) = (a.clamped(0.0, 1.0), b.clamped(0.0, 1.0));
                     let turned = R::new(self.swap[$face % FACES]);
-                    let swapped = turned > R::ZERO;
+                    let swapped = turned.more(R::ZERO);
                     place.u = R::choose(here, R::choose(swapped, b, a), place.u);
                     place.v = R::choose(here, R::choose(swapped, a, b), place.v);
                     place.face = R::choose(here, R::new($face as f64), place.face);
                     along_sign = R::choose(here, along.sign, along_sign);
                     down_sign = R::choose(here, down.sign, down_sign);
                     swap = R::choose(here, turned, swap);
-                    found |= here;
+                    found = found | here;
                 }
             )+};
         }
         try_face!(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
-        let (zero, one) = (R::ZERO, R::ONE);
-        let in_square = (uv.u >= zero) & (uv.u <= one) & (uv.v >= zero) & (uv.v <= one);
         Located {
             place,
-            found: found & in_square,
+            found: found & uv.in_bounds(1),
             slope: [columns * along_sign, rows * down_sign],
-            swapped: swap > R::ZERO,
+            swapped: swap.more(R::ZERO),
         }
+    }
+
+    /// A place on a canonical face to the stored image's coordinates.
+    #[inline(always)]
+    fn store<R: Real>(self, [u, v, face]: [R; 3]) -> [R; 3] {
+        let (mut along, mut down) = (self.sides[0].of::<R>(0), self.sides[0].of::<R>(1));
+        let mut swap = R::new(self.swap[0]);
+        let mut stored = R::new(self.stored[0]);
+        macro_rules! choose {
+            ($($face:literal),+) => {$(
+                if $face < FACES {
+                    let here = face.equals(R::new($face as f64));
+                    along = choose_side(here, self.sides[$face % FACES].of(0), along);
+                    down = choose_side(here, self.sides[$face % FACES].of(1), down);
+                    swap = R::choose(here, R::new(self.swap[$face % FACES]), swap);
+                    stored = R::choose(here, R::new(self.stored[$face % FACES]), stored);
+                }
+            )+};
+        }
+        choose!(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
+        let swapped = swap.more(R::ZERO);
+        let (u, v) = (R::choose(swapped, v, u), R::choose(swapped, u, v));
+        // NaN passes both comparisons.
+        let at = |x: R, side: Side<R>, cells: f64| {
+            let x = side.high + (side.low + side.sign * x / R::new(cells));
+            let x = R::choose(x.more(side.last), side.last, x);
+            R::choose(x.less(side.first), side.first, x)
+        };
+        let (u, v) = (at(u, along, self.columns), at(v, down, self.rows));
+        [u, v, R::choose(u.is_nan(), u, stored)]
+    }
+
+    /// The stored image's coordinates to a place on a canonical face, NaN where there is none.
+    #[inline(always)]
+    fn locate<R: Real>(self, [u, v, face]: [R; 3]) -> [R; 3] {
+        let at = self.place(Uv { u, v, face });
+        let nan = R::NAN;
+        [
+            R::choose(at.found, at.place.u, nan),
+            R::choose(at.found, at.place.v, nan),
+            R::choose(at.found, at.place.face, nan),
+        ]
     }
 }
 
 #[inline(always)]
-fn choose_side<R: Real>(first: bool, a: Side<R>, b: Side<R>) -> Side<R> {
+fn choose_side<R: Real>(first: R::Mask, a: Side<R>, b: Side<R>) -> Side<R> {
     Side {
         sign: R::choose(first, a.sign, b.sign),
         high: R::choose(first, a.high, b.high),
@@ -121,37 +177,12 @@ fn choose_side<R: Real>(first: bool, a: Side<R>, b: Side<R>) -> Side<R> {
 #[derive(Clone, Copy)]
 struct Store<const FACES: usize, const ATLAS: bool>(LaidOut<FACES, ATLAS>);
 
-impl<R: Scalar, const FACES: usize, const ATLAS: bool, const O: usize> Point<R, 3, O>
+impl<R: Real, const FACES: usize, const ATLAS: bool, const O: usize> Point<R, 3, O>
     for Store<FACES, ATLAS>
 {
     #[inline(always)]
-    fn apply(self, [u, v, face]: [R; 3]) -> [R; O] {
-        let arranged = self.0;
-        let (mut along, mut down) = (arranged.sides[0].of::<R>(0), arranged.sides[0].of::<R>(1));
-        let mut swap = R::new(arranged.swap[0]);
-        let mut stored = R::new(arranged.stored[0]);
-        macro_rules! choose {
-            ($($face:literal),+) => {$(
-                if $face < FACES {
-                    let here = face == R::new($face as f64);
-                    along = choose_side(here, arranged.sides[$face % FACES].of(0), along);
-                    down = choose_side(here, arranged.sides[$face % FACES].of(1), down);
-                    swap = R::choose(here, R::new(arranged.swap[$face % FACES]), swap);
-                    stored = R::choose(here, R::new(arranged.stored[$face % FACES]), stored);
-                }
-            )+};
-        }
-        choose!(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
-        let swapped = swap > R::ZERO;
-        let (u, v) = (R::choose(swapped, v, u), R::choose(swapped, u, v));
-        // NaN passes both comparisons.
-        let at = |x: R, side: Side<R>, cells: f64| {
-            let x = side.high + (side.low + side.sign * x / R::new(cells));
-            let x = R::choose(x > side.last, side.last, x);
-            R::choose(x < side.first, side.first, x)
-        };
-        let (u, v) = (at(u, along, arranged.columns), at(v, down, arranged.rows));
-        let all = [u, v, R::choose(u.is_nan(), u, stored)];
+    fn apply(self, x: [R; 3]) -> [R; O] {
+        let all = self.0.store(x);
         std::array::from_fn(|k| all[k])
     }
 }
@@ -159,22 +190,13 @@ impl<R: Scalar, const FACES: usize, const ATLAS: bool, const O: usize> Point<R, 
 #[derive(Clone, Copy)]
 struct Locate<const FACES: usize, const ATLAS: bool>(LaidOut<FACES, ATLAS>);
 
-impl<R: Scalar, const FACES: usize, const ATLAS: bool, const I: usize> Point<R, I, 3>
+impl<R: Real, const FACES: usize, const ATLAS: bool, const I: usize> Point<R, I, 3>
     for Locate<FACES, ATLAS>
 {
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 3] {
-        let at = self.0.locate(Uv {
-            u: x[0],
-            v: x[1],
-            face: if I > 2 { x[2] } else { R::ZERO },
-        });
-        let nan = R::NAN;
-        [
-            R::choose(at.found, at.place.u, nan),
-            R::choose(at.found, at.place.v, nan),
-            R::choose(at.found, at.place.face, nan),
-        ]
+        let face = if I > 2 { x[2] } else { R::ZERO };
+        self.0.locate([x[0], x[1], face])
     }
 }
 
@@ -275,20 +297,29 @@ pub fn locate<R: Scalar>(face_layout: &FaceLayout, uv: &[R], work: &mut dyn FnMu
 }
 
 /// One canonical (u, v, face) to the stored image's coordinates.
-pub fn store_one(face_layout: &FaceLayout, canonical: [f64; 3]) -> [f64; 3] {
+pub fn store_one<R: Real>(face_layout: &FaceLayout, canonical: [R; 3]) -> [R; 3] {
     with_room!(
         face_layout,
-        |arranged| Store(arranged).apply(canonical),
-        Store(arranged).apply(canonical)
+        |arranged| arranged.store(canonical),
+        arranged.store(canonical)
     )
 }
 
 /// The stored image's coordinates of one place to canonical (u, v, face), NaN where there is no face.
-pub fn locate_one(face_layout: &FaceLayout, uv: [f64; 3]) -> [f64; 3] {
+pub fn locate_one<R: Real>(face_layout: &FaceLayout, uv: [R; 3]) -> [R; 3] {
     with_room!(
         face_layout,
-        |arranged| Locate(arranged).apply(uv),
-        Locate(arranged).apply(uv)
+        |arranged| arranged.locate(uv),
+        arranged.locate(uv)
+    )
+}
+
+/// The place on a canonical face, and how it changes with the stored image's coordinates.
+pub fn place_one<R: Real>(face_layout: &FaceLayout, uv: Uv<R>) -> Located<R> {
+    with_room!(
+        face_layout,
+        |arranged| arranged.place(uv),
+        arranged.place(uv)
     )
 }
 
@@ -318,8 +349,8 @@ pub fn scale_derivatives<R: Scalar>(face_layout: &FaceLayout, uv: &[R], jacobian
     }
     with_room!(
         face_layout,
-        |arranged| scale(2, uv, jacobians, |uv| arranged.locate(uv)),
-        scale(3, uv, jacobians, |uv| arranged.locate(uv))
+        |arranged| scale(2, uv, jacobians, |uv| arranged.place(uv)),
+        scale(3, uv, jacobians, |uv| arranged.place(uv))
     );
 }
 
@@ -346,7 +377,7 @@ mod tests {
                             } else {
                                 (0.0, offset)
                             };
-                            arranged.locate(Uv::flat(
+                            arranged.place(Uv::flat(
                                 (column as f64 + du + eu) / columns,
                                 (row as f64 + dv + ev) / rows,
                             ))

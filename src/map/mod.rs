@@ -651,7 +651,7 @@ impl Map {
     }
 
     /// How many cells of the size of a face the image has.
-    fn cells(&self) -> f64 {
+    pub(crate) fn cells(&self) -> f64 {
         if self.face_layout.is_atlas {
             (self.face_layout.columns * self.face_layout.rows) as f64
         } else {

@@ -12,23 +12,23 @@ use crate::geometry::axes::Rotation;
 use crate::kernel;
 use crate::kernel::tile::{TILE, Tile, Tuples, TuplesMut};
 use crate::kernel::{Frame, Point, Scalar, SignedPermutation, vectorize};
-use crate::number::math::max;
-use crate::number::real::{Normal, Real};
+use crate::number::real::{Normal, Real, max};
 use crate::projections::projection::Visitor;
 use crate::projections::projection::{Projection, Uv};
 
 /// The direction with its largest component brought near 1, and whether it is a direction at all:
 /// finite and not zero.
 #[inline(always)]
-fn prepared<R: Real>([x, y, z]: [R; 3]) -> ([R; 3], bool) {
+fn prepared<R: Real>([x, y, z]: [R; 3]) -> ([R; 3], R::Mask) {
     let scale = max(x.abs(), max(y.abs(), z.abs())).binade_scale();
     let d = [x * scale, y * scale, z * scale];
     let sum = d[0].abs() + d[1].abs() + d[2].abs();
-    (d, (sum > R::ZERO) & (sum < R::new(f64::INFINITY)))
+    let ok = sum.more(R::ZERO) & sum.less(R::new(f64::INFINITY));
+    (d, ok)
 }
 
 #[inline(always)]
-fn only_if<R: Real, const N: usize>(ok: bool, x: [R; N]) -> [R; N] {
+fn only_if<R: Real, const N: usize>(ok: R::Mask, x: [R; N]) -> [R; N] {
     x.map(|x| R::choose(ok, x, R::NAN))
 }
 
@@ -44,6 +44,19 @@ fn uv<R: Real, const I: usize>(x: [R; I]) -> Uv<R> {
 #[derive(Clone, Copy)]
 struct Encode<P>(P);
 
+impl<P: Projection> Encode<P> {
+    /// The coordinates of a direction of any length, NaN where it has none.
+    #[inline(always)]
+    fn whole<R: Real, const O: usize>(self, d: [R; 3]) -> [R; O] {
+        let (d, ok) = prepared(d);
+        let uv = self.0.encode(d);
+        // A face number is never NaN by itself: outside the coverage u is.
+        let ok = ok & !uv.u.is_nan();
+        let all = only_if(ok, [uv.u, uv.v, uv.face]);
+        std::array::from_fn(|k| all[k])
+    }
+}
+
 impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
     const DIRECTION_IN: bool = true;
     const HAS_NORMAL_FORM: bool = true;
@@ -51,12 +64,7 @@ impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
 
     #[inline(always)]
     fn apply(self, d: [R; 3]) -> [R; O] {
-        let (d, ok) = prepared(d);
-        let uv = self.0.encode(d);
-        // A face number is never NaN by itself: outside the coverage u is.
-        let ok = ok & !uv.u.is_nan();
-        let all = only_if(ok, [uv.u, uv.v, uv.face]);
-        std::array::from_fn(|k| all[k])
+        self.whole(d)
     }
 
     #[inline(always)]
@@ -76,7 +84,7 @@ impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
 #[derive(Clone, Copy)]
 struct Decode<P>(P);
 
-impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
+impl<P: Projection, R: Real, const I: usize> Point<R, I, 3> for Decode<P> {
     const DIRECTION_OUT: bool = true;
     const EVERY_LEVEL: bool = P::COMMON;
 
@@ -89,7 +97,7 @@ impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
 #[derive(Clone, Copy)]
 struct Jacobian<P>(P);
 
-impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
+impl<P: Projection, R: Real, const I: usize> Point<R, I, 6> for Jacobian<P> {
     const DIRECTION_OUT: bool = true;
     const EVERY_LEVEL: bool = P::COMMON;
 
@@ -103,7 +111,7 @@ impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
 #[derive(Clone, Copy)]
 struct Density<P>(P);
 
-impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 1> for Density<P> {
+impl<P: Projection, R: Real, const I: usize> Point<R, I, 1> for Density<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 1] {
@@ -278,7 +286,7 @@ impl<R: Scalar> Visitor for Beyond<'_, R> {
     fn visit<P: Projection>(self, p: P) {
         let output = self.output.as_chunks_mut::<3>().0;
         for (uv, d) in self.input.as_chunks::<3>().0.iter().zip(output) {
-            let [u, v, face] = uv.map(Real::to_f64);
+            let [u, v, face] = uv.map(Scalar::to_f64);
             let there = p.decode(p.beyond(Uv { u, v, face }));
             *d = self.turn.apply(there).map(R::new);
         }
@@ -423,25 +431,25 @@ impl<R: Scalar> Visitor for DensityCanonical<'_, R> {
 fn share_of_line<R: Real>(a: R, b: R, x: R) -> R {
     let t = (a + b) * x / (a + (a * a + x * (b * b - a * a)).sqrt());
     // Both ends zero or one of them infinite: no line, and no place for NaN.
-    if (t >= R::ZERO) & (t <= R::ONE) { t } else { x }
+    R::select(t.at_least(R::ZERO) & t.at_most(R::ONE), t, x)
 }
 
 /// One direction of the view frame to canonical (u, v, face), NaN where it has none.
-pub struct EncodeOne(pub [f64; 3]);
+pub struct EncodeOne<R>(pub [R; 3]);
 
-impl Visitor for EncodeOne {
-    type Output = [f64; 3];
-    fn visit<P: Projection>(self, p: P) -> [f64; 3] {
-        Encode(p).apply(self.0)
+impl<R: Real> Visitor for EncodeOne<R> {
+    type Output = [R; 3];
+    fn visit<P: Projection>(self, p: P) -> [R; 3] {
+        Encode(p).whole(self.0)
     }
 }
 
 /// One canonical (u, v, face) to a direction of the view frame, NaN outside the valid image.
-pub struct DecodeOne(pub [f64; 3]);
+pub struct DecodeOne<R>(pub [R; 3]);
 
-impl Visitor for DecodeOne {
-    type Output = [f64; 3];
-    fn visit<P: Projection>(self, p: P) -> [f64; 3] {
+impl<R: Real> Visitor for DecodeOne<R> {
+    type Output = [R; 3];
+    fn visit<P: Projection>(self, p: P) -> [R; 3] {
         Decode(p).apply(self.0)
     }
 }

@@ -9,7 +9,6 @@
 //! the vectorizer and cost a factor of ten.
 
 use crate::number::real::Real;
-use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A value with its derivatives by u and v.
@@ -62,40 +61,6 @@ impl<R: Real> Dual<R> {
             du: self.du * derivative,
             dv: self.dv * derivative,
         }
-    }
-}
-
-impl<R: Real> PartialEq for Dual<R> {
-    #[inline(always)]
-    fn eq(&self, other: &Self) -> bool {
-        self.re == other.re
-    }
-}
-
-impl<R: Real> PartialOrd for Dual<R> {
-    #[inline(always)]
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        self.re.partial_cmp(&other.re)
-    }
-
-    #[inline(always)]
-    fn lt(&self, other: &Self) -> bool {
-        self.re < other.re
-    }
-
-    #[inline(always)]
-    fn le(&self, other: &Self) -> bool {
-        self.re <= other.re
-    }
-
-    #[inline(always)]
-    fn gt(&self, other: &Self) -> bool {
-        self.re > other.re
-    }
-
-    #[inline(always)]
-    fn ge(&self, other: &Self) -> bool {
-        self.re >= other.re
     }
 }
 
@@ -188,6 +153,7 @@ impl<R: Real> Real for Dual<R> {
         dv: R::ZERO,
     };
 
+    type Mask = R::Mask;
     type Value = R;
 
     #[inline(always)]
@@ -206,18 +172,43 @@ impl<R: Real> Real for Dual<R> {
     }
 
     #[inline(always)]
-    fn to_f64(self) -> f64 {
-        self.re.to_f64()
+    fn truth(value: bool) -> R::Mask {
+        R::truth(value)
     }
 
     #[inline(always)]
-    fn is_nan(self) -> bool {
+    fn less(self, other: Self) -> R::Mask {
+        self.re.less(other.re)
+    }
+
+    #[inline(always)]
+    fn at_most(self, other: Self) -> R::Mask {
+        self.re.at_most(other.re)
+    }
+
+    #[inline(always)]
+    fn more(self, other: Self) -> R::Mask {
+        self.re.more(other.re)
+    }
+
+    #[inline(always)]
+    fn at_least(self, other: Self) -> R::Mask {
+        self.re.at_least(other.re)
+    }
+
+    #[inline(always)]
+    fn equals(self, other: Self) -> R::Mask {
+        self.re.equals(other.re)
+    }
+
+    #[inline(always)]
+    fn is_nan(self) -> R::Mask {
         self.re.is_nan()
     }
 
     #[inline(always)]
     fn abs(self) -> Self {
-        if self.re < R::ZERO { -self } else { self }
+        Self::select(self.re.less(R::ZERO), -self, self)
     }
 
     #[inline(always)]
@@ -240,7 +231,7 @@ impl<R: Real> Real for Dual<R> {
     }
 
     #[inline(always)]
-    fn negated_if(self, condition: bool) -> Self {
+    fn negated_if(self, condition: R::Mask) -> Self {
         Self {
             re: self.re.negated_if(condition),
             du: self.du.negated_if(condition),
@@ -249,7 +240,16 @@ impl<R: Real> Real for Dual<R> {
     }
 
     #[inline(always)]
-    fn choose(condition: bool, a: Self, b: Self) -> Self {
+    fn select(condition: R::Mask, a: Self, b: Self) -> Self {
+        Self {
+            re: R::select(condition, a.re, b.re),
+            du: R::select(condition, a.du, b.du),
+            dv: R::select(condition, a.dv, b.dv),
+        }
+    }
+
+    #[inline(always)]
+    fn choose(condition: R::Mask, a: Self, b: Self) -> Self {
         Self {
             re: R::choose(condition, a.re, b.re),
             du: R::choose(condition, a.du, b.du),
@@ -258,7 +258,7 @@ impl<R: Real> Real for Dual<R> {
     }
 
     #[inline(always)]
-    fn with_slope_of(self, condition: bool, limit: impl FnOnce() -> Self) -> Self {
+    fn with_slope_of(self, condition: R::Mask, limit: impl FnOnce() -> Self) -> Self {
         let limit = limit();
         Self {
             re: self.re,
@@ -268,7 +268,7 @@ impl<R: Real> Real for Dual<R> {
     }
 
     #[inline(always)]
-    fn vanishes(self) -> bool {
+    fn vanishes(self) -> R::Mask {
         self.re.vanishes()
     }
 
@@ -315,7 +315,7 @@ impl<R: Real> Real for Dual<R> {
                             - x * (R::new(1.0 / 1330560.0) - x * R::new(1.0 / 172972800.0))))));
         let divisor = R::TWO * s.re * r.re;
         let direct = (R::new(PI) * r.re * cos - sin) / divisor;
-        let derivative = R::choose(s.re < R::new(0.02), series, direct);
+        let derivative = R::choose(s.re.less(R::new(0.02)), series, direct);
         s.chain(value, derivative)
     }
 

@@ -39,16 +39,46 @@ pub trait Polynomials: Sized {
     fn flipped_if(self, condition: bool) -> Self;
 }
 
+/// The coefficients of the polynomials, for who writes them down instead of computing.
+pub trait Coefficients {
+    /// 1/π in two parts, and the rest of the arctangent's polynomial in the square.
+    const ATAN_1: [f64; 2];
+    /// See [`Coefficients::ATAN_1`].
+    const ATAN: &'static [f64];
+    /// π in two parts, and the rest of the sine's polynomial.
+    const PI: [f64; 2];
+    /// See [`Coefficients::PI`].
+    const SIN: &'static [f64];
+    /// The cosine's polynomial but for its 1.
+    const COS: &'static [f64];
+}
+
 /// Horner's rule as one straight expression: a loop over coefficients stops the vectorizer.
 macro_rules! horner {
     ($s:expr; $c:expr) => { $c };
     ($s:expr; $c:expr, $($rest:expr),+) => { $c + $s * horner!($s; $($rest),+) };
 }
 
+/// A number of a type as f64.
+macro_rules! widened {
+    ($t:ty, $x:expr) => {{
+        let x: $t = $x;
+        x as f64
+    }};
+}
+
 macro_rules! polynomials {
     ($t:ty, $bits:ty, $shift:expr, $flush:expr,
      atan: $atan_hi:expr, $atan_lo:expr; $($atan:expr),+;
      pi: $pi_hi:expr, $pi_lo:expr; sin: $($sin:expr),+; cos: $($cos:expr),+) => {
+        impl Coefficients for $t {
+            const ATAN_1: [f64; 2] = [widened!($t, $atan_hi), widened!($t, $atan_lo)];
+            const ATAN: &'static [f64] = &[$(widened!($t, $atan)),+];
+            const PI: [f64; 2] = [widened!($t, $pi_hi), widened!($t, $pi_lo)];
+            const SIN: &'static [f64] = &[$(widened!($t, $sin)),+];
+            const COS: &'static [f64] = &[$(widened!($t, $cos)),+];
+        }
+
         impl Polynomials for $t {
             #[inline(always)]
             fn flipped_if(self, condition: bool) -> Self {

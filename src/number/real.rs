@@ -8,18 +8,19 @@
 //! is a library call where the CPU lacks it, the second differs between platforms, and neither
 //! vectorizes.
 //!
-//! Formulas choose with a plain `if` between two values that are both already computed; that is
-//! what the vectorizer turns into a select.
+//! A formula has no `if` on its numbers: a comparison gives a [`Real::Mask`], and [`Real::select`] takes one of two values that
+//! are both already computed. For floats that is a `bool` and a plain `if`, which the vectorizer turns into a select; a number
+//! that records what is done with it keeps both values and the condition. [`Real::either`] says the same of values that are
+//! computed for it alone, and [`Real::choose`] where the compiler would make a branch of the `if`. What is decided by
+//! parameters alone, which are `f64` in any formula, is an `if`.
 
 use crate::number::math;
 use crate::number::math::Polynomials;
-use crate::number::math::{max, min};
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// A number a formula can be written in: `f32`, `f64`, or a dual number over one of them.
 pub trait Real:
     Copy
-    + PartialOrd
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -45,6 +46,13 @@ pub trait Real:
     /// What is no number.
     const NAN: Self;
 
+    /// The outcome of a comparison: `bool` for numbers, a node for numbers that record.
+    type Mask: Copy
+        + BitAnd<Output = Self::Mask>
+        + BitOr<Output = Self::Mask>
+        + BitXor<Output = Self::Mask>
+        + Not<Output = Self::Mask>;
+
     /// The number without derivatives: what an iteration runs on until its last step.
     type Value: Real;
 
@@ -57,11 +65,26 @@ pub trait Real:
     /// The constant nearest to `x`.
     fn new(x: f64) -> Self;
 
-    /// The nearest f64, for the few decisions that are taken once a call.
-    fn to_f64(self) -> f64;
+    /// A mask that is known beforehand.
+    fn truth(value: bool) -> Self::Mask;
+
+    /// self < other. Every comparison looks at the values only, not at derivatives, and is false where one is NaN.
+    fn less(self, other: Self) -> Self::Mask;
+
+    /// self ≤ other.
+    fn at_most(self, other: Self) -> Self::Mask;
+
+    /// self > other.
+    fn more(self, other: Self) -> Self::Mask;
+
+    /// self ≥ other.
+    fn at_least(self, other: Self) -> Self::Mask;
+
+    /// self = other.
+    fn equals(self, other: Self) -> Self::Mask;
 
     /// Whether it is no number.
-    fn is_nan(self) -> bool;
+    fn is_nan(self) -> Self::Mask;
 
     /// |self|.
     fn abs(self) -> Self;
@@ -79,21 +102,29 @@ pub trait Real:
     fn clamped(self, low: f64, high: f64) -> Self;
 
     /// -self where the condition holds.
-    fn negated_if(self, condition: bool) -> Self;
+    fn negated_if(self, condition: Self::Mask) -> Self;
 
-    /// `a` where the condition holds, else `b`: both are computed. An `if` says the same, and the compiler may
-    /// make a branch of it, which keeps a loop from being vectorized.
-    fn choose(condition: bool, a: Self, b: Self) -> Self;
+    /// `a` where the condition holds, else `b`.
+    fn select(condition: Self::Mask, a: Self, b: Self) -> Self;
+
+    /// The same of values that are computed for it alone: both are, but by a number that counts steps.
+    #[inline(always)]
+    fn either(condition: Self::Mask, a: impl FnOnce() -> Self, b: impl FnOnce() -> Self) -> Self {
+        Self::select(condition, a(), b())
+    }
+
+    /// The same as [`Real::select`], of which the compiler may make a branch, which keeps a loop from being vectorized.
+    fn choose(condition: Self::Mask, a: Self, b: Self) -> Self;
 
     /// `self`, and where the condition holds the derivatives of `limit`: at a tip, where creases meet and the formula's own
     /// derivatives are those of a quotient 0/0. A number without derivatives stays as it is.
     #[inline(always)]
-    fn with_slope_of(self, _condition: bool, _limit: impl FnOnce() -> Self) -> Self {
+    fn with_slope_of(self, _condition: Self::Mask, _limit: impl FnOnce() -> Self) -> Self {
         self
     }
 
     /// Whether a number that is not negative is zero.
-    fn vanishes(self) -> bool;
+    fn vanishes(self) -> Self::Mask;
 
     /// `self`, or zero where its square would be subnormal.
     fn squarable(self) -> Self;
@@ -128,7 +159,19 @@ pub trait Real:
 /// +1 for x ≥ 0 and for both zeros, else -1. A fold that used sign(0) = 0 would send -z to +z.
 #[inline(always)]
 pub fn sign<R: Real>(x: R) -> R {
-    if x < R::ZERO { R::new(-1.0) } else { R::ONE }
+    R::select(x.less(R::ZERO), R::new(-1.0), R::ONE)
+}
+
+/// The smaller of two numbers; `b` where either is NaN.
+#[inline(always)]
+pub fn min<R: Real>(a: R, b: R) -> R {
+    R::select(a.less(b), a, b)
+}
+
+/// The larger of two numbers; `b` where either is NaN.
+#[inline(always)]
+pub fn max<R: Real>(a: R, b: R) -> R {
+    R::select(a.more(b), a, b)
 }
 
 /// (x, y) times the power of two that brings the larger one near 1, and the inverse of that power. It
@@ -144,14 +187,11 @@ pub fn scaled<R: Real>(x: R, y: R) -> (R, R, R) {
 pub fn sinc_half_turns<R: Real>(s: R, r: R) -> R {
     use std::f64::consts::PI;
     // Below the first value the series π - π³s/6 is exact to rounding, derivatives included.
-    let small = s < R::new(R::EPSILON);
-    let divisor = if small { R::ONE } else { r };
+    let small = s.less(R::new(R::EPSILON));
+    let divisor = R::select(small, R::ONE, r);
     let (sin, _) = R::sin_cos_half_turns(r);
-    if small {
-        R::new(PI) - s * R::new(PI * PI * PI / 6.0)
-    } else {
-        sin / divisor
-    }
+    let series = R::new(PI) - s * R::new(PI * PI * PI / 6.0);
+    R::select(small, series, sin / divisor)
 }
 
 macro_rules! real {
@@ -164,6 +204,7 @@ macro_rules! real {
             const TWO: Self = 2.0;
             const NAN: Self = <$t>::NAN;
 
+            type Mask = bool;
             type Value = Self;
 
             #[inline(always)]
@@ -182,8 +223,33 @@ macro_rules! real {
             }
 
             #[inline(always)]
-            fn to_f64(self) -> f64 {
-                self as f64
+            fn truth(value: bool) -> bool {
+                value
+            }
+
+            #[inline(always)]
+            fn less(self, other: Self) -> bool {
+                self < other
+            }
+
+            #[inline(always)]
+            fn at_most(self, other: Self) -> bool {
+                self <= other
+            }
+
+            #[inline(always)]
+            fn more(self, other: Self) -> bool {
+                self > other
+            }
+
+            #[inline(always)]
+            fn at_least(self, other: Self) -> bool {
+                self >= other
+            }
+
+            #[inline(always)]
+            fn equals(self, other: Self) -> bool {
+                self == other
             }
 
             #[inline(always)]
@@ -222,6 +288,11 @@ macro_rules! real {
             #[inline(always)]
             fn negated_if(self, condition: bool) -> Self {
                 self.flipped_if(condition)
+            }
+
+            #[inline(always)]
+            fn select(condition: bool, a: Self, b: Self) -> Self {
+                if condition { a } else { b }
             }
 
             #[inline(always)]
@@ -302,36 +373,8 @@ real!(
 /// A number in a formula all of whose inputs are normal (see [`crate::kernel::Scalar::outside_normal_range`]): guards
 /// against zeros, and scaling that only matters far from 1, are left out. The results have the
 /// same bits.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 pub struct Normal<R>(pub R);
-
-// Each comparison by itself: through `partial_cmp` it would not vectorize.
-impl<R: PartialOrd> PartialOrd for Normal<R> {
-    #[inline(always)]
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        self.0.partial_cmp(&other.0)
-    }
-
-    #[inline(always)]
-    fn lt(&self, other: &Self) -> bool {
-        self.0 < other.0
-    }
-
-    #[inline(always)]
-    fn le(&self, other: &Self) -> bool {
-        self.0 <= other.0
-    }
-
-    #[inline(always)]
-    fn gt(&self, other: &Self) -> bool {
-        self.0 > other.0
-    }
-
-    #[inline(always)]
-    fn ge(&self, other: &Self) -> bool {
-        self.0 >= other.0
-    }
-}
 
 impl<R: Add<Output = R>> Add for Normal<R> {
     type Output = Self;
@@ -381,6 +424,7 @@ impl<R: Real + Polynomials> Real for Normal<R> {
     const TWO: Self = Normal(R::TWO);
     const NAN: Self = Normal(R::NAN);
 
+    type Mask = R::Mask;
     type Value = Self;
 
     #[inline(always)]
@@ -399,12 +443,37 @@ impl<R: Real + Polynomials> Real for Normal<R> {
     }
 
     #[inline(always)]
-    fn to_f64(self) -> f64 {
-        self.0.to_f64()
+    fn truth(value: bool) -> R::Mask {
+        R::truth(value)
     }
 
     #[inline(always)]
-    fn is_nan(self) -> bool {
+    fn less(self, other: Self) -> R::Mask {
+        self.0.less(other.0)
+    }
+
+    #[inline(always)]
+    fn at_most(self, other: Self) -> R::Mask {
+        self.0.at_most(other.0)
+    }
+
+    #[inline(always)]
+    fn more(self, other: Self) -> R::Mask {
+        self.0.more(other.0)
+    }
+
+    #[inline(always)]
+    fn at_least(self, other: Self) -> R::Mask {
+        self.0.at_least(other.0)
+    }
+
+    #[inline(always)]
+    fn equals(self, other: Self) -> R::Mask {
+        self.0.equals(other.0)
+    }
+
+    #[inline(always)]
+    fn is_nan(self) -> R::Mask {
         self.0.is_nan()
     }
 
@@ -429,18 +498,23 @@ impl<R: Real + Polynomials> Real for Normal<R> {
     }
 
     #[inline(always)]
-    fn negated_if(self, condition: bool) -> Self {
+    fn negated_if(self, condition: R::Mask) -> Self {
         Normal(self.0.negated_if(condition))
     }
 
     #[inline(always)]
-    fn choose(condition: bool, a: Self, b: Self) -> Self {
+    fn select(condition: R::Mask, a: Self, b: Self) -> Self {
+        Normal(R::select(condition, a.0, b.0))
+    }
+
+    #[inline(always)]
+    fn choose(condition: R::Mask, a: Self, b: Self) -> Self {
         Normal(R::choose(condition, a.0, b.0))
     }
 
     #[inline(always)]
-    fn vanishes(self) -> bool {
-        false
+    fn vanishes(self) -> R::Mask {
+        R::truth(false)
     }
 
     #[inline(always)]

@@ -11,7 +11,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::real::{Real, scaled};
+use crate::number::real::{Real, min, scaled};
 use crate::projections::common::lens;
 use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
@@ -77,10 +77,10 @@ impl Projection for Angular {
         let (xs, ys, unscale) = scaled(x, y);
         let hs = (xs * xs + ys * ys).sqrt();
         // On the axis the azimuth is that of (1, 0).
-        let on_axis = if hs.vanishes() { one } else { zero };
+        let on_axis = R::select(hs.vanishes(), one, zero);
         let radius = R::half_turns(hs * unscale, z) * R::new(1.0 / self.rim);
-        let inside = radius <= R::new(1.0 + 2.0 * R::EPSILON);
-        let radius = if inside { radius } else { R::NAN };
+        let inside = radius.at_most(R::new(1.0 + 2.0 * R::EPSILON));
+        let radius = R::select(inside, radius, R::NAN);
         let factor = radius / (hs + on_axis);
         Uv::centered(
             ((xs + on_axis) * factor).clamped(-1.0, 1.0),
@@ -96,7 +96,7 @@ impl Projection for Angular {
         let (a, b) = (p * rim, q * rim);
         let s = a * a + b * b;
         let one = R::ONE;
-        let s = if s < one { s } else { one };
+        let s = min(s, one);
         let r = s.sqrt();
         let sinc = R::sinc_half_turns(s, r);
         [a * sinc, b * sinc, R::cos_half_turns(s, r)]
@@ -119,18 +119,14 @@ impl Projection for Angular {
         let rim = R::new(self.rim);
         let s = (p * p + q * q) * rim * rim;
         let one = R::ONE;
-        let s = if s < one { s } else { one };
+        let s = min(s, one);
         let r = s.sqrt();
         // sin πr as 2 sin(πr/2) cos(πr/2): with the sine alone, the compiler branches between its two
         // polynomials and does not vectorize.
         let (sin, cos) = R::sin_cos_half_turns(r * R::HALF);
-        let center = r < R::new(1e-9);
-        let divisor = if center { one } else { r };
-        let sinc = if center {
-            R::new(PI)
-        } else {
-            R::TWO * sin * cos / divisor
-        };
+        let center = r.less(R::new(1e-9));
+        let divisor = R::select(center, one, r);
+        let sinc = R::select(center, R::new(PI), R::TWO * sin * cos / divisor);
         R::new(4.0 * PI) * rim * rim * sinc
     }
 }

@@ -9,8 +9,7 @@
 
 use super::equal_area::radius;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::{max, min};
-use crate::number::real::Real;
+use crate::number::real::{Real, max, min};
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::{FRAC_PI_4, PI, SQRT_2};
 
@@ -51,18 +50,21 @@ impl Projection for Concentric {
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let r = radius([x, y, z]);
         let (a, b) = (x.abs(), y.abs());
-        let along_x = a >= b;
+        let along_x = a.at_least(b);
         let minor = r * (R::half_turns(min(a, b), max(a, b)) * R::new(4.0));
         let p = R::choose(along_x, r, minor);
         let q = R::choose(along_x, minor, r);
         let zero = R::ZERO;
-        let seen = z >= zero;
+        let seen = z.at_least(zero);
         let edge = R::ONE;
-        let (p, q) = (R::choose(p > edge, edge, p), R::choose(q > edge, edge, q));
+        let (p, q) = (
+            R::choose(p.more(edge), edge, p),
+            R::choose(q.more(edge), edge, q),
+        );
         let nan = R::NAN;
         Uv::centered(
-            R::choose(seen, p.negated_if(x < zero), nan),
-            R::choose(seen, q.negated_if(y < zero), nan),
+            R::choose(seen, p.negated_if(x.less(zero)), nan),
+            R::choose(seen, q.negated_if(y.less(zero)), nan),
             zero,
         )
     }
@@ -72,10 +74,10 @@ impl Projection for Concentric {
         let (zero, one) = (R::ZERO, R::ONE);
         let (p, q) = uv.pq();
         let (a, b) = (p.abs(), q.abs());
-        let along_x = a >= b;
+        let along_x = a.at_least(b);
         // One condition tells all four apart: `max` and `min` would both take b where they are equal, and its derivatives.
         let (r, minor) = (R::choose(along_x, a, b), R::choose(along_x, b, a));
-        let outside = r > zero;
+        let outside = r.more(zero);
         let divisor = R::choose(outside, r, one);
         let (sin, cos) = R::sin_cos_half_turns(minor / (divisor * R::new(4.0)));
         let flat = r * (R::TWO - r * r).sqrt();
@@ -85,8 +87,8 @@ impl Projection for Concentric {
         let x = R::choose(along_x, near, far);
         let y = R::choose(along_x, far, near);
         [
-            x.negated_if(p < zero),
-            y.negated_if(q < zero),
+            x.negated_if(p.less(zero)),
+            y.negated_if(q.less(zero)),
             (one - r) * (one + r),
         ]
     }

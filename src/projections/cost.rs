@@ -7,7 +7,6 @@
 use crate::number::real::Real;
 use crate::projections::projection::{Projection, Uv};
 use std::cell::Cell;
-use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Steps of a division or a root.
@@ -28,7 +27,7 @@ thread_local! {
 }
 
 /// A number that counts.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 struct Counted(f64);
 
 fn step(count: u32, x: f64) -> Counted {
@@ -36,11 +35,9 @@ fn step(count: u32, x: f64) -> Counted {
     Counted(x)
 }
 
-impl PartialOrd for Counted {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        step(1, 0.0);
-        self.0.partial_cmp(&other.0)
-    }
+fn comparison(outcome: bool) -> bool {
+    step(1, 0.0);
+    outcome
 }
 
 macro_rules! operation {
@@ -73,6 +70,7 @@ impl Real for Counted {
     const TWO: Self = Counted(2.0);
     const NAN: Self = Counted(f64::NAN);
 
+    type Mask = bool;
     type Value = Self;
 
     fn value(self) -> Self {
@@ -87,8 +85,29 @@ impl Real for Counted {
         Counted(x)
     }
 
-    fn to_f64(self) -> f64 {
-        self.0
+    fn truth(value: bool) -> bool {
+        value
+    }
+
+    fn less(self, other: Self) -> bool {
+        comparison(self.0 < other.0)
+    }
+
+    fn at_most(self, other: Self) -> bool {
+        comparison(self.0 <= other.0)
+    }
+
+    fn more(self, other: Self) -> bool {
+        comparison(self.0 > other.0)
+    }
+
+    fn at_least(self, other: Self) -> bool {
+        comparison(self.0 >= other.0)
+    }
+
+    // Not counted: what is compared so is nearly always the number of a face.
+    fn equals(self, other: Self) -> bool {
+        self.0 == other.0
     }
 
     fn is_nan(self) -> bool {
@@ -116,9 +135,18 @@ impl Real for Counted {
         step(1, self.0.negated_if(condition))
     }
 
-    fn choose(condition: bool, a: Self, b: Self) -> Self {
-        // The comparison was counted.
+    // The comparison was counted.
+    fn select(condition: bool, a: Self, b: Self) -> Self {
         if condition { a } else { b }
+    }
+
+    // What is not taken is not counted.
+    fn either(condition: bool, a: impl FnOnce() -> Self, b: impl FnOnce() -> Self) -> Self {
+        if condition { a() } else { b() }
+    }
+
+    fn choose(condition: bool, a: Self, b: Self) -> Self {
+        Self::select(condition, a, b)
     }
 
     fn vanishes(self) -> bool {

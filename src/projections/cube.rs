@@ -20,82 +20,42 @@ use crate::projections::projection::{Coverage, Edge, Info, Projection, Seam, Uv}
 pub(super) fn to_face<R: Real>([x, y, z]: [R; 3]) -> ([R; 2], R, R) {
     let zero = R::ZERO;
     let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-    let by_x = (ax >= ay) & (ax >= az);
-    let by_y = ay >= az;
-    let major = if by_x {
-        ax
-    } else if by_y {
-        ay
-    } else {
-        az
-    };
-    let (xn, yn, zn) = (x < zero, y < zero, z < zero);
-    let p_side = if xn { z } else { -z };
-    let p_front = if zn { -x } else { x };
-    let p = if by_x {
-        p_side
-    } else if by_y {
-        x
-    } else {
-        p_front
-    };
-    let q_poles = if yn { z } else { -z };
-    let q = if by_x {
-        y
-    } else if by_y {
-        q_poles
-    } else {
-        y
-    };
+    let by_x = ax.at_least(ay) & ax.at_least(az);
+    let by_y = ay.at_least(az);
+    let of_axis = |x: R, y: R, z: R| R::select(by_x, x, R::select(by_y, y, z));
+    let major = of_axis(ax, ay, az);
+    let (xn, yn, zn) = (x.less(zero), y.less(zero), z.less(zero));
+    let p_side = R::either(xn, || z, || -z);
+    let p_front = R::either(zn, || -x, || x);
+    let p = of_axis(p_side, x, p_front);
+    let q_poles = R::either(yn, || z, || -z);
+    let q = of_axis(y, q_poles, y);
     let (f0, f1, f2) = (R::ZERO, R::ONE, R::TWO);
     let (f3, f4, f5) = (R::new(3.0), R::new(4.0), R::new(5.0));
-    let face_x = if xn { f1 } else { f0 };
-    let face_y = if yn { f2 } else { f3 };
-    let face_z = if zn { f5 } else { f4 };
-    let face = if by_x {
-        face_x
-    } else if by_y {
-        face_y
-    } else {
-        face_z
-    };
+    let face_x = R::select(xn, f1, f0);
+    let face_y = R::select(yn, f2, f3);
+    let face_z = R::select(zn, f5, f4);
+    let face = of_axis(face_x, face_y, face_z);
     ([p, q], major, face)
 }
 
 /// (right, down, forward) of a face in the view frame.
 #[inline(always)]
 pub(super) fn axis_of_face<R: Real>([pn, qn, n]: [R; 3], face: R) -> [R; 3] {
-    let side = face < R::new(1.5);
-    let pole = face < R::new(3.5);
-    let odd = (face == R::ONE) | (face == R::new(3.0)) | (face == R::new(5.0));
+    let side = face.less(R::new(1.5));
+    let pole = face.less(R::new(3.5));
+    let odd = face.equals(R::ONE) | face.equals(R::new(3.0)) | face.equals(R::new(5.0));
+    let of_pair = |x: R, y: R, z: R| R::select(side, x, R::select(pole, y, z));
     // Up is the even one of its pair and has y negative: down the image is +y.
-    let x_side = if odd { -n } else { n };
-    let x_front = if odd { -pn } else { pn };
-    let x = if side {
-        x_side
-    } else if pole {
-        pn
-    } else {
-        x_front
-    };
-    let y_pole = if odd { n } else { -n };
-    let y = if side {
-        qn
-    } else if pole {
-        y_pole
-    } else {
-        qn
-    };
-    let z_side = if odd { pn } else { -pn };
-    let z_pole = if odd { -qn } else { qn };
-    let z_front = if odd { -n } else { n };
-    let z = if side {
-        z_side
-    } else if pole {
-        z_pole
-    } else {
-        z_front
-    };
+    let x_side = R::either(odd, || -n, || n);
+    let x_front = R::either(odd, || -pn, || pn);
+    let x = of_pair(x_side, pn, x_front);
+    let y_pole = R::either(odd, || n, || -n);
+    let y = of_pair(qn, y_pole, qn);
+    let z_side = R::either(odd, || pn, || -pn);
+    let z_pole = R::either(odd, || -qn, || qn);
+    let z_front = R::either(odd, || -n, || n);
+    let z = of_pair(z_side, z_pole, z_front);
     [x, y, z]
 }
 

@@ -12,8 +12,7 @@
 
 use super::cube::{axis_of_face, to_face};
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::{max, min};
-use crate::number::real::Real;
+use crate::number::real::{Real, max, min};
 use crate::projections::faces::CUBE_LAYOUTS;
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
@@ -61,21 +60,21 @@ impl Projection for CubeEqualArea {
         let ([x, y], m, face) = to_face(d);
         let (zero, one) = (R::ZERO, R::ONE);
         let (ax, ay) = (x.abs().squarable(), y.abs().squarable());
-        let along_x = ax >= ay;
+        let along_x = ax.at_least(ay);
         let (a, b) = (max(ax, ay), min(ax, ay));
         let (aa, bb) = (a * a, b * b);
         let flat = aa + bb;
         let across = (aa + flat).sqrt();
         let length = (flat + m * m).sqrt();
         let major = (across * (across + a) / (length * (length + m))).sqrt();
-        let major = R::choose(major > one, one, major);
+        let major = R::choose(major.more(one), one, major);
         let ratio = R::half_turns(b * flat, (a * across + bb) * (across + a)) * R::new(12.0);
         let minor = major * ratio;
         // On the diagonals the ratio may round above 1.
-        let minor = R::choose(minor > major, major, minor);
+        let minor = R::choose(minor.more(major), major, minor);
         let p = R::choose(along_x, major, minor);
         let q = R::choose(along_x, minor, major);
-        Uv::centered(p.negated_if(x < zero), q.negated_if(y < zero), face)
+        Uv::centered(p.negated_if(x.less(zero)), q.negated_if(y.less(zero)), face)
     }
 
     #[inline(always)]
@@ -83,10 +82,10 @@ impl Projection for CubeEqualArea {
         let (zero, one, two) = (R::ZERO, R::ONE, R::TWO);
         let (p, q) = uv.pq();
         let (ap, aq) = (p.abs(), q.abs());
-        let along_p = ap >= aq;
+        let along_p = ap.at_least(aq);
         // One condition tells all four apart: `max` and `min` would both take q where they are equal, and its derivatives.
         let (major, minor) = (R::choose(along_p, ap, aq), R::choose(along_p, aq, ap));
-        let outside = major > zero;
+        let outside = major.more(zero);
         let divisor = R::choose(outside, major, one);
         let (s, c) = R::sin_cos_half_turns(minor / (divisor * R::new(24.0)));
         // cos t - 1/√2 from half the angle, which rounds less.
@@ -106,8 +105,8 @@ impl Projection for CubeEqualArea {
         let y = R::choose(along_p, near, far);
         axis_of_face(
             [
-                x.negated_if(p < zero),
-                y.negated_if(q < zero),
+                x.negated_if(p.less(zero)),
+                y.negated_if(q.less(zero)),
                 one - versine,
             ],
             uv.face,

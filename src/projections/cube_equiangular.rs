@@ -41,7 +41,7 @@ impl Warp for Equiangular {
     #[inline(always)]
     fn from_plane<R: Real>(component: R, major: R) -> R {
         let p = R::half_turns(component.abs(), major) * R::new(4.0);
-        p.negated_if(component < R::ZERO)
+        p.negated_if(component.less(R::ZERO))
     }
 
     #[inline(always)]

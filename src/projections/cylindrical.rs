@@ -33,7 +33,7 @@ pub(super) fn longitude<R: Real>(x: R, z: R) -> (R, R) {
     // What is dropped is an angle from the pole below any rounding unit.
     let (xf, zf) = (ax.squarable(), az.squarable());
     let h = (xf * xf + zf * zf).sqrt();
-    let west = x <= R::ZERO;
+    let west = x.at_most(R::ZERO);
     (R::half_turns(ax, z).negated_if(west), h)
 }
 
@@ -105,7 +105,7 @@ impl Projection for Cylindrical {
         let (longitude, h) = longitude(x, z);
         let p = longitude * R::new(1.0 / self.edge);
         let q = y / h * R::new(1.0 / self.half_height);
-        Uv::in_square(p, q, true)
+        Uv::in_square(p, q, R::truth(true))
     }
 
     #[inline(always)]

@@ -9,8 +9,7 @@
 //! equation 43, where the image ends or turns back. Singular: none in the image.
 
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::max;
-use crate::number::real::Real;
+use crate::number::real::{Real, max};
 use crate::projections::common::lens;
 use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
 
@@ -153,9 +152,9 @@ impl Projection for DoubleSphere {
         let s = x * x + y * y;
         let length = (s + z * z).sqrt();
         let (depth, _) = self.depth(length, z, s);
-        let ahead = z > R::new(self.least_cosine) * length;
+        let ahead = z.more(R::new(self.least_cosine) * length);
         let factor = R::new(1.0 / self.radius) / depth;
-        let factor = if ahead { factor } else { R::NAN };
+        let factor = R::select(ahead, factor, R::NAN);
         Uv::in_disk(x * factor, y * factor)
     }
 

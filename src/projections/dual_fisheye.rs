@@ -69,16 +69,16 @@ impl Projection for DualFisheye {
 
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
-        let behind = z < R::ZERO;
+        let behind = z.less(R::ZERO);
         let uv = self.lens.encode([x.negated_if(behind), y, z.abs()]);
-        let face = if behind { R::ONE } else { R::ZERO };
+        let face = R::select(behind, R::ONE, R::ZERO);
         Uv { face, ..uv }
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let [x, y, z] = self.lens.decode(uv);
-        let behind = uv.face > R::HALF;
+        let behind = uv.face.more(R::HALF);
         [x.negated_if(behind), y, z.negated_if(behind)]
     }
 

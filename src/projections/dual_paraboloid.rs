@@ -55,7 +55,7 @@ impl Projection for DualParaboloid {
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let length = (x * x + y * y + z * z).sqrt();
         let inverse = R::ONE / (length + z.abs());
-        let face = if z >= R::ZERO { R::ZERO } else { R::ONE };
+        let face = R::select(z.at_least(R::ZERO), R::ZERO, R::ONE);
         Uv::centered(x * inverse, y * inverse, face)
     }
 
@@ -66,7 +66,7 @@ impl Projection for DualParaboloid {
         let s = p * p + q * q;
         let inverse = one / (one + s);
         let z = (one - s) * inverse;
-        let z = if uv.face < R::HALF { z } else { -z };
+        let z = R::either(uv.face.less(R::HALF), || z, || -z);
         [two * p * inverse, two * q * inverse, z]
     }
 

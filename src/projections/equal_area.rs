@@ -64,7 +64,7 @@ impl Projection for EqualArea {
         let r = radius([x, y, z]);
         let n = r * (R::half_turns(y.abs(), x.abs()) * R::TWO);
         let m = r - n;
-        let below = z < R::ZERO;
+        let below = z.less(R::ZERO);
         let a = R::choose(below, one - n, m);
         let b = R::choose(below, one - m, n);
         Uv::centered(a * sign(x), b * sign(y), R::ZERO)
@@ -76,11 +76,11 @@ impl Projection for EqualArea {
         let (p, q) = uv.pq();
         let (a, b) = (p.abs(), q.abs());
         let distance = one - a - b;
-        let below = distance < zero;
+        let below = distance.less(zero);
         let n = R::choose(below, one - a, b);
         let m = R::choose(below, one - b, a);
         let r = n + m;
-        let outside = r > zero;
+        let outside = r.more(zero);
         let divisor = R::choose(outside, r, one);
         let (sin, cos) = R::sin_cos_half_turns(n / (divisor * two));
         let flat = r * (two - r * r).sqrt();

@@ -12,8 +12,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::max;
-use crate::number::real::Real;
+use crate::number::real::{Real, max};
 use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 
 /// The equal-area ellipse of half longitudes.
@@ -65,11 +64,11 @@ impl Projection for Hammer {
         // h times the larger of sin(λ/2) and cos(λ/2), and the other.
         let large = (half * h * (h + z.abs())).sqrt();
         let small = half * ax * h / max(large, R::new(1e-30));
-        let front = z >= zero;
-        let along = if front { small } else { large };
-        let ahead = if front { large } else { small };
+        let front = z.at_least(zero);
+        let along = R::select(front, small, large);
+        let ahead = R::select(front, large, small);
         let n = R::ONE / (length * (length + ahead)).sqrt();
-        let west = x <= zero;
+        let west = x.at_most(zero);
         Uv::centered(
             (along * n).clamped(-1.0, 1.0).negated_if(west),
             (y * n).clamped(-1.0, 1.0),

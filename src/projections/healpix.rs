@@ -75,8 +75,8 @@ impl Projection for Healpix {
         let (zero, half, one, two) = (R::ZERO, R::HALF, R::ONE, R::TWO);
         let (three, four) = (R::new(3.0), R::new(4.0));
         // The quadrant, and the longitude within it in quarter turns.
-        let odd = ((x <= zero) & (y > zero)) | ((x >= zero) & (y < zero));
-        let back = (y < zero) | ((y == zero) & (x < zero));
+        let odd = (x.at_most(zero) & y.more(zero)) | (x.at_least(zero) & y.less(zero));
+        let back = y.less(zero) | (y.equals(zero) & x.less(zero));
         let turn = R::choose(odd, one, zero) + R::choose(back, two, zero);
         let (ax, ay) = (x.abs(), y.abs());
         let along = two * R::half_turns(R::choose(odd, ax, ay), R::choose(odd, ay, ax));
@@ -84,26 +84,26 @@ impl Projection for Healpix {
         let (xf, yf) = (ax.squarable(), ay.squarable());
         let squared = xf * xf + yf * yf;
         let length = (squared + z * z).sqrt();
-        let cap = three * z.abs() > two * length;
+        let cap = (three * z.abs()).more(two * length);
         let numerator = R::choose(cap, three * squared, R::new(0.75) * z);
         let denominator = length * R::choose(cap, length + z.abs(), one);
         let quotient = numerator / denominator;
         let radius = quotient.abs().sqrt();
 
         let (falling, rising) = (along * radius, (one - along) * radius);
-        let south = z < zero;
+        let south = z.less(zero);
         let cap_u = R::choose(south, falling, one - rising);
         let cap_v = R::choose(south, rising, one - falling);
         let cap_face = turn + R::choose(south, R::new(8.0), zero);
 
         let (falling, rising) = (half + along - quotient, half + along + quotient);
-        let (f, r) = (falling >= one, rising >= one);
+        let (f, r) = (falling.at_least(one), rising.at_least(one));
         let belt_u = rising - R::choose(r, one, zero);
         let belt_v = one - (falling - R::choose(f, one, zero));
         let next = turn + R::choose(f, one, zero);
-        let equator = four + R::choose(next == four, zero, next);
+        let equator = four + R::choose(next.equals(four), zero, next);
         let beside = turn + R::choose(f, R::new(8.0), zero);
-        let belt_face = R::choose(f == r, equator, beside);
+        let belt_face = R::choose(!(f ^ r), equator, beside);
 
         let u = R::choose(cap, cap_u, belt_u);
         let v = R::choose(cap, cap_v, belt_v);
@@ -117,17 +117,17 @@ impl Projection for Healpix {
     #[inline(always)]
     fn decode<R: Real>(self, Uv { u, v, face }: Uv<R>) -> [R; 3] {
         let (zero, one, two) = (R::ZERO, R::ONE, R::TWO);
-        let north = face < R::new(3.5);
-        let south = face > R::new(7.5);
+        let north = face.less(R::new(3.5));
+        let south = face.more(R::new(7.5));
         let row = R::choose(north, zero, one) + R::choose(south, one, zero);
         let column = face - R::new(4.0) * row;
         // The longitude of a face's center, from -1 to 1 half turns.
         let middle = R::HALF * column + R::choose(north | south, R::new(0.25), zero);
-        let middle = middle - R::choose(middle > one, two, zero);
+        let middle = middle - R::choose(middle.more(one), two, zero);
 
         // How far the pole is: 1 where the cap ends.
         let from_pole = R::choose(south, u + v, (one - u) + (one - v));
-        let cap = (north | south) & (from_pole < one);
+        let cap = (north | south) & from_pole.less(one);
         let quarter = R::new(0.25) * (u - v);
         let radius = R::choose(from_pole.vanishes(), one, from_pole);
         let longitude = middle + quarter / R::choose(cap, radius, one);

@@ -55,10 +55,10 @@ impl Projection for HemiLatlong {
         let half = R::HALF;
         let (longitude, h) = longitude(x, z);
         let v = R::half_turns(h, -y) * R::TWO;
-        let (below, nan) = (y > R::ZERO, R::NAN);
+        let (below, nan) = (y.more(R::ZERO), R::NAN);
         Uv::flat(
-            if below { nan } else { half + longitude * half },
-            if below { nan } else { v.clamped(0.0, 1.0) },
+            R::select(below, nan, half + longitude * half),
+            R::select(below, nan, v.clamped(0.0, 1.0)),
         )
     }
 

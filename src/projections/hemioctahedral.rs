@@ -7,8 +7,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::max;
-use crate::number::real::Real;
+use crate::number::real::{Real, max};
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 
 /// Half an octahedron.
@@ -46,8 +45,8 @@ impl Projection for Hemioctahedral {
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let sum = x.abs() + y.abs() + z.abs();
-        let above = z >= R::ZERO;
-        let sum = if above { sum } else { R::NAN };
+        let above = z.at_least(R::ZERO);
+        let sum = R::select(above, sum, R::NAN);
         Uv::centered((x + y) / sum, (x - y) / sum, R::ZERO)
     }
 

@@ -80,16 +80,16 @@ fn product<R: Real>(n: [f64; 3], d: [R; 3]) -> R {
 
 /// The plane's point at (u, v) of a face, unfolded into its sector, as (right, up, ahead).
 #[inline(always)]
-fn flat<R: Real>(u: R, v: R, below: bool) -> [R; 3] {
+fn flat<R: Real>(u: R, v: R, below: R::Mask) -> [R; 3] {
     let one = R::ONE;
-    let beyond = u + v > one;
-    let tip = if beyond { u + v - one } else { one - u - v };
-    let right = if beyond { one - v } else { u };
-    let left = if beyond { one - u } else { v };
+    let beyond = (u + v).more(one);
+    let tip = R::either(beyond, || u + v - one, || one - u - v);
+    let right = R::either(beyond, || one - v, || u);
+    let left = R::either(beyond, || one - u, || v);
     std::array::from_fn(|k| {
-        let choose = |upper: f64, lower: f64| if below { R::new(lower) } else { R::new(upper) };
+        let choose = |upper: f64, lower: f64| R::select(below, R::new(lower), R::new(upper));
         let (top, bottom) = (choose(NORTH[k], UPPER_RIGHT[k]), choose(LOWER[k], SOUTH[k]));
-        let tip_corner = if beyond { bottom } else { top };
+        let tip_corner = R::select(beyond, bottom, top);
         tip * tip_corner
             + right * choose(UPPER_RIGHT[k], LOWER_RIGHT[k])
             + left * choose(UPPER_LEFT[k], LOWER[k])
@@ -101,9 +101,9 @@ fn flat<R: Real>(u: R, v: R, below: bool) -> [R; 3] {
 fn sector<R: Real>(k: R) -> (R, R) {
     let (mut sin, mut cos) = (R::new(SECTORS[0][0]), R::new(SECTORS[0][1]));
     for (n, [s, c]) in SECTORS.into_iter().enumerate().skip(1) {
-        let here = k == R::new(n as f64);
-        sin = if here { R::new(s) } else { sin };
-        cos = if here { R::new(c) } else { cos };
+        let here = k.equals(R::new(n as f64));
+        sin = R::select(here, R::new(s), sin);
+        cos = R::select(here, R::new(c), cos);
     }
     (sin, cos)
 }
@@ -149,19 +149,19 @@ impl Projection for Icosahedral {
         let (mut k, mut sin, mut cos) = (zero, R::new(SECTORS[0][0]), R::new(SECTORS[0][1]));
         for (n, [s, c]) in SECTORS.into_iter().enumerate().skip(1) {
             let along = R::new(s) * x + R::new(c) * z;
-            let nearer = along > best;
-            best = if nearer { along } else { best };
-            k = if nearer { R::new(n as f64) } else { k };
-            sin = if nearer { R::new(s) } else { sin };
-            cos = if nearer { R::new(c) } else { cos };
+            let nearer = along.more(best);
+            best = R::select(nearer, along, best);
+            k = R::select(nearer, R::new(n as f64), k);
+            sin = R::select(nearer, R::new(s), sin);
+            cos = R::select(nearer, R::new(c), cos);
         }
         let aside = x * cos - z * sin;
-        let mirrored = aside < zero;
+        let mirrored = aside.less(zero);
         let d = [aside.abs(), -y, best];
         // Below each of three edges: the tip, the sides and the foot of the sector.
-        let below_cap = product(TRIANGLES[0][0], d) < zero;
-        let beside = product(TRIANGLES[1][1], d) < zero;
-        let foot = product(TRIANGLES[2][0], d) < zero;
+        let below_cap = product(TRIANGLES[0][0], d).less(zero);
+        let beside = product(TRIANGLES[1][1], d).less(zero);
+        let foot = product(TRIANGLES[2][0], d).less(zero);
         let which =
             |n: usize| -> [R; 3] { std::array::from_fn(|row| product(TRIANGLES[n][row], d)) };
         let (a, b, c, e) = (which(0), which(1), which(2), which(3));
@@ -169,34 +169,30 @@ impl Projection for Icosahedral {
         // Tip, right and left corner; those of the two lower kinds are turned over.
         let [tip, right, left]: [R; 3] = std::array::from_fn(|row| {
             let flip = [0, 2, 1][row];
-            let upper = if below_cap { b[flip] } else { a[row] };
-            let under = if foot { e[flip] } else { c[row] };
-            if lower { under } else { upper }
+            let upper = R::select(below_cap, b[flip], a[row]);
+            let under = R::select(foot, e[flip], c[row]);
+            R::select(lower, under, upper)
         });
         let n = one / (tip + right + left);
         let (p, q) = (
-            (if mirrored { left } else { right } * n).clamped(0.0, 1.0),
-            (if mirrored { right } else { left } * n).clamped(0.0, 1.0),
+            (R::select(mirrored, left, right) * n).clamped(0.0, 1.0),
+            (R::select(mirrored, right, left) * n).clamped(0.0, 1.0),
         );
         let second = (lower & foot) | (below_cap & !lower);
         let back = lower & mirrored;
-        let k = if back { k - one } else { k };
-        let k = if k < zero { R::new(4.0) } else { k };
+        let k = R::either(back, || k - one, || k);
+        let k = R::select(k.less(zero), R::new(4.0), k);
         Uv {
-            u: if second { one - q } else { p },
-            v: if second { one - p } else { q },
-            face: if lower { k + R::new(5.0) } else { k },
+            u: R::either(second, || one - q, || p),
+            v: R::either(second, || one - p, || q),
+            face: R::either(lower, || k + R::new(5.0), || k),
         }
     }
 
     #[inline(always)]
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
-        let below = uv.face > R::new(4.5);
-        let k = if below {
-            uv.face - R::new(5.0)
-        } else {
-            uv.face
-        };
+        let below = uv.face.more(R::new(4.5));
+        let k = R::either(below, || uv.face - R::new(5.0), || uv.face);
         let (sin, cos) = sector(k);
         let [x, up, z] = flat(uv.u, uv.v, below);
         let n = R::ONE / (x * x + up * up + z * z).sqrt();
@@ -228,7 +224,7 @@ impl Projection for Icosahedral {
 
     #[inline(always)]
     fn density<R: Real>(self, uv: Uv<R>) -> R {
-        let [x, y, z] = flat(uv.u, uv.v, false);
+        let [x, y, z] = flat(uv.u, uv.v, R::truth(false));
         let s = x * x + y * y + z * z;
         R::new(SCALE) / (s * s.sqrt())
     }

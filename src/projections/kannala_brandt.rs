@@ -230,11 +230,11 @@ impl Projection for KannalaBrandt {
         let (xs, ys, unscale) = scaled(x, y);
         let hs = (xs * xs + ys * ys).sqrt();
         // On the axis the azimuth is that of (1, 0).
-        let on_axis = if hs.vanishes() { one } else { zero };
+        let on_axis = R::select(hs.vanishes(), one, zero);
         let t = R::half_turns(hs * unscale, z);
-        let inside = t * R::new(1.0 / self.rim) <= R::new(1.0 + 2.0 * R::EPSILON);
+        let inside = (t * R::new(1.0 / self.rim)).at_most(R::new(1.0 + 2.0 * R::EPSILON));
         let radius = t * self.stretch(t * t) * R::new(1.0 / self.radius);
-        let radius = if inside { radius } else { R::NAN };
+        let radius = R::select(inside, radius, R::NAN);
         let factor = radius / (hs + on_axis);
         Uv::centered(
             ((xs + on_axis) * factor).clamped(-1.0, 1.0),

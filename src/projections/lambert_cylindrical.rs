@@ -9,8 +9,7 @@
 //! digits, because 1 + y is written as (x² + z²)/(1 - y).
 
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::max;
-use crate::number::real::Real;
+use crate::number::real::{Real, max};
 use crate::projections::projection;
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::PI;
@@ -68,10 +67,10 @@ impl Projection for LambertCylindrical {
         let length = (flat + y * y).sqrt();
         let near = flat / (length * (length + y.abs()) * R::TWO);
         let longitude = R::half_turns(ax, z) * half;
-        let west = x <= zero;
+        let west = x.at_most(zero);
         Uv::flat(
             half + longitude.negated_if(west),
-            if y < zero { near } else { R::ONE - near },
+            R::either(y.less(zero), || near, || R::ONE - near),
         )
     }
 

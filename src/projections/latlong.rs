@@ -63,7 +63,7 @@ impl Projection for Latlong {
         let (xf, zf) = (ax.squarable(), az.squarable());
         let h = (xf * xf + zf * zf).sqrt();
         let longitude = R::half_turns(ax, z) * half;
-        let west = x <= R::ZERO;
+        let west = x.at_most(R::ZERO);
         Uv::flat(half + longitude.negated_if(west), R::half_turns(h, -y))
     }
 

@@ -14,8 +14,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::max;
-use crate::number::real::Real;
+use crate::number::real::{Real, max};
 use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 
 /// 1 - |n|² for |n| near 1, without rounding: the heads lie on a grid so coarse that their squares and
@@ -85,10 +84,10 @@ impl Projection for Matcap {
         let half = remainder([p, q, r]) * R::HALF;
         let uv = Uv::flat(rounded_once(p, half), rounded_once(q, half));
         let nan = R::NAN;
-        let front = z >= R::ZERO;
+        let front = z.at_least(R::ZERO);
         Uv {
-            u: if front { uv.u } else { nan },
-            v: if front { uv.v } else { nan },
+            u: R::select(front, uv.u, nan),
+            v: R::select(front, uv.v, nan),
             face: uv.face,
         }
     }

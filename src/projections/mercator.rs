@@ -84,7 +84,7 @@ impl Projection for Mercator {
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let (p, h) = longitude(x, z);
         let q = (y / h).asinh() * R::new(1.0 / self.edge);
-        Uv::in_square(p, q, true)
+        Uv::in_square(p, q, R::truth(true))
     }
 
     #[inline(always)]

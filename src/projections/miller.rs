@@ -26,7 +26,7 @@ impl Miller {
     #[inline(always)]
     fn latitude<R: Real>(q: R) -> R {
         let (sinh, _) = (q * R::new(EDGE)).sinh_cosh();
-        (R::half_turns(sinh.abs(), R::ONE) * R::new(1.25)).negated_if(q < R::ZERO)
+        (R::half_turns(sinh.abs(), R::ONE) * R::new(1.25)).negated_if(q.less(R::ZERO))
     }
 }
 
@@ -95,7 +95,7 @@ impl Projection for Miller {
         let (_, q) = uv.pq();
         let (_, cos) = R::sin_cos_half_turns(Miller::latitude(q));
         let (_, cosh) = (q * R::new(EDGE)).sinh_cosh();
-        let cos = if cos < R::ZERO { R::ZERO } else { cos };
+        let cos = R::select(cos.less(R::ZERO), R::ZERO, cos);
         R::new(5.0 * PI * EDGE) * cos / cosh
     }
 }

@@ -122,4 +122,10 @@ projections! {
     sinusoidal::Sinusoidal,
     tetrahedral::Tetrahedral,
     icosahedral::Icosahedral,
+    camera_pinhole::CameraPinhole,
+    camera_brown_conrady::CameraBrownConrady,
+    camera_kannala_brandt::CameraKannalaBrandt,
+    camera_unified::CameraUnified,
+    camera_double_sphere::CameraDoubleSphere,
+    camera_eucm::CameraEucm,
 }

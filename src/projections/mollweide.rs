@@ -15,8 +15,7 @@
 use super::cylindrical::longitude;
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::{max, min};
-use crate::number::real::Real;
+use crate::number::real::{Real, max, min};
 use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
@@ -40,12 +39,11 @@ fn lag<R: Real>(psi: R, sin: R) -> R {
         ),
         20.0,
     );
-    let small = psi < one;
-    if small {
-        s * psi * R::new(1.0 / 6.0) * series
-    } else {
-        psi - sin
-    }
+    R::either(
+        psi.less(one),
+        || s * psi * R::new(1.0 / 6.0) * series,
+        || psi - sin,
+    )
 }
 
 impl Projection for Mollweide {
@@ -101,7 +99,7 @@ impl Projection for Mollweide {
             psi = psi - (lag(psi, two * sin * cos) - side) / (two * sin * sin);
         }
         let (sin, cos) = R::sin_cos_half_turns(psi * R::new(0.5 / PI));
-        let up = y < R::ZERO;
+        let up = y.less(R::ZERO);
         Uv::flat(
             (longitude * sin * half + half).clamped(0.0, 1.0),
             cos.negated_if(up) * half + half,
@@ -122,7 +120,7 @@ impl Projection for Mollweide {
         let cos = (missing * (two - missing)).sqrt();
         let width = max(s, R::new(1e-30));
         let (sin_longitude, cos_longitude) = R::sin_cos_half_turns((p / width).clamped(-4.0, 4.0));
-        let up = q < R::ZERO;
+        let up = q.less(R::ZERO);
         [
             cos * sin_longitude,
             (one - missing).negated_if(up),

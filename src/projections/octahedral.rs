@@ -9,8 +9,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::max;
-use crate::number::real::{Real, sign};
+use crate::number::real::{Real, max, sign};
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 
 /// The full octahedron.
@@ -50,12 +49,12 @@ impl Projection for Octahedral {
         let one = R::ONE;
         let sum = x.abs() + y.abs() + z.abs();
         let (p, q) = (x / sum, y / sum);
-        let below = z < R::ZERO;
+        let below = z.less(R::ZERO);
         let folded_p = (one - q.abs()) * sign(p);
         let folded_q = (one - p.abs()) * sign(q);
         Uv::centered(
-            if below { folded_p } else { p },
-            if below { folded_q } else { q },
+            R::select(below, folded_p, p),
+            R::select(below, folded_q, q),
             R::ZERO,
         )
     }

@@ -10,8 +10,7 @@
 use super::matcap::{remainder, rounded_once};
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::max;
-use crate::number::real::Real;
+use crate::number::real::{Real, max};
 use crate::projections::common::lens;
 use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
@@ -80,11 +79,12 @@ impl Projection for Orthographic {
         let half = remainder([a, b, c]) * R::HALF;
         let scale = R::new(1.0 / self.rim);
         let (p, q) = (a * scale, b * scale);
-        let inside = (z >= R::ZERO) & (p * p + q * q <= R::new(1.0 + 8.0 * R::EPSILON));
+        let within = (p * p + q * q).at_most(R::new(1.0 + 8.0 * R::EPSILON));
+        let inside = z.at_least(R::ZERO) & within;
         let nan = R::NAN;
         Uv::flat(
-            if inside { rounded_once(p, half) } else { nan },
-            if inside { rounded_once(q, half) } else { nan },
+            R::select(inside, rounded_once(p, half), nan),
+            R::select(inside, rounded_once(q, half), nan),
         )
     }
 

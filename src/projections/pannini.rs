@@ -159,8 +159,8 @@ impl Projection for Pannini {
         let h = (xf * xf + zf * zf).sqrt();
         let (sin, cos, tan) = (x / h, z / h, y / h);
         let depth = R::new(self.d) + cos;
-        let ahead = (depth > R::ZERO) & (R::ONE + R::new(self.d) * cos > R::ZERO);
-        let ahead = ahead & ((cos > R::ZERO) | (self.s == 0.0));
+        let ahead = depth.more(R::ZERO) & (R::ONE + R::new(self.d) * cos).more(R::ZERO);
+        let ahead = ahead & (cos.more(R::ZERO) | R::truth(self.s == 0.0));
         let scale = R::new(self.d + 1.0) / depth;
         let p = scale * sin * R::new(1.0 / self.half[0]);
         let q = self.height(scale, cos) * tan * R::new(1.0 / self.half[1]);

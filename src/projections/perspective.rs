@@ -121,7 +121,7 @@ impl Projection for Perspective {
         let [half_x, half_y] = self.half;
         let p = x / z * R::new(1.0 / half_x) + R::new(self.principal[0]);
         let q = y / z * R::new(1.0 / half_y) + R::new(self.principal[1]);
-        Uv::in_square(p, q, z > R::ZERO)
+        Uv::in_square(p, q, z.more(R::ZERO))
     }
 
     #[inline(always)]

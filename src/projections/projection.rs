@@ -12,8 +12,7 @@ use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
 use crate::geometry::vector::dot;
 use crate::number::dual::Dual;
-use crate::number::math::max;
-use crate::number::real::Real;
+use crate::number::real::{Real, max, min};
 use crate::projections::faces::LayoutSpec;
 
 /// Image coordinates; `face` is 0 on a map of one face.
@@ -57,9 +56,9 @@ impl<R: Real> Uv<R> {
     /// A point from p and q of a map of one face whose coverage ends at the edges of the square: NaN beyond
     /// them, by more than rounding, and where it is not `seen`.
     #[inline(always)]
-    pub(crate) fn in_square(p: R, q: R, seen: bool) -> Self {
+    pub(crate) fn in_square(p: R, q: R, seen: R::Mask) -> Self {
         let edge = R::new(1.0 + 8.0 * R::EPSILON);
-        let inside = seen & (p.abs() <= edge) & (q.abs() <= edge);
+        let inside = seen & p.abs().at_most(edge) & q.abs().at_most(edge);
         let nan = R::NAN;
         Self::centered(
             R::choose(inside, p.clamped(-1.0, 1.0), nan),
@@ -72,7 +71,7 @@ impl<R: Real> Uv<R> {
     /// more than rounding.
     #[inline(always)]
     pub(crate) fn in_disk(p: R, q: R) -> Self {
-        let inside = p * p + q * q <= R::new(1.0 + 4.0 * R::EPSILON);
+        let inside = (p * p + q * q).at_most(R::new(1.0 + 4.0 * R::EPSILON));
         let nan = R::NAN;
         Self::centered(
             R::choose(inside, p.clamped(-1.0, 1.0), nan),
@@ -83,15 +82,15 @@ impl<R: Real> Uv<R> {
 
     /// Whether it lies in the unit square of one of so many faces.
     #[inline(always)]
-    pub(crate) fn in_bounds(self, faces: usize) -> bool {
-        let (zero, one) = (R::ZERO, R::ONE);
-        let in_square = (self.u >= zero) & (self.u <= one) & (self.v >= zero) & (self.v <= one);
+    pub(crate) fn in_bounds(self, faces: usize) -> R::Mask {
+        let within = |x: R| x.at_least(R::ZERO) & x.at_most(R::ONE);
+        let in_square = within(self.u) & within(self.v);
         let in_faces = if faces > 1 {
             let last = R::new((faces - 1) as f64);
-            let bounded = max(zero, if self.face < last { self.face } else { last });
-            (bounded.floor() == self.face) & (bounded == self.face)
+            let bounded = max(R::ZERO, min(self.face, last));
+            bounded.floor().equals(self.face) & bounded.equals(self.face)
         } else {
-            true
+            R::truth(true)
         };
         in_square & in_faces
     }
@@ -364,12 +363,12 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// Whether `uv` lies in the valid image. Rims are let out by 8 ε, the most that encoding rounds. An outline that is a
     /// [`Outline::Shape`] is this method's own, and starts with [`Uv::in_bounds`].
     #[inline(always)]
-    fn contains<R: Real>(self, uv: Uv<R>) -> bool {
+    fn contains<R: Real>(self, uv: Uv<R>) -> R::Mask {
         let in_outline = match Self::INFO.outline {
-            Outline::Square | Outline::Shape => true,
+            Outline::Square | Outline::Shape => R::truth(true),
             Outline::Disk => {
                 let (p, q) = uv.pq();
-                p * p + q * q <= R::new(1.0 + 8.0 * R::EPSILON)
+                (p * p + q * q).at_most(R::new(1.0 + 8.0 * R::EPSILON))
             }
         };
         in_outline & uv.in_bounds(Self::INFO.faces)

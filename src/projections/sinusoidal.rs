@@ -7,8 +7,7 @@
 
 use super::cylindrical::longitude;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::max;
-use crate::number::real::Real;
+use crate::number::real::{Real, max};
 use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
@@ -88,10 +87,10 @@ impl Projection for Sinusoidal {
     }
 
     #[inline(always)]
-    fn contains<R: Real>(self, uv: Uv<R>) -> bool {
+    fn contains<R: Real>(self, uv: Uv<R>) -> R::Mask {
         let (p, _) = uv.pq();
         let (width, _) = R::sin_cos_half_turns(uv.v.clamped(0.0, 1.0));
-        uv.in_bounds(1) & (p.abs() <= width + R::new(8.0 * R::EPSILON))
+        uv.in_bounds(1) & p.abs().at_most(width + R::new(8.0 * R::EPSILON))
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

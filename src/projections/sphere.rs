@@ -16,8 +16,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::max;
-use crate::number::real::{Real, scaled};
+use crate::number::real::{Real, max, scaled};
 use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 
 /// A direction of any length near 1 in Lambert's map, whose disk has radius 1/`rim`; (1/`rim`, 0) for the direction
@@ -30,17 +29,14 @@ pub(super) fn to_disk<R: Real>([x, y, z]: [R; 3], rim: f64) -> (R, R) {
     let blind = hs.vanishes();
     let length = (x * x + y * y + z * z).sqrt();
     let near = length + z.abs();
-    let front = z >= zero;
+    let front = z.at_least(zero);
     // In front (x, y)/√(2L(L+z)); behind (x, y)/h · √((L-z)/2L), with h at the scale of x and y.
-    let a = if front {
-        x
-    } else {
-        xs + if blind { one } else { zero }
-    };
-    let b = if front { y } else { ys };
-    let numerator = if front { one } else { near };
-    let hs = hs + if blind { one } else { zero };
-    let denominator = length * R::new(2.0 * rim * rim) * if front { near } else { hs };
+    let lift = R::select(blind, one, zero);
+    let a = R::either(front, || x, || xs + lift);
+    let b = R::select(front, y, ys);
+    let numerator = R::select(front, one, near);
+    let hs = hs + lift;
+    let denominator = length * R::new(2.0 * rim * rim) * R::select(front, near, hs);
     let factor = (numerator / denominator).sqrt();
     (a * factor, b * factor)
 }

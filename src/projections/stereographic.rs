@@ -63,9 +63,9 @@ impl Projection for Stereographic {
         let length = (x * x + y * y + z * z).sqrt();
         // Behind, L + z cancels and is (x² + y²)/(L - z). What that loses by underflow is outside of any fov.
         let near = length + z.abs();
-        let front = z >= R::ZERO;
-        let numerator = if front { R::ONE } else { near };
-        let denominator = if front { near } else { x * x + y * y };
+        let front = z.at_least(R::ZERO);
+        let numerator = R::select(front, R::ONE, near);
+        let denominator = R::either(front, || near, || x * x + y * y);
         let factor = numerator / denominator * R::new(1.0 / self.rim);
         Uv::in_disk(x * factor, y * factor)
     }

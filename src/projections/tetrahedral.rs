@@ -9,8 +9,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::max;
-use crate::number::real::Real;
+use crate::number::real::{Real, max};
 use crate::projections::projection;
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 
@@ -25,12 +24,8 @@ const ASPECT: f64 = 2.309_401_076_758_503;
 #[inline(always)]
 fn surface<R: Real>(u: R, v: R) -> [R; 3] {
     let (one, two, three, four) = (R::ONE, R::TWO, R::new(3.0), R::new(4.0));
-    let left = u < R::HALF;
-    let x = if left {
-        four * u - one
-    } else {
-        three - four * u
-    };
+    let left = u.less(R::HALF);
+    let x = R::either(left, || four * u - one, || three - four * u);
     let lean = (one - (one - two * u + v).abs()).abs();
     [x, two * v - one, one - two * lean]
 }
@@ -77,13 +72,9 @@ impl Projection for Tetrahedral {
         let (left, right) = (z + (x - y).abs(), (x + y).abs() - z);
         let n = R::ONE / max(left, right);
         let along = (x * n).clamped(-1.0, 1.0) * quarter;
-        let on_left = left >= right;
+        let on_left = left.at_least(right);
         Uv::flat(
-            if on_left {
-                quarter + along
-            } else {
-                R::new(0.75) - along
-            },
+            R::either(on_left, || quarter + along, || R::new(0.75) - along),
             (y * n).clamped(-1.0, 1.0) * half + half,
         )
     }

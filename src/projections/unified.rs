@@ -107,8 +107,8 @@ impl Projection for Unified {
         let depth = z + R::new(self.xi) * length;
         let factor = R::new(1.0 / self.radius) / depth;
         // Where ξ > 1 the image turns back: what lies behind would appear a second time.
-        let ahead = (depth > R::ZERO) & (length + R::new(self.xi) * z > R::ZERO);
-        let factor = if ahead { factor } else { R::NAN };
+        let ahead = depth.more(R::ZERO) & (length + R::new(self.xi) * z).more(R::ZERO);
+        let factor = R::select(ahead, factor, R::NAN);
         Uv::in_disk(x * factor, y * factor)
     }
 

@@ -33,7 +33,7 @@ pub fn rebuild<'py>(
     name: &str,
     options: &Bound<'py, PyDict>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    class.call((name,), Some(options))
+    PyProjection::of_class(class, name, options)
 }
 
 /// Smaller versions of an image, in the same projection.
@@ -231,13 +231,14 @@ pub fn rotation(
 pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     struct Claims;
     impl Visitor for Claims {
-        type Output = (Coverage, (f64, f64), &'static str, (u32, u32));
+        type Output = (Coverage, (f64, f64), &'static str, (u32, u32), bool);
         fn visit<P: Projection>(self, p: P) -> Self::Output {
             (
                 p.coverage(),
                 p.density_range(),
                 p.seam().name(),
                 cost::steps(p),
+                P::COMMON,
             )
         }
     }
@@ -247,7 +248,7 @@ pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         let Some(kind) = Kind::new(info.name, &defaults) else {
             continue;
         };
-        let (coverage, density_range, seam, steps) = kind.visit(Claims);
+        let (coverage, density_range, seam, steps, common) = kind.visit(Claims);
         let parameters = PyList::empty(py);
         for parameter in info.parameters {
             let dict = PyDict::new(py);
@@ -270,6 +271,7 @@ pub fn registry(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         dict.set_item("coverage_solid_angle", coverage.solid_angle())?;
         dict.set_item("seam", seam)?;
         dict.set_item("steps", steps)?;
+        dict.set_item("in_double", !common)?;
         dict.set_item("faces", info.faces)?;
         dict.set_item(
             "layouts",

@@ -5,9 +5,11 @@ use super::arrays::{
     Points, contiguous, disjoint, finish, output, points, reals, run, with_reals, writable,
 };
 use super::helpers::Helper;
-use crate::healpix::{Angles, Order, Pixels};
-use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::PyTypeError;
+use super::stopping::stoppable;
+use crate::healpix::{Angles, Arrangement, Order, Pixels};
+use crate::healpix::{arrange_then, unseen_to_nan_f32, unseen_to_nan_f64};
+use numpy::{Element, PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 fn pixels(nside: i64, nest: bool) -> PyResult<Pixels> {
@@ -108,6 +110,60 @@ pub fn healpix_reorder<'py>(
     each(py, pixels, out, "int64", &[], |pixels, out| {
         fits(division.reordered(pixels, out));
     })
+}
+
+/// The eight pixels around each: (...) -> (..., 8).
+#[pyfunction]
+#[pyo3(signature = (nside, pixels, /, *, nest=false))]
+pub fn healpix_neighbors<'py>(
+    py: Python<'py>,
+    nside: i64,
+    pixels: &Bound<'py, PyAny>,
+    nest: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let division = self::pixels(nside, nest)?;
+    each(py, pixels, None, "int64", &[8], |pixels, out| {
+        fits(division.neighbors(pixels, out));
+    })
+}
+
+/// Copies a whole map, as bytes, from one arrangement into another: "ring", "nested" or "faces". `unseen` is the size of
+/// floats among which healpy's mark becomes NaN, or 0.
+#[pyfunction]
+#[pyo3(signature = (nside, bytes, source, was, target, becomes, unseen, /))]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "what a call needs, each independent"
+)]
+pub fn healpix_arrange<'py>(
+    py: Python<'py>,
+    nside: i64,
+    bytes: usize,
+    source: PyReadonlyArrayDyn<'py, u8>,
+    was: &str,
+    target: &Bound<'py, PyArrayDyn<u8>>,
+    becomes: &str,
+    unseen: usize,
+) -> PyResult<()> {
+    let (was, becomes) = (arrangement(was)?, arrangement(becomes)?);
+    let mut target = writable(target)?;
+    let (source, target) = (source.as_slice()?, target.as_slice_mut()?);
+    disjoint(source, target)?;
+    let (source, target) = ((was, source), (becomes, target));
+    stoppable(py, || match unseen {
+        4 => arrange_then(nside, bytes, source, target, unseen_to_nan_f32),
+        8 => arrange_then(nside, bytes, source, target, unseen_to_nan_f64),
+        _ => arrange_then(nside, bytes, source, target, |_| ()),
+    })
+}
+
+fn arrangement(name: &str) -> PyResult<Arrangement> {
+    match name {
+        "ring" => Ok(Arrangement::Ring),
+        "nested" => Ok(Arrangement::Nested),
+        "faces" => Ok(Arrangement::Faces),
+        _ => Err(PyValueError::new_err(format!("no arrangement is '{name}'"))),
+    }
 }
 
 /// Takes `work` over pixel numbers.

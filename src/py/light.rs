@@ -6,6 +6,7 @@ use super::images::{image, view, with_image};
 use super::projection::{PyProjection, size};
 use super::stopping::stoppable;
 use crate::image::weights;
+use crate::kernel::interrupt;
 use crate::light::prefilter::{Distribution, Source};
 use crate::light::{Lobe, dfg as table, integrate, under};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -87,6 +88,9 @@ pub fn lobe<'py>(
     })
 }
 
+/// How many lookups take as long as making a texel of the source ready.
+const READY: f64 = 8.0;
+
 /// The image under a GGX or Charlie lobe, sampled: float32 of shape (*shape, C).
 #[pyfunction]
 #[pyo3(signature = (object, projection, target, shapes, alphas, name, samples, /))]
@@ -109,16 +113,30 @@ pub fn prefilter<'py>(
         .collect::<PyResult<Vec<_>>>()?;
     with_image!(image(object, None)?, image => {
         let image = view(map, &image)?;
-        let source = stoppable(py, || Source::new(&image))?;
+        // How long each level takes, about, and making the source ready: in lookups.
+        let works = shapes.iter().zip(&alphas).map(|(shape, alpha)| {
+            let samples = if *alpha > 0.0 { samples } else { 1 };
+            (shape.iter().product::<usize>() as f64) * samples as f64
+        });
+        let ready = READY * image.raster().texels() as f64;
+        let all = ready + works.clone().sum::<f64>();
+        let mut done = ready / all;
+        let source = stoppable(py, || interrupt::part(0.0, done, || Source::new(&image)))?;
         let mut levels = Vec::new();
-        for (shape, alpha) in shapes.iter().zip(&alphas) {
+        for ((shape, alpha), work) in shapes.iter().zip(&alphas).zip(works) {
             let mut whole = shape.clone();
             whole.push(image.channels());
             let array = output::<f32>(py, None, "float32", &whole)?;
             {
                 let mut out = writable(&array)?;
                 let out = out.as_slice_mut()?;
-                stoppable(py, || source.filter(target, shape, distribution, *alpha, samples, out))?;
+                let part = [done, done + work / all];
+                stoppable(py, || {
+                    interrupt::part(part[0], part[1], || {
+                        source.filter(target, shape, distribution, *alpha, samples, out)
+                    })
+                })?;
+                done = part[1];
             }
             levels.push(finish(array, true)?);
         }

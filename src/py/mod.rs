@@ -5,6 +5,7 @@
 //! float64 take the friendly path through `spheremap._arrays`.
 
 mod arrays;
+mod code;
 mod compare;
 mod depth;
 mod distribution;
@@ -29,6 +30,8 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
+    use super::code::{code, code_languages};
+    #[pymodule_export]
     use super::compare::{compare, worlds};
     #[pymodule_export]
     use super::depth::convert_depth;
@@ -42,7 +45,8 @@ mod _core {
     };
     #[pymodule_export]
     use super::healpix::{
-        healpix_ang2pix, healpix_pix2ang, healpix_pix2vec, healpix_reorder, healpix_vec2pix,
+        healpix_ang2pix, healpix_arrange, healpix_neighbors, healpix_pix2ang, healpix_pix2vec,
+        healpix_reorder, healpix_vec2pix,
     };
     #[pymodule_export]
     use super::helpers::helpers;
@@ -63,6 +67,8 @@ mod _core {
         sh_convention_table, sh_convert, sh_evaluate, sh_lobe, sh_project, sh_rotate,
         sh_scale_degrees, sh_storage, sh_window,
     };
+    #[pymodule_export]
+    use super::stopping::tell_progress;
 
     use pyo3::prelude::*;
 

@@ -108,7 +108,17 @@ impl PyProjection {
     fn like<'py>(slf: &Bound<'py, Self>, map: Map) -> PyResult<Bound<'py, PyAny>> {
         let made = PyProjection(map);
         let options = made.options(slf.py(), made.0.pose())?;
-        slf.get_type().call((made.name(),), Some(&options))
+        Self::of_class(slf.get_type().as_any(), made.name(), &options)
+    }
+
+    /// An object of a class made in Python, which may refuse to be called.
+    pub fn of_class<'py>(
+        class: &Bound<'py, PyAny>,
+        name: &str,
+        options: &Bound<'py, PyDict>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let new = class.py().get_type::<PyProjection>().getattr("__new__")?;
+        new.call((class, name), Some(options))
     }
 
     /// What the constructor takes beside the name: everything that makes it equal.
@@ -184,7 +194,7 @@ impl PyProjection {
     }
 
     /// Image coordinates of directions: (..., 3) -> (..., 2), or (..., 3) as (u, v, face).
-    #[pyo3(signature = (directions, /, *, out=None))]
+    #[pyo3(signature = (directions, out=None, /))]
     fn encode<'py>(
         &self,
         py: Python<'py>,
@@ -200,7 +210,7 @@ impl PyProjection {
     }
 
     /// Unit directions at image coordinates; NaN outside the valid image.
-    #[pyo3(signature = (uv, /, *, out=None))]
+    #[pyo3(signature = (uv, out=None, /))]
     fn decode<'py>(
         &self,
         py: Python<'py>,
@@ -216,7 +226,7 @@ impl PyProjection {
     }
 
     /// Derivatives of the direction by u and v: (..., 3, 2).
-    #[pyo3(signature = (uv, /, *, out=None))]
+    #[pyo3(signature = (uv, out=None, /))]
     fn jacobian<'py>(
         &self,
         py: Python<'py>,
@@ -232,7 +242,7 @@ impl PyProjection {
     }
 
     /// Steradians per unit of image area, dω/(du dv).
-    #[pyo3(signature = (uv, /, *, out=None))]
+    #[pyo3(signature = (uv, out=None, /))]
     fn density<'py>(
         &self,
         py: Python<'py>,
@@ -541,7 +551,7 @@ impl PyProjection {
                 ..MapOptions::new()
             },
         )?;
-        let mut text = format!("Projection(\"{}\"", map.info().name);
+        let mut text = format!("projection(\"{}\"", map.info().name);
         let mut add = |name: &str, value: &str| text.push_str(&format!(", {name}={value}"));
         if let Some(name) = map.convention() {
             add("convention", &format!("\"{name}\""));

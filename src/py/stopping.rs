@@ -1,7 +1,7 @@
-//! Calls run without the interpreter's lock, and stop at Ctrl-C.
+//! Calls run without the interpreter's lock, stop at Ctrl-C, and tell how far they are.
 //!
 //! Signals are the main thread's; its handlers run where it asks for them. On other threads the question is asked once a
-//! call and never again.
+//! call and never again, unless somebody wants to be told.
 
 use crate::error::Error;
 use crate::kernel::interrupt;
@@ -13,6 +13,8 @@ thread_local! {
     static RAISED: RefCell<Option<PyErr>> = const { RefCell::new(None) };
     /// Whether this is the main thread, once that was asked in a call.
     static IS_MAIN: Cell<Option<bool>> = const { Cell::new(None) };
+    /// Who is told how much of the call on this thread is done.
+    static TELL: RefCell<Option<Py<PyAny>>> = const { RefCell::new(None) };
 }
 
 /// Runs work without the lock. What a signal's handler raises meanwhile ends it, and is the error.
@@ -31,8 +33,17 @@ pub fn released<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyR
     result.map_err(|error| RAISED.take().unwrap_or_else(|| Error::into(error)))
 }
 
-fn is_to_stop() -> bool {
-    if IS_MAIN.get() == Some(false) {
+/// Has calls on this thread call `tell` now and then with how much of them is done, from 0 to 1, or nobody with None. What it raises ends
+/// a call.
+#[pyfunction]
+#[pyo3(signature = (tell, /))]
+pub fn tell_progress(tell: Option<Py<PyAny>>) {
+    TELL.set(tell);
+}
+
+fn is_to_stop(done: Option<f64>) -> bool {
+    let done = done.filter(|_| TELL.with_borrow(Option::is_some));
+    if IS_MAIN.get() == Some(false) && done.is_none() {
         return false;
     }
     Python::attach(|py| {
@@ -40,6 +51,11 @@ fn is_to_stop() -> bool {
         let raised = py.check_signals().and_then(|()| {
             if IS_MAIN.get().is_none() {
                 IS_MAIN.set(Some(is_main(py)?));
+            }
+            if let Some(done) = done {
+                // Whom it calls may call others: nothing is borrowed meanwhile.
+                let tell = TELL.with_borrow(|tell| tell.as_ref().map(|tell| tell.clone_ref(py)));
+                tell.map(|tell| tell.call1(py, (done,))).transpose()?;
             }
             Ok(())
         });

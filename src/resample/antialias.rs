@@ -135,7 +135,7 @@ struct Sums {
 impl Sums {
     /// Adds the samples of a run that were seen. CHANNELS is 0 where their number is known at run time only.
     #[inline(always)]
-    fn add<F: Real, const CHANNELS: usize>(
+    fn add<F: Scalar, const CHANNELS: usize>(
         &mut self,
         run: Run,
         channels: usize,
@@ -242,7 +242,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             || {
                 for k in 0..n {
                     if patch.is_none() || !self.near(places.at(k), slopes.at(k), k as u16) {
-                        let part = Part::of_texel(self.target, uv.at(k).map(Real::to_f64));
+                        let part = Part::of_texel(self.target, uv.at(k).map(Scalar::to_f64));
                         self.parts.push((part, k as u16));
                     }
                 }
@@ -280,7 +280,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
         let mut footprints = [Footprint::default(); 2];
         let parts = [0, block.columns * block.rows - 1]
-            .map(|k| Part::of_texel(self.target, uv.at(k).map(Real::to_f64)));
+            .map(|k| Part::of_texel(self.target, uv.at(k).map(Scalar::to_f64)));
         measure(&self.coordinate_map, raster, &parts, &mut footprints);
         let small = footprints.iter().all(|footprint| {
             let [a, b] = footprint.angles;

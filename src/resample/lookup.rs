@@ -12,8 +12,8 @@ use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::texels::Centers;
 use crate::kernel::Scalar;
-use crate::kernel::threads;
 use crate::kernel::tile::TILE;
+use crate::kernel::{interrupt, threads};
 use crate::projections::projection::Coverage;
 use crate::resample::antialias::Antialias;
 use crate::resample::coordinate_map::CoordinateMap;
@@ -64,11 +64,13 @@ pub(crate) fn convert<T: Texel>(
         antialias,
         fill: request.fill,
     };
-    if rounds && longest <= SINGLE_SIDE {
-        job.run::<f32>(out);
-    } else {
-        job.run::<f64>(out);
-    }
+    interrupt::part(0.0, 1.0, || {
+        if rounds && longest <= SINGLE_SIDE {
+            job.run::<f32>(out);
+        } else {
+            job.run::<f64>(out);
+        }
+    });
     Ok(())
 }
 

@@ -8,8 +8,8 @@ use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::texels::Centers;
 use crate::image::view::ImageView;
-use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile};
+use crate::kernel::{interrupt, threads};
 use crate::number::real::Real;
 use crate::resample::coordinate_map::CoordinateMap;
 use crate::resample::filters::MipmappedFilter;
@@ -19,6 +19,9 @@ use crate::resample::lod::Between;
 use crate::resample::mips;
 use crate::resample::request::Request;
 use crate::resample::sample::{Level, Texture};
+
+/// How much longer a lookup takes than a texel of the chain, about.
+const LOOKUP: f64 = 4.0;
 
 /// Fills the image that a request asks for.
 pub(crate) fn convert<T: Texel>(
@@ -30,7 +33,10 @@ pub(crate) fn convert<T: Texel>(
     let target = Raster::new(request.map, request.shape)?;
     let coordinate_map = CoordinateMap::new(image.map(), request.map, request.rotation);
     let channels = image.channels();
-    let chain = mips::chain(image)?;
+    // Texels of the source are averaged, those of the target looked up, which takes longer.
+    let (averaged, looked_up) = (image.raster().texels() as f64, target.texels() as f64);
+    let start = averaged / (averaged + LOOKUP * looked_up);
+    let chain = interrupt::part(0.0, start, || mips::chain(image))?;
     let source = Texture::new(image);
     let mut smaller = Vec::with_capacity(chain.len());
     for (shape, texels) in &chain {
@@ -42,7 +48,7 @@ pub(crate) fn convert<T: Texel>(
     let levels = Levels::halved([source.raster.width, source.raster.height], all);
     let centers = Centers::new(&target);
     let width = target.columns * channels;
-    threads::bands(out, width, target.texels() * 32, 1, |first, band| {
+    let work = |first: usize, band: &mut [T]| {
         let mut uv = Tile::new();
         let mut parts = [Part::default(); TILE];
         let mut footprints = [Footprint::default(); TILE];
@@ -75,6 +81,9 @@ pub(crate) fn convert<T: Texel>(
                 }
             }
         });
+    };
+    interrupt::part(start, 1.0, || {
+        threads::bands(out, width, target.texels() * 32, 1, work);
     });
     Ok(())
 }

@@ -13,8 +13,9 @@ use crate::image::rim;
 use crate::image::texel::Texel;
 use crate::image::texels::solid_angles;
 use crate::image::view::ImageView;
+use crate::kernel::Scalar;
 use crate::kernel::memory::expect_room;
-use crate::kernel::threads;
+use crate::kernel::{interrupt, threads};
 use crate::map::grid::GridAxis;
 use crate::number::real::Real;
 
@@ -41,9 +42,13 @@ pub type Level<F> = (Vec<usize>, Vec<F>);
 pub fn chain<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<Level<T::Float>>, Error> {
     let (map, channels) = (image.map(), image.channels());
     let mut levels = Vec::new();
-    let mut next = half(image)?;
+    // Each takes a quarter of the one before.
+    let mut rest = 0.25;
+    let mut next = interrupt::part(0.0, 1.0 - rest, || half(image))?;
     while let Some(level) = next {
-        next = half(&ImageView::new(map, &level.0, channels, &level.1)?)?;
+        let image = ImageView::new(map, &level.0, channels, &level.1)?;
+        next = interrupt::part(1.0 - rest, 1.0 - 0.25 * rest, || half(&image))?;
+        rest *= 0.25;
         levels.push(level);
     }
     Ok(levels)
@@ -67,7 +72,7 @@ pub(crate) fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T:
     let wanted = coarse.faces() * coarse.height * coarse.width;
     expect_room::<f64>(fine.texels() + wanted * (1 + 3 * channels))?;
     let mut weights = vec![0.0; fine.texels()];
-    solid_angles(map, shape, &mut weights)?;
+    interrupt::part(0.0, 0.25, || solid_angles(map, shape, &mut weights))?;
     let across = shares(fine.along_u, fine.width, coarse.along_u, coarse.width);
     let down = shares(fine.along_v, fine.height, coarse.along_v, coarse.height);
     let value = |k: usize, c: usize| texels[k * channels + c].load().to_f64();
@@ -75,29 +80,27 @@ pub(crate) fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T:
     // differ by, so that a constant stays constant to the bit.
     let width = 1 + 2 * channels;
     let mut sums = vec![0.0; wanted * width];
-    threads::rows(
-        &mut sums,
-        coarse.width * width,
-        fine.texels(),
-        |row, out| {
-            let (face, j) = (row / coarse.height, row % coarse.height);
-            let view = fine.view(face);
-            for (i, out) in out.chunks_exact_mut(width).enumerate() {
-                for &(y, part_v) in &down[j] {
-                    for &(x, part_u) in &across[i] {
+    let work = |row: usize, out: &mut [f64]| {
+        let (face, j) = (row / coarse.height, row % coarse.height);
+        let view = fine.view(face);
+        for (i, out) in out.chunks_exact_mut(width).enumerate() {
+            for &(y, part_v) in &down[j] {
+                for &(x, part_u) in &across[i] {
+                    let k = view.index(x, y);
+                    let weight = weights[k] * part_u * part_v;
+                    if weight > 0.0 {
+                        // Of a texel across the rim the part belongs here, and the value to another.
+                        let (x, y) = rim::nearest_valid_texel(&fine, x, y);
                         let k = view.index(x, y);
-                        let weight = weights[k] * part_u * part_v;
-                        if weight > 0.0 {
-                            // Of a texel across the rim the part belongs here, and the value to another.
-                            let (x, y) = rim::nearest_valid_texel(&fine, x, y);
-                            let k = view.index(x, y);
-                            add(out, weight, |c| value(k, c));
-                        }
+                        add(out, weight, |c| value(k, c));
                     }
                 }
             }
-        },
-    );
+        }
+    };
+    interrupt::part(0.25, 0.75, || {
+        threads::rows(&mut sums, coarse.width * width, fine.texels(), work);
+    });
     let place =
         |face: usize, i: usize, j: usize| ((face * coarse.height + j) * coarse.width + i) * width;
     let mut out = vec![<T::Float as Real>::new(0.0); coarse.texels() * channels];

@@ -19,9 +19,9 @@ use crate::geometry::axes::Rotation;
 use crate::image::raster::{FaceView, Raster, tuple};
 use crate::image::texel::Texel;
 use crate::image::view::ImageView;
+use crate::kernel::Scalar;
 use crate::kernel::threads;
 use crate::map::Map;
-use crate::number::real::Real;
 use crate::projections::projection::{Projection, Seam, Uv, Visitor};
 
 /// The shape of an image of this shape with a border of `n` texels: faces that lie in one image are taken apart.

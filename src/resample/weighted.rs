@@ -12,8 +12,9 @@
 use crate::error::Error;
 use crate::image::texel::Texel;
 use crate::image::view::ImageView;
+use crate::kernel::Scalar;
 use crate::kernel::memory::expect_room;
-use crate::kernel::threads;
+use crate::kernel::{interrupt, threads};
 use crate::number::real::Real;
 
 /// Texels that a thread takes at a time.
@@ -140,11 +141,13 @@ impl<T: Texel> Weighted<T> {
     ) -> Result<(), Error> {
         expect_room::<T::Float>(2 * looks.count * self.width)?;
         let mut seen = vec![T::Float::default(); looks.count * self.width];
-        look(false, &mut seen)?;
+        let twice = self.holes && looks.ringing;
+        let first = if twice { 0.75 } else { 1.0 };
+        interrupt::part(0.0, first, || look(false, &mut seen))?;
         self.each(&mut seen, |_, seen| self.divide(seen));
-        if self.holes && looks.ringing && self.any_beside_hole(&seen) {
+        if twice && self.any_beside_hole(&seen) {
             let mut near = vec![T::Float::default(); seen.len()];
-            look(true, &mut near)?;
+            interrupt::part(first, 1.0, || look(true, &mut near))?;
             self.each(&mut near, |_, near| self.divide(near));
             self.each(&mut seen, |k, seen| {
                 for c in 0..self.channels {

@@ -360,7 +360,7 @@ def test_photos_that_do_not_overlap():
         (lambda p: sm.ball.unwrap(p, center=(8, 8)), "Without `radius`"),
         (lambda p: sm.ball.unwrap(p, center=(8, 8), radius=4, mask=p[:3]), "`mask` to have shape"),
         (lambda p: sm.ball.unwrap(p, center=(8, 8), radius=4, metal="Fe"), "unknown metal 'Fe'"),
-        (lambda p: sm.ball.render(p, size=0), "`size` must be"),
+        (lambda p: sm.ball.render(p[:8], size=0), "`size` must be"),
         (lambda p: sm.ball.render(p, background="white"), "`background`"),
         (lambda p: sm.ball.merge([]), "at least one photo"),
         (lambda p: sm.ball.merge([p, p], masks=[None]), "one entry for each"),
@@ -382,13 +382,13 @@ CALLS = {
     "merge": lambda p: (
         sm.ball.merge([p], balls=[sm.ball.Ball((58, 47), (32, 32), 0, 1)], distance=6).image
     ),
-    "render": lambda p: sm.ball.render(p, size=12),
-    "bake_matcap": lambda p: sm.light.bake_matcap(p, material="mirror", size=8),
+    "render": lambda p: sm.ball.render(p, size=12, any_aspect=True),
+    "bake_matcap": lambda p: sm.light.bake_matcap(p, material="mirror", size=8, any_aspect=True),
     "shade_matcap": lambda p: sm.light.shade_matcap(
         [[0.1, 0.2, 0.9]], p[:96, :96] if p.ndim > 1 else p
     ),
     "shade_environment": lambda p: sm.light.shade_environment(
-        [0, 0, 0], [[0.1, 0.2, 0.9]], [0, 0, 5], p
+        [0, 0, 0], [[0.1, 0.2, 0.9]], [0, 0, 5], p, any_aspect=True
     ),
 }
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import spheremap as sm
-from spheremap import io
-from spheremap.cli import filling
+from spheremap import _progress, io
 from spheremap.cli.steps import Step
 from terminals import needs_terminal, on_terminal
 from test_cli import good, process, smooth
@@ -28,40 +27,58 @@ class Told(Step):
         self.parts.append(fraction)
 
 
-@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float16", "float32"])
-@pytest.mark.parametrize("filter", ["bilinear", "area", "ewa"])
-def test_a_watched_result_is_the_same(
-    dtype: str, filter: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(filling, "_EVERY", 0.0)
-    image = (smooth(sm.directions("latlong", 64)) * 30 + 60).astype(dtype)
-    wanted = sm.convert(image, "latlong", "angular", size=48, filter=filter)
-    out, step = np.empty_like(wanted), Told()
-    with filling.watched(out, step):
-        sm.convert(image, "latlong", "angular", size=48, filter=filter, out=out)
-    assert out.tobytes() == wanted.tobytes()
-    assert all(0 <= part <= 1 for part in step.parts)
+def test_parts_of_parts_are_parts_of_the_whole() -> None:
+    step = Told()
+    with step.listening():
+        with _progress.part(0, 0.5):
+            _progress.done(0.5)
+        with _progress.part(0.5, 1):
+            for item in _progress.counted("abcd"):
+                if item == "c":
+                    break
+            _progress.done(0.9)
+        _progress.done(1)
+    wanted = [0, 0, 0.25, 0.5, 0.5, 0.625, 0.75, 0.95, 1]
+    assert step.parts == pytest.approx(wanted)  # to rounding
+    # Nobody listens any more.
+    _progress.done(0.3)
+    assert len(step.parts) == 9
 
 
-def test_a_half_written_array_is_half_done(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(filling, "_EVERY", 0.0)
-    out, step = np.empty((100, 40, 3), np.float32), Told()
-    with filling.watched(out, step):
-        out[:50] = 1.0
-        seen = len(step.parts)
-        while len(step.parts) < seen + 2:
-            time.sleep(0)
-        half = step.parts[-1]
-        out[50:] = 1.0
-    # A thousand marks of 4000 texels, evenly; one may lie on the border.
-    assert half == pytest.approx(0.5, abs=1e-3)
+@pytest.mark.parametrize(
+    "work",
+    [
+        lambda sky: sm.convert(sky, "latlong", "octahedral", size=1500, filter="area"),
+        lambda sky: sm.light.irradiance(sky, "latlong", "cube", size=48),
+        lambda sky: sm.light.prefilter_chain(sky, "latlong", "cube", size=128),
+        lambda sky: sm.ball.render(sky, size=400),
+    ],
+    ids=["convert", "irradiance", "prefilter_chain", "render"],
+)
+def test_the_library_tells_how_far_it_is(work: Callable[[np.ndarray], object]) -> None:
+    sky, step = np.abs(smooth(sm.directions("latlong", 600))), Told()
+    with step.listening():
+        told = work(sky)
+    # Of one call of the core it is asked every 50 ms.
+    assert len(step.parts) > 3
+    assert step.parts == sorted(step.parts) and step.parts[0] == 0 and step.parts[-1] <= 1
+    plain = work(sky)
+    for a, b in zip(*(x if isinstance(x, list) else [x] for x in (told, plain)), strict=True):
+        assert np.array_equal(a, b)
 
 
-def test_nobody_looks_where_nothing_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(filling, "Thread", None)
-    out = np.zeros((4, 4, 3))
-    with filling.watched(out, Step()):
-        assert not out.any()
+def test_who_is_told_may_end_a_call() -> None:
+    class Enough(Exception):
+        pass
+
+    def tell(fraction: float) -> None:
+        if fraction > 0:
+            raise Enough
+
+    sky = np.abs(smooth(sm.directions("latlong", 600)))
+    with pytest.raises(Enough), _progress.told(tell):
+        sm.light.irradiance(sky, "latlong", "cube", size=48)
+    assert sm.light.mean(np.ones((4, 8)), "latlong") == pytest.approx(1)  # to rounding
 
 
 WORKS = {
@@ -95,6 +112,40 @@ def test_each_work_is_named_on_a_terminal_alone(command: str, tmp_path: Path) ->
     assert (done.returncode, done.stderr) == (0, "")
     numbers = re.compile(r"[\d.]+ (m?s\b|\(\d+ Mtexel/s\))|\d+ Mtexel/s")
     assert numbers.sub("", done.stdout) == numbers.sub("", said.replace("\r", ""))
+
+
+# A work of each command that takes a while, and what it is called.
+LONG = {
+    "convert": (["sky.exr", "o.exr", "--from", "latlong", "--to", "octahedral", "--filter", "area"],
+                "converting sky.exr"),
+    "info": (["sky.exr"], "adding up its light"),
+    "bake": (["sky.exr", "out", "--diffuse", "--diffuse-size", 64], "the diffuse cube"),
+    "ball": (["a.exr", "b.exr", "-o", "o.exr", "--size", 64, "--rim", "100,100,98",
+              "--rim", "100,100,98", "--fov", 25], "joining"),
+    "identify": (["sky.exr", "small.exr", "--b", "angular"], "comparing"),
+}  # fmt: skip
+
+
+@needs_terminal
+@pytest.mark.parametrize("command", LONG)
+def test_how_much_is_done_and_how_long_it_takes_yet_is_shown(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    sky = np.abs(smooth(sm.directions("latlong", 1200)))
+    io.write("sky.exr", sky)
+    if command == "ball":
+        for name, yaw in (("a.exr", 0), ("b.exr", 170)):
+            pose = sm.rotation(yaw, 0, 0)
+            io.write(name, sm.ball.render(sky, size=200, fov=25, distance=6, pose=pose))
+    if command == "identify":
+        io.write("small.exr", sm.convert(sky, "latlong", "angular", size=400))
+    arguments, work = LONG[command]
+    shown, _ = on_terminal(command, *arguments, stream="stderr", columns=200)
+    lines = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", shown).replace("\r", "\n").splitlines()
+    found = [re.search(r"(\d+)% (\d:\d\d:\d\d)", line) for line in lines if work in line]
+    parts = [int(match[1]) for match in found if match]
+    assert any(0 < part < 100 for part in parts), shown
 
 
 @needs_terminal

@@ -14,21 +14,22 @@ import spheremap as sm
 
 from .values import PROJECTIONS, Choice, literal_words, projection
 
-SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "align", "io")
+SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "cameras", "align", "io")
 # Records that a user reads and nothing computes with.
 RECORDS = {"Bake", "Energy", "Light", "Lights", "MergedBalls", "UnwrappedBall", "Packing", "Sun"}
 RECORDS |= {"Candidate", "Comparison", "Identification", "Projections", "UnboundedPackingWarning"}
-RECORDS |= {"Ball"}
+RECORDS |= {"Ball", "View"}
 # Whose methods are called as well, and how one is made.
 OBJECTS: dict[str, Callable[[Choice], str]] = {
     "Projection": lambda c: c.of(
         f"sm.projection({c.projection!r})", f"sm.projection({projection(c)})"
     ),
     "RemapPlan": lambda c: f"sm.remap_plan({c.projection!r}, {c.of(*PROJECTIONS)!r}, size=4)",
+    "cameras.Rig": lambda c: "sm.cameras.rig(8, fov=100)",
     "light.Distribution": lambda c: "sm.light.Distribution(np.ones((4, 8)), 'latlong')",
 }
 # They take long: one call in so many of those that would be chosen.
-RARE = {"ball.merge": 10, "ball.find": 4, "align.identify": 4, "light.bake": 4}
+RARE = {"ball.merge": 10, "ball.find": 4, "align.identify": 4, "light.bake": 4, "cameras.rig": 4}
 # Without these a call is a large one.
 ALWAYS = {"size", "diffuse_size", "samples", "order", "step"}
 

@@ -159,8 +159,58 @@ def test_what_has_no_pixel():
         assert np.isnan(healpix.pix2vec(4, [-1, 192, 1 << 62, -(1 << 62)], nest=nest)).all()
     assert healpix.nest2ring(4, [-1, 192]).tolist() == [-1, -1]
     assert healpix.ring2nest(4, np.array([1 << 63, 5], np.uint64)).tolist()[0] == -1
-    assert healpix.ang2pix(4, [-0.1, 3.2, np.nan, 1], [0, 0, 0, np.inf]).tolist() == [-1] * 4
-    assert healpix.ang2pix(4, [0.0, 0.0], [90.1, -90.1], lonlat=True).tolist() == [-1, -1]
+    assert healpix.ang2pix(4, [np.inf, np.nan, 1], [0, 0, np.inf]).tolist() == [-1] * 3
+
+
+def test_polar_angles_have_a_range():
+    for theta in (-0.1, 3.2, 90.0, -2e-5):
+        with pytest.raises(ValueError, match="`theta` must be from 0 to π, got "):
+            healpix.ang2pix(4, [1.0, theta], 0.0)
+        with pytest.raises(ValueError, match="THETA is out of range"):
+            healpy.ang2pix(4, theta, 0.0)
+    for latitude in (90.1, -90.1):
+        with pytest.raises(ValueError, match="`latitude` must be from -90 to 90 degrees, got "):
+            healpix.ang2pix(4, 0.0, latitude, lonlat=True)
+    # What float32 makes of π lies beyond it.
+    assert healpix.ang2pix(4, np.float32(np.pi), 0.1) == healpy.ang2pix(4, np.pi, 0.1)
+    assert healpix.ang2pix(4, -1e-9, 0.1) == 0
+    assert healpix.ang2pix(4, [np.nan, -1e-9], 0.1).tolist() == [-1, 0]
+
+
+def test_arrays_of_nside_equal_healpy():
+    rng = np.random.default_rng(11)
+    sides = 2 ** rng.integers(0, 30, (5, 1))
+    theta, phi = np.arccos(rng.uniform(-1, 1, 40)), rng.uniform(0, 7, 40)
+    d = healpy.ang2vec(theta, phi)
+    for nest in (False, True):
+        pixels = healpix.ang2pix(sides, theta, phi, nest)
+        assert np.array_equal(pixels, healpy.ang2pix(sides, theta, phi, nest))
+        assert np.array_equal(pixels, healpix.vec2pix(sides, d, nest))
+        want = np.stack(healpy.pix2vec(sides, pixels, nest), -1)
+        np.testing.assert_allclose(healpix.pix2vec(sides, pixels, nest), want, rtol=0, atol=VECTORS)
+        got, want = healpix.pix2ang(sides, pixels, nest), healpy.pix2ang(sides, pixels, nest)
+        # Angles up to 2π have units of 9e-16: some of them.
+        np.testing.assert_allclose(got, want, rtol=0, atol=4e-15)
+    assert np.array_equal(healpix.nest2ring(sides, pixels), healpy.nest2ring(sides, pixels))
+    assert np.array_equal(healpix.ring2nest(sides, pixels), healpy.ring2nest(sides, pixels))
+    sides = sides.ravel()
+    assert np.array_equal(healpix.nside2npix(sides), healpy.nside2npix(sides))
+    assert np.array_equal(healpix.npix2nside(healpix.nside2npix(sides)), sides)
+    for degrees in (False, True):
+        want = healpy.nside2pixarea(sides, degrees)
+        # Some products: one rounding each.
+        np.testing.assert_allclose(healpix.nside2pixarea(sides, degrees), want, rtol=1e-15)
+        want = healpy.nside2resol(sides, degrees)
+        # And a root.
+        np.testing.assert_allclose(healpix.nside2resol(sides, degrees), want, rtol=1e-15)
+    with pytest.raises(TypeError, match="Expected `nside` to be integers, got dtype float64"):
+        healpix.ang2pix([1.5, 2], 0.0, 0.0)
+    with pytest.raises(ValueError, match="`nside` must be from 1 to 536870912, got 0"):
+        healpix.nside2npix([4, 0])
+    with pytest.raises(ValueError, match="`out` needs one `nside`"):
+        healpix.pix2vec([1, 2], [0, 0], out=np.empty((2, 3)))
+    with pytest.raises(TypeError, match="Expected `nest` to be a bool, got float"):
+        healpix.ang2pix(64, 0.1, 0.2, 1.0)
 
 
 def test_signs_of_zeros_do_not_count():

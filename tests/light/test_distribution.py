@@ -444,8 +444,21 @@ def test_black_negative_and_not_finite_images():
     with pytest.raises(ValueError, match="the image is black"):
         sm.light.Distribution(image * 0, "latlong")
     image[1, 2, 0] = -3
-    with pytest.raises(ValueError, match=r"1 negative value, at \(1, 2, 0\)"):
-        sm.light.Distribution(image, "latlong")
+    with pytest.raises(ValueError, match=r"1 negative value, at \(1, 2, 0\); `negative=\"clip\"`"):
+        sm.light.Distribution(image, "latlong", negative="raise")
+    with pytest.raises(ValueError, match="Expected `negative` to be 'clip' or 'raise'"):
+        sm.light.Distribution(image, "latlong", negative="keep")
+    clipped = sm.light.Distribution(image, "latlong")
+    same = sm.light.Distribution(np.maximum(image, 0), "latlong", negative="raise")
+    for a, b in zip(
+        clipped.sample(numbers(50, 3), weights=True),
+        same.sample(numbers(50, 3), weights=True),
+        strict=True,
+    ):
+        assert np.array_equal(a, b)
+    again = pickle.loads(pickle.dumps(clipped))
+    assert again.integral == clipped.integral == same.integral
+    assert image[1, 2, 0] == -3
     image[1, 2, 0], image[3, 7] = np.nan, np.inf
     with pytest.raises(ValueError, match=r"4 NaN or infinite values, at \(1, 2, 0\)"):
         sm.light.Distribution(image, "latlong")
@@ -548,8 +561,8 @@ def test_real_images(data_folder):
     venice = np.asarray(oiio.ImageBuf(str(data_folder / "venice.exr")).get_pixels("float"))
     if (venice[..., :3] < 0).any():
         with pytest.raises(ValueError, match="negative"):
-            sm.light.Distribution(venice[..., :3], "latlong")
-    dist = sm.light.Distribution(np.maximum(venice[..., :3], 0), "latlong")
+            sm.light.Distribution(venice[..., :3], "latlong", negative="raise")
+    dist = sm.light.Distribution(venice[..., :3], "latlong")
     # Luminance sums three quotients of float32, each off by 6e-8 for texel and for density.
     np.testing.assert_allclose(
         dist.sample(numbers(9, 1), weights=True)[2] @ REC709, dist.integral, rtol=1e-5

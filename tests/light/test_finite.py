@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import spheremap as sm
 from spheremap._arrays import checked_image
 
 
@@ -22,11 +23,63 @@ def test_a_sum_that_overflows_is_no_fault_of_the_texels() -> None:
     assert np.shares_memory(checked_image(image), image)
 
 
-def test_negative_values_are_kept_or_refused() -> None:
+def test_negative_values_are_kept_clipped_or_refused() -> None:
     image = np.array([[1.0, -2.0], [-0.0, -1.0]])
     assert np.shares_memory(checked_image(image), image)
-    with pytest.raises(ValueError, match=r"2 negative values, at \(0, 1\), \(1, 1\)\."):
+    with pytest.raises(ValueError, match=r"2 negative values, at \(0, 1\), \(1, 1\); `negative="):
         checked_image(image, negative="raise")
+    assert checked_image(image, negative="clip").tolist() == [[1, 0], [0, 0]]
+    assert image[0, 1] == -2
+    with pytest.raises(ValueError, match="Expected `negative` to be 'keep', 'clip' or 'raise'"):
+        checked_image(image.astype(np.uint8), negative="zero")
+
+
+# Each function of light that takes an image, as numbers to compare.
+LIGHT = {
+    "integrate": lambda x, **o: sm.light.integrate(x, "latlong", **o),
+    "mean": lambda x, **o: sm.light.mean(x, "latlong", **o),
+    "average_direction": lambda x, **o: sm.light.average_direction(x, "latlong", **o),
+    "irradiance": lambda x, **o: sm.light.irradiance(x, "latlong", "cube", size=2, **o),
+    "irradiance sh": lambda x, **o: sm.light.irradiance(
+        x, "latlong", "cube", size=2, method="sh", order=2, **o
+    ),
+    "irradiance_at": lambda x, **o: sm.light.irradiance_at(x, [0, 1, 0], "latlong", **o),
+    "convolve": lambda x, **o: sm.light.convolve(
+        x, "latlong", "cube", size=2, lobe="phong", exponent=2, **o
+    ),
+    "prefilter": lambda x, **o: sm.light.prefilter(
+        x, "latlong", "cube", size=2, roughness=0.8, method="exact", **o
+    ),
+    "prefilter_chain": lambda x, **o: sm.light.prefilter_chain(
+        x, "latlong", "cube", size=2, levels=1, samples=16, roughness=[0.8], **o
+    )[0],
+    "lights": lambda x, **o: sm.light.lights(x, "latlong", count=2, **o).irradiance,
+    "sun": lambda x, **o: sm.light.sun(x, "latlong", **o).surround,
+    "remove_sun": lambda x, **o: sm.light.remove_sun(x, "latlong", **o)[0],
+    "add_sun": lambda x, **o: sm.light.add_sun(x, SUN, "latlong", **o),
+    "energy": lambda x, **o: sm.light.energy(x, "latlong", **o).integral,
+    "bake": lambda x, **o: (
+        sm.light.bake(x, "latlong", specular=False, diffuse=False, order=1, **o).sh
+    ),
+}
+SUN = sm.light.Sun(np.array([0.0, 1.0, 0.0]), 1e-3, np.array([1.0]), np.zeros(1), 0.01)
+
+
+@pytest.mark.parametrize("name", LIGHT)
+def test_one_rule_for_negative_numbers_in_all_of_light(name) -> None:
+    work = LIGHT[name]
+    image = np.full((16, 32), 0.5)
+    # A sun and what sharpening leaves around it: the ring is part of the median of its surround.
+    image[1:12, 8:20] = -0.25
+    image[6, 14] = 1000
+    clipped = np.maximum(image, 0)
+    kept = work(image)
+    assert np.array_equal(work(image, negative="keep"), kept)
+    assert np.array_equal(work(image, negative="clip"), work(clipped))
+    assert not np.array_equal(kept, work(clipped))
+    assert np.array_equal(work(clipped, negative="raise"), work(clipped))
+    with pytest.raises(ValueError, match=r"131 negative values, at \(1, 8\), \(1, 9\)"):
+        work(image, negative="raise")
 
 
 def test_integers_pass_and_other_types_do_not() -> None:

@@ -121,17 +121,26 @@ def test_copy(case):
 def test_repr_makes_it_again(case):
     p = case.make()
     text = repr(p)
-    assert text.startswith(f'Projection("{p.name}"') and text.endswith(")")
-    again = eval(text, {"Projection": sm.projection})
+    assert text.startswith(f'projection("{p.name}"') and text.endswith(")")
+    again = eval(text, {"projection": sm.projection})
     assert again == p
     if p.convention:
         assert f'convention="{p.convention}"' in text
 
 
 def test_repr_of_a_default_and_of_parameters():
-    assert repr(sm.projection("latlong")) == 'Projection("latlong")'
+    assert repr(sm.projection("latlong")) == 'projection("latlong")'
     p = sm.projection("latlong", convention="mitsuba")
-    assert repr(p) == 'Projection("latlong", convention="mitsuba")'
+    assert repr(p) == 'projection("latlong", convention="mitsuba")'
+
+
+def test_the_class_is_not_what_makes_them():
+    for given, said in (((), "latlong"), (("angular",), "angular"), ((3,), "latlong")):
+        with pytest.raises(TypeError, match=rf'sm\.projection\("{said}"\)'):
+            sm.Projection(*given, fov=180)
+    p = sm.projection("angular", fov=180)
+    made = (p, p.turned(sm.rotation(10, 0, 0)), p.in_world_of("latlong:blender"), copy.copy(p))
+    assert {type(q) for q in (*made, pickle.loads(pickle.dumps(p)))} == {sm.Projection}
 
 
 @each(CASES)

@@ -19,7 +19,17 @@ CLOSED, RIM = 1e-12, 1e-6
 EACH = 1e-11
 
 
+# What quadrature leaves of lenses that calibrations bend as far as their parameters go.
+BENT = 1e-9
+
+
+def is_lens(name: str) -> bool:
+    return name.startswith("camera_") and name != "camera_pinhole"
+
+
 def total_bound(name: str) -> float:
+    if is_lens(name):
+        return BENT
     return RIM if name in reference.DISKS else CLOSED
 
 
@@ -74,7 +84,7 @@ def test_every_texel_against_quadrature(case, n):
     # Closed forms to rounding; a rim texel to the stated 1e-6 of the whole, shared out: no texel
     # may be off by more than 1e-6 of a mean texel. corners-v is where the reference itself stops.
     mean = r.covered_solid_angle / got.size
-    limit = EACH if r.name not in reference.DISKS else RIM
+    limit = EACH if r.name not in reference.DISKS and not is_lens(r.name) else RIM
     if r.grid == "corners-v" and r.name in reference.CREASES:
         limit = 1e-4  # the reference's own error where a crease crosses oblong parts
     assert np.abs(got - want).max() <= limit * mean
@@ -99,7 +109,7 @@ def test_corner_grids(case, grid, n):
 def test_partially_covered_texels(case):
     p, r = case.make(), case.reference()
     shape = (*p.shape(16)[:-2], 16, 16) if r.is_disk and r.faces == 1 else p.shape(16)
-    w = p.solid_angle(shape).reshape(-1, *shape[-2:])[0]
+    w = p.solid_angle(shape, any_aspect=True).reshape(-1, *shape[-2:])[0]
     if r.is_disk:
         assert w[0, 0] == 0 and w[8, 8] > 0
         # Texel (2, 2) of 16: its nearest corner (3/16·2-1)²·2 < 1 is inside, its center is not.
@@ -107,7 +117,7 @@ def test_partially_covered_texels(case):
         near = 2 * 3 / 16 - 1
         assert 2 * near**2 < 1 < 2 * (2 * 2 / 16 - 1) ** 2
         assert (2 * center**2 > 1) == bool(
-            np.isnan(p.directions(shape).reshape(-1, 16, 16, 3)[0, 2, 2, 0])
+            np.isnan(p.directions(shape, any_aspect=True).reshape(-1, 16, 16, 3)[0, 2, 2, 0])
         )
         # Its covered part is less than half of it, at a density that only the matcap lets grow.
         assert 0 < w[2, 2] < w[8, 8] * (4 if case.name in ("matcap", "orthographic") else 1)
@@ -141,7 +151,7 @@ def test_whole_shapes_that_are_not_square(case):
     p, r = case.make(), case.reference()
     shape = (*p.shape(4)[:-2], 6, 10)
     try:
-        w = p.solid_angle(shape)
+        w = p.solid_angle(shape, any_aspect=True)
     except ValueError as error:
         assert "shape" in str(error)  # a projection may insist on its aspect, but must say so
         return

@@ -82,7 +82,7 @@ def test_a_person_sees_the_same_in_both(a):
 
 @pytest.mark.parametrize("a", WHOLE)
 def test_white_stays_above_and_letters_stay_readable(a):
-    source = painted(sm.projection(a), PERSON[a], 48)
+    source = painted(sm.projection(a), PERSON[a], 64)
     for b in WHOLE:
         q = sm.projection(b)
         got = sm.convert(source, a, b, size=16, antialias=False)

@@ -229,6 +229,21 @@ CALLS = {
         "sm.convert(i, 'cube', 'octahedral', size=1200, rotation=R)",
         "sm.convert(i, 'cube', 'octahedral', size=300, rotation=R)",
     ),
+    "reorder": (
+        "a = np.ones(12*256**2)",
+        "sm.healpix.reorder(a, nest=True)",
+        "sm.healpix.reorder(a[:12], nest=True)",
+    ),
+    "to_image": (
+        "a = np.ones(12*256**2)",
+        "sm.healpix.to_image(a)",
+        "sm.healpix.to_image(a[:12])",
+    ),
+    "from_image": (
+        "a = np.ones((12,256,256))",
+        "sm.healpix.from_image(a)",
+        "sm.healpix.from_image(a[:,:2,:2].copy())",
+    ),
 }
 
 # The others that take arrays, one of each; `docs/decisions/memory.md` has what takes more.
@@ -398,21 +413,6 @@ OTHERS = {
         "sm.healpix.boundaries(64, a)",
         "sm.healpix.boundaries(64, a[:1000])",
     ),
-    "reorder": (
-        "a = np.ones(12*256**2)",
-        "sm.healpix.reorder(a, nest=True)",
-        "sm.healpix.reorder(a[:12], nest=True)",
-    ),
-    "to_image": (
-        "a = np.ones(12*256**2)",
-        "sm.healpix.to_image(a)",
-        "sm.healpix.to_image(a[:12])",
-    ),
-    "from_image": (
-        "a = np.ones((12,256,256))",
-        "sm.healpix.from_image(a)",
-        "sm.healpix.from_image(a[:,:2,:2].copy())",
-    ),
     "tonemap": (
         "i = np.ones((1024, 2048, 3), np.float32)",
         "sm.io.tonemap(i)",
@@ -494,10 +494,61 @@ OTHERS = {
         "sm.healpix.ring2nest(64, a)",
         "sm.healpix.ring2nest(64, a[:1000])",
     ),
+    "neighbors": (
+        "a = np.arange(300_000) % 1000",
+        "sm.healpix.neighbors(64, a)",
+        "sm.healpix.neighbors(64, a[:1000])",
+    ),
+    "npix2nside": (
+        "a = np.full(100_000, 48)",
+        "sm.healpix.npix2nside(a)",
+        "sm.healpix.npix2nside(a[:1000])",
+    ),
+    "directions_to_lonlat": (
+        "d = directions(np.float64, 500_000)",
+        "sm.directions_to_lonlat(d)",
+        "sm.directions_to_lonlat(few)",
+    ),
+    "lonlat_to_directions": (
+        "x = uvs(np.float64, 500_000)",
+        "sm.lonlat_to_directions(x)",
+        "sm.lonlat_to_directions(few[:, :2])",
+    ),
+    "depth_to_points": (
+        "i = np.ones((1024, 2048), np.float32)",
+        "sm.depth_to_points(i, 'latlong')",
+        "sm.depth_to_points(i[:64,:128].copy(), 'latlong')",
+    ),
+    "points_to_depth": (
+        "d = directions(np.float32, 500_000)",
+        "sm.points_to_depth(d, 'latlong', size=256)",
+        "sm.points_to_depth(few, 'latlong', size=8)",
+    ),
+    "ud_grade": (
+        "a = np.ones(12*256**2)",
+        "sm.healpix.ud_grade(a, 32)",
+        "sm.healpix.ud_grade(a[:12], 2)",
+    ),
+    "query_disc": (
+        "d = np.array([1.0, 0, 0])",
+        "sm.healpix.query_disc(256, d, 1.0, inclusive=True)",
+        "sm.healpix.query_disc(4, d, 1.0, inclusive=True)",
+    ),
+    "query_polygon": (
+        "d = np.eye(3) + 0.1",
+        "sm.healpix.query_polygon(256, d)",
+        "sm.healpix.query_polygon(4, d)",
+    ),
+    "interpolation_weights": (
+        "a = np.linspace(0, 3, 200_000)",
+        "sm.healpix.interpolation_weights(64, a, a)",
+        "sm.healpix.interpolation_weights(64, a[:1000], a[:1000])",
+    ),
 }
 
 # Their memory is that of what they look for in photos, and of other programs.
 NOT_MEASURED = {
+    "camera",
     "from_linear",
     "to_linear",
     "find",

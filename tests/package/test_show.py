@@ -47,7 +47,9 @@ def shown() -> dict[str, object]:
 def test_a_record_is_one_line(name):
     thing = shown()[name]
     text = repr(thing)
-    assert type(thing).__name__ == name and text.startswith(f"{name}(")
+    # A projection's is the call of the function that makes it.
+    begins = "projection(" if name == "Projection" else f"{name}("
+    assert type(thing).__name__ == name and text.startswith(begins)
     assert "\n" not in text and len(text) < 500
     assert "array(" not in text and "np." not in text
 

@@ -9,7 +9,7 @@ from importlib import import_module
 import pytest
 import spheremap as sm
 
-SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "align", "io", "plot")
+SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "cameras", "align", "io", "plot")
 
 
 def public():
@@ -25,7 +25,7 @@ FUNCTIONS = dict(public())
 FUNCTIONS["light.Distribution"] = sm.light.Distribution
 PROJECTIONS = ("projection", "src", "dst")
 # What a call cannot do without, and what it is asked about.
-POSITIONAL = {"size", "n", "rotation", "image", "a", "b"}
+POSITIONAL = {"size", "n", "rotation", "image", "a", "b", "language"}
 # In these the world of the projection is of no account: places in the image and amounts of light.
 WORLDLESS = {
     "spheremap.density",
@@ -101,6 +101,21 @@ def test_world_wherever_two_maps_meet(name):
     if {"src", "dst"} <= set(given):
         # `remap_plan` and `embed` hand it to `convert` with all the rest.
         assert "world" in given or "options" in given
+
+
+# Where a shape is no claim about a map: figures, photos, and what is to be told.
+FREE = {"plot.show", "plot.tissot", "plot.density_map"}
+
+
+@pytest.mark.parametrize("name", with_projection)
+def test_every_verb_of_an_image_checks_aspects(name):
+    given = parameters(name)
+    shaped = {"image", "view", "depth", "size"} & set(given)
+    if shaped and name not in FREE:
+        # `remap_plan` hands it to `convert` with all the rest.
+        assert "any_aspect" in given or "options" in given
+        for word in {"any_aspect", "channels_first"} & set(given):
+            assert given[word].default is False and given[word].kind is given[word].KEYWORD_ONLY
 
 
 @pytest.mark.parametrize("name", list(FUNCTIONS))

@@ -172,3 +172,81 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     with pytest.raises(ImportError, match=r"pip install spheremap\[plot\]"):
         plot.show(np.zeros((8, 16, 3), np.float32), "latlong")
+
+
+def bars(ax) -> list:
+    return [other for other in ax.figure.axes if other is not ax]
+
+
+def test_one_channel_of_floats_is_a_quantity_and_is_not_tone_mapped(ax) -> None:
+    values = np.linspace(2, 9, 8 * 16).reshape(8, 16)
+    plot.show(values, "latlong", ax=ax, exposure=5)
+    (image,) = ax.get_images()
+    assert np.array_equal(image.get_array(), values)
+    assert image.get_clim() == (2, 9) and image.get_cmap().name == "viridis"
+    assert len(bars(ax)) == 1
+    ax.clear()
+    plot.show(values[..., None] - 4, "latlong", ax=ax, colorbar=False)
+    (image,) = ax.get_images()
+    # White is 0: the limits are the larger of both either way.
+    assert image.get_clim() == (-5, 5) and image.get_cmap().name == "RdBu_r"
+    assert len(bars(ax)) == 1
+
+
+def test_limits_and_color_maps_are_what_is_asked_for(ax) -> None:
+    values = np.arange(8 * 16, dtype=np.int32).reshape(8, 16)
+    plot.show(values, "latlong", ax=ax, cmap="magma", vmin=10, vmax=20)
+    (image,) = ax.get_images()
+    assert image.get_clim() == (10, 20) and image.get_cmap().name == "magma"
+    # A gray picture, but that it is asked for as a quantity.
+    ax.clear()
+    plot.show(values.astype(np.uint8), "latlong", ax=ax, vmin=-3)
+    (image,) = ax.get_images()
+    assert image.get_clim() == (-3, 127) and image.get_cmap().name == "RdBu_r"
+    with pytest.raises(ValueError, match="`vmin` must be less than `vmax`, got 5 and 5"):
+        plot.show(values, "latlong", ax=ax, vmin=5, vmax=5)
+    with pytest.raises(ValueError, match="no color map 'rainbows'"):
+        plot.show(values, "latlong", ax=ax, cmap="rainbows")
+    with pytest.raises(TypeError, match="real numbers, got dtype complex128"):
+        plot.show(values * 1j, "latlong", ax=ax)
+
+
+def test_what_is_missing_is_gray_and_what_is_outside_lighter(ax) -> None:
+    values = np.ma.masked_array(np.ones((32, 32)), np.zeros((32, 32), bool))
+    values[16, 10], values[16, 12] = np.ma.masked, np.nan
+    plot.show(values, "sphere", ax=ax)
+    image, cover = ax.get_images()
+    held = np.isfinite(sm.directions("sphere", 32)[..., 0])
+    assert np.array_equal(np.asarray(cover.get_array())[..., 3] == 1, ~held)
+    shown = np.ma.getmaskarray(image.get_array()) & held
+    assert np.argwhere(shown).tolist() == [[16, 10], [16, 12]]
+    assert image.get_cmap().get_bad()[:3].tolist() == [0.55] * 3
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_projection_has_a_graticule(name: str, ax) -> None:
+    shape = sm.projection(name).shape(32)
+    plot.show(np.ones(shape), name, ax=ax, graticule=30, labels=False)
+    (lines,) = [c for c in ax.collections if type(c).__name__ == "LineCollection"]
+    width, height = ax.get_xlim()[1], ax.get_ylim()[0]
+    for piece in lines.get_segments():
+        # Places of axes round by some ε of the width.
+        assert np.all((piece >= -1e-6) & (piece <= np.array([width, height]) + 1e-6))
+        # Nothing jumps from one edge to the other.
+        jumps = np.abs(np.diff(piece, axis=0)) / [width, height]
+        assert jumps.max() <= 0.05
+
+
+def test_longitude_grows_to_the_right_and_on_the_sky_to_the_left(ax) -> None:
+    plot.show(np.zeros((90, 180)), "latlong", ax=ax, graticule=30, labels=False)
+    places = {text.get_text(): text.xy for text in ax.texts}
+    # Places of the image: texels of two degrees.
+    assert places["60°"] == pytest.approx((120, 45)) and places["120°"] == pytest.approx((150, 45))
+    ax.clear()
+    plot.show(np.zeros((90, 180)), "mollweide:healpy", ax=ax, graticule=90, labels=False)
+    places = {text.get_text(): text.xy for text in ax.texts}
+    # Places of axes, again.
+    assert places["90°"] == pytest.approx((45, 45))
+    assert places["270°"] == pytest.approx((135, 45))
+    with pytest.raises(ValueError, match=r"`graticule` must be in \(0, 90\], got 0"):
+        plot.show(np.zeros((90, 180)), "latlong", ax=ax, graticule=0)

@@ -20,10 +20,13 @@ from typing import Any
 import numpy as np
 
 from . import atlas
-from .atlas import LENSES, WORLDS
+from .atlas import LENSES
+from .atlas import WORLDS as MAPS
+from .cameras import CAMERAS
 
 Array = np.ndarray
 
+WORLDS = {**MAPS, **CAMERAS}
 DEFAULT_AXES = {
     "sphere": "+x -y +z",
     "matcap": "+x -y +z",
@@ -1036,7 +1039,7 @@ class Reference:
         if self.name in ("perspective", "cylindrical", *WORLDS):
             with np.errstate(all="ignore"):
                 p, q, _ = FORMULAS[self.name].encode(x, y, z, self.parameters)
-                wraps = self.name in WORLDS
+                wraps = self.name in MAPS
                 wraps |= self.name == "cylindrical" and self.parameters.get("fov", 360.0) == 360
                 return (np.abs(q) < 1 - margin) & ((np.abs(p) < 1 - margin) | (wraps & (p == p)))
         return np.ones(z.shape, bool)

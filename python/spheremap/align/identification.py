@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._progress import counted, part
 from .._scalars import as_whole
 from .._show import short
 from ..map.named import conventions, projection, resolve
@@ -55,6 +56,9 @@ _NOTHING, _PARTLY, _CLEAN = 0.3, 0.8, 0.995
 _WORTH = 0.75
 # Yaws nearer to 0 than this, in degrees, are none.
 _STRAIGHT = 0.5
+# How much of the time has passed when images are read, ranked by panoramas, and refined; the
+# rest is for a second look.
+_READ, _RANKED, _REFINED = 0.2, 0.4, 0.6
 
 
 @dataclass(frozen=True)
@@ -198,39 +202,50 @@ def identify(
     """
     if as_whole(count, "count") < 1:
         raise ValueError(f"`count` must be at least 1, got {count}.")
-    first, second = _Image("image_a", image_a, a), _Image("image_b", image_b, b)
+    with part(0, _READ):
+        given = counted([("image_a", image_a, a), ("image_b", image_b, b)])
+        first, second = (_Image(*image) for image in given)
     # The second one's axes are looked for in the world of the first.
     second.map = changed(second.map, world=first.map.world)
     if first.values.shape[-1] != second.values.shape[-1]:
         first.to_gray()
         second.to_gray()
-    ranked = _ranked(first, second)
+    with part(_READ, _RANKED):
+        ranked = _ranked(first, second)
     if not ranked:
         return Identification(False, "one of the images has no features", ())
     found = ranked[: max(count, 2)]
     points = _Points(first, second, _POINTS)
-    candidates = [points.candidate(axes, *points.refined(axes, yaw)) for _, axes, yaw in found]
+    with part(_RANKED, 0.5 * (_RANKED + _REFINED)):
+        candidates = [
+            points.candidate(axes, *points.refined(axes, yaw)) for _, axes, yaw in counted(found)
+        ]
     candidates.sort(key=lambda c: -c.score)
     many = _Points(first, second, _MANY_POINTS)
-    candidates[0] = many.with_grid(candidates[0])
+    with part(0.5 * (_RANKED + _REFINED), _REFINED):
+        candidates[0] = many.with_grid(candidates[0])
     candidates.sort(key=lambda c: -c.score)  # more points may tell two that fit badly apart
     certain, reason = _verdict(candidates)
     if candidates[0].score >= _NOTHING:
         usual = ranked[0][0]
-        certain, reason, candidates = _looked_at_again(many, usual, certain, reason, candidates)
+        with part(_REFINED, 1):
+            certain, reason, candidates = _looked_at_again(many, usual, certain, reason, candidates)
     rows = _rows(candidates[0]) if certain else ()
     return Identification(certain, reason, tuple(candidates[:count]), rows)
 
 
 def _ranked(first: _Image, second: _Image) -> list[tuple[float, str, float]]:
     """Return the axes and yaws that small panoramas favor, with their scores, the best first."""
-    panorama, weight = first.panorama
     found: list[tuple[float, str, float]] = []
-    cube, valid = second.faces
-    for axes in _classes():
-        scores = _scores(panorama, weight, *_seen(cube, valid, second, axes))
-        for k in _peaks(scores):
-            found.append((scores[k], axes, _vertex(scores, k)))
+    with part(0, 0.4):
+        panorama, weight = first.panorama
+    with part(0.4, 0.8):
+        cube, valid = second.faces
+    with part(0.8, 1):
+        for axes in counted(_classes()):
+            scores = _scores(panorama, weight, *_seen(cube, valid, second, axes))
+            for k in _peaks(scores):
+                found.append((scores[k], axes, _vertex(scores, k)))
     found.sort(key=lambda entry: -entry[0])
     return _distinct(found)
 
@@ -246,12 +261,14 @@ def _looked_at_again(
     wrong = points.misfits(best)
     if best.score >= _CLEAN and not wrong:
         return certain, reason, candidates
-    kind = _other_kind(first, second, usual, best)
+    with part(0, 0.7):
+        kind = _other_kind(first, second, usual, best)
     if kind is not None:
         which, given, better = kind
         words = f"{which} fits as '{better.kind}', score {better.score:.4f}, not as '{given}'"
         return False, f"{words}, score {best.score:.4f}", [better, *candidates]
-    found = _other_order(first, second, candidates)
+    with part(0.7, 1):
+        found = _other_order(first, second, candidates)
     if found is not None:
         for name, p in found.rows():
             fresh = points.candidate_of(p, found.yaw)
@@ -280,8 +297,8 @@ def _other_kind(
     That is: of which image, what was given, and how it fits.
     """
     found: list[tuple[float, str, str, Candidate]] = []
-    for image, which in ((second, "image_b"), (first, "image_a")):
-        for other in alike(image.map):
+    for image, which in counted([(second, "image_b"), (first, "image_a")]):
+        for other in counted(alike(image.map)):
             taken = image.taken_as(other)
             pair = (taken, second) if image is first else (first, taken)
             tried = _ranked(*pair)[:2]
@@ -307,7 +324,7 @@ def _other_order(first: _Image, second: _Image, candidates: list[Candidate]) -> 
     """Return the order of the faces of a cube that fits, if one does."""
     p = second.map
     best: Arrangement | None = None
-    for yaw in sorted({0.0, *(c.yaw for c in candidates)}):
+    for yaw in counted(sorted({0.0, *(c.yaw for c in candidates)})):
         found = arranged(partial(first.look, projection=first.map), second.values, p, yaw)
         if found is not None and (best is None or found.score > best.score):
             best = found
@@ -377,7 +394,7 @@ class _Image:
         self.values = self.values.mean(axis=-1, keepdims=True)
 
     def look(self, d: Array, projection: Projection, turn: Array | None = None) -> Array:
-        values = sample(self.values, d, projection, rotation=turn, fill=np.nan)
+        values = sample(self.values, d, projection, rotation=turn, fill=np.nan, any_aspect=True)
         return np.asarray(values, np.float64)
 
     @cached_property
@@ -397,6 +414,7 @@ class _Image:
             size=n * _FINER,
             fill=np.nan,
             world="literal",
+            any_aspect=True,
         )
         blocks = fine.reshape(6, n, _FINER, n, _FINER, -1).astype(np.float64)
         known = np.isfinite(blocks).all(axis=-1, keepdims=True)
@@ -577,7 +595,7 @@ class _Points:
         """Try each grid, with the yaw that goes best with it; keep one that clearly fits better."""
         results = []
         self.without_stretched(found.projection, found.yaw)
-        for grid in ("centers", "corners", "corners-v"):
+        for grid in counted(("centers", "corners", "corners-v")):
             p = changed(self.second.map, axes=found.axes, grid=grid)
             near = found.yaw + np.linspace(-0.2, 0.2, 7)
             try:

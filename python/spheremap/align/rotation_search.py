@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._progress import counted, part
 from ..map.named import resolve
 from ..resample.verbs import sample
 
@@ -30,6 +31,8 @@ _STEPS = 6
 # Points at which panoramas are compared: on the grid of rotations, and of each finer panorama.
 _FEW = 400
 _POINTS = (1500, 3000, 8000, 20_000, 40_000)
+# How much of the time the grid takes.
+_OF_GRID = 0.7
 
 
 @dataclass(frozen=True)
@@ -70,20 +73,22 @@ def search(first: Sequence[Panorama], second: Sequence[Panorama]) -> Match:
     d = points(_FEW)
     a, wa = first[0].look(d)
     scores = np.empty(len(rotations))
-    for begin in range(0, len(rotations), 500):
-        block = rotations[begin : begin + 500]
-        # The rotation takes the second frame to the first: its rows undo that.
-        b, wb = second[0].look(np.einsum("rji,nj->rni", block, d))
-        scores[begin : begin + 500] = _correlation(a, b, wa * wb)[0]
+    with part(0, _OF_GRID):
+        for begin in counted(range(0, len(rotations), 500)):
+            block = rotations[begin : begin + 500]
+            # The rotation takes the second frame to the first: its rows undo that.
+            b, wb = second[0].look(np.einsum("rji,nj->rni", block, d))
+            scores[begin : begin + 500] = _correlation(a, b, wa * wb)[0]
     order = np.argsort(-scores)
     best = [Match(rotations[i], float(scores[i]), 0.0) for i in order[:400]]
     best = _distinct(best, 0.2)
-    for level, (x, y) in enumerate(zip(first, second, strict=True)):
-        places = points(_POINTS[min(level, len(_POINTS) - 1)])
-        kept = _KEPT[min(level, len(_KEPT) - 1)]
-        best = [refined(x, y, match.rotation, places) for match in best[:kept]]
-        best.sort(key=lambda match: -match.correlation)
-        best = _distinct(best, 0.05)
+    with part(_OF_GRID, 1):
+        for level, (x, y) in counted([*enumerate(zip(first, second, strict=True))]):
+            places = points(_POINTS[min(level, len(_POINTS) - 1)])
+            kept = _KEPT[min(level, len(_KEPT) - 1)]
+            best = [refined(x, y, match.rotation, places) for match in best[:kept]]
+            best.sort(key=lambda match: -match.correlation)
+            best = _distinct(best, 0.05)
     return best[0]
 
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import as_image
+from .._progress import counted, done, part
 from .._show import line
 from .camera import Outline
 from .circles import circles
@@ -42,6 +43,8 @@ _LEAST, _CERTAIN = 0.3, 0.5
 _COMPRESSED = 0.3
 # How far a rim may move, in radii, at half the confidence, if a quarter of it is not asked.
 _SHARP = 0.005
+# How much of the time has passed when edges are found, and when circles were looked at.
+_OF_EDGES, _OF_CIRCLES = 0.2, 0.8
 
 
 @dataclass(frozen=True)
@@ -150,10 +153,11 @@ def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     )
     picture = at(shrink)
     found: list[tuple[float, Outline]] = []
-    for x, y, r in circles(small, edges):
-        if not any(_same(rim, (x, y), r) for _, rim in found):
-            rim = found_near(picture, Outline((x, y), r, r))
-            found.append((prominence(picture, rim), rim))
+    with part(_OF_EDGES, _OF_CIRCLES):
+        for x, y, r in counted(circles(small, edges)):
+            if not any(_same(rim, (x, y), r) for _, rim in found):
+                rim = found_near(picture, Outline((x, y), r, r))
+                found.append((prominence(picture, rim), rim))
     # Of two rims that are as good, the larger one: a ball may show another.
     found.sort(key=lambda entry: entry[0] * entry[1].mean ** 0.25)
     if not found or found[-1][0] < _LEAST:
@@ -162,6 +166,7 @@ def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     mirrors = min(max(compression(picture, rim) / _COMPRESSED, 0.0), 1.0)
     factor, last = shrink, max(1, round(max(gray.shape) / _LARGE))
     fine = refined(picture, rim)
+    done(_OF_CIRCLES)
     while factor > last:
         finer = max(last, factor // 2)
         fine = refined(at(finer), _scaled(fine.rim, factor / finer))

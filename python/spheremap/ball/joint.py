@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._progress import done
 from ..align.rotation_search import median, orthogonal, points, rotation_of_vector
 
 if TYPE_CHECKING:
@@ -132,8 +133,10 @@ def refined(photos: Sequence[Placed], behind: float) -> tuple[list[Placed], floa
     angle = photos[0].ball.radius / photos[0].shot.view.size[1]
     prior[-1] = (angle / _LENS) ** 2
     data = np.zeros((len(used), len(used)))
+    all_steps, ended = sum(steps for _, steps in _WIDTHS), 0
     for width, steps in _WIDTHS:
-        for _ in range(steps):
+        for step in range(steps):
+            done((ended + step) / all_steps)
             normal, right = _equations(photos, behind, width)
             data = normal[np.ix_(used, used)]
             normal += np.diag(prior)
@@ -151,6 +154,7 @@ def refined(photos: Sequence[Placed], behind: float) -> tuple[list[Placed], floa
             moved += change
             if np.abs(change).max() < 1e-4 * width:
                 break
+        ended += steps
     if np.abs(moved[:-1].reshape(-1, 6)[:, 3:]).max() >= _FARTHEST:
         return first, math.inf
     if not unknown[-1]:

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import as_image
+from .._progress import counted, part
 from .._scalars import as_items, as_number
 from .._show import line
-from ..align.rotation_search import Panorama, median, search
+from ..align.rotation_search import Match, Panorama, median, search
+from ..map.images import target_shape
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..resample.verbs import sample
@@ -50,6 +52,9 @@ _MOST_DOUBT = math.radians(3)
 # The weight of a photo goes with this power of its pixels per radian: at 4 what is sampled half as
 # finely counts a sixteenth.
 _POWER = 4
+# How much of the time has passed when photos are aligned, when they and their cameras fit each
+# other, and when they are aligned once more; the rest is joining.
+_ALIGNED, _REFINED, _AGAIN = 0.2, 0.6, 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +128,9 @@ def merge(
     metal: str | None = None,
     dst: ProjectionLike = "latlong",
     size: Size | None = None,
-    filter: Filter = "bilinear",
+    filter: Filter | str = "bilinear",
     fill: float | Sequence[float] = 0.0,
+    any_aspect: bool = False,
 ) -> MergedBalls:
     """Join photos of a mirrored ball from several sides into one map of the whole sphere.
 
@@ -146,7 +152,7 @@ def merge(
     photographer : float
         Half the angle in degrees, about the direction to each camera, that is left to the other
         photos. 0 for no such cone.
-    reflectance, metal, dst, size, filter, fill
+    reflectance, metal, dst, size, filter, fill, any_aspect
         As for `unwrap`. `fill` is where no photo saw anything: there `weights` are 0.
 
     Returns
@@ -245,7 +251,10 @@ def merge(
     if poses is not None:
         known = [pose_matrix(pose) for pose in _each(list(poses), count, "poses")]
     seen_behind = math.radians(photographer)
-    turns, gains, correlations = _aligned(shots, known, seen_behind)
+    # Without what a single photo needs not.
+    several = count > 1
+    with part(0, _ALIGNED * several):
+        turns, gains, correlations = _aligned(shots, known, seen_behind)
     placed = [
         Placed(
             shot, rim, turn, camera, rim.confidence < 1 and not shot.view.ideal, known is None, lens
@@ -255,34 +264,39 @@ def merge(
     placed[0].free_turn = False
     doubt = 0.0
     # With rims that are certain the rotation is as good as it gets.
-    if unknown or (count > 1 and any(p.free_rim for p in placed)):
-        placed, doubt = refined(placed, seen_behind)
+    if unknown or (several and any(p.free_rim for p in placed)):
+        with part(_ALIGNED, _REFINED):
+            placed, doubt = refined(placed, seen_behind)
         shots, rims, turns = ([getattr(p, n) for p in placed] for n in ("shot", "ball", "turn"))
-        _, gains, _ = _aligned(shots, turns, seen_behind)
+        with part(_REFINED, _AGAIN):
+            _, gains, _ = _aligned(shots, turns, seen_behind)
     if unknown and doubt > _MOST_DOUBT:
         warn_of_unknown_distance(doubt)
 
     target = resolve(dst)
     if size is None:
         size = max(fitting_size(target, math.pi * s.view.outline.mean**2) for s in shots)
-    shape = target.shape(size)
+    shape = target_shape(target, size, any_aspect)
     image = np.zeros((math.prod(shape), shots[0].channels))
     weights = np.zeros((count, len(image)))
     values = []
-    for k, shot in enumerate(shots):
-        texels, least, _ = shot.unwrap(target, shape, turns[k])
-        fade = _weight(shot, target, shape, turns[k], seen_behind)
-        # One that is not finite in some channel is no light.
-        finite = np.asarray(np.isfinite(texels).all(axis=-1))
-        # Scaled, so that a power of a few hundred pixels stays a number of usual size.
-        weights[k] = np.where(finite, fade * (least / 100) ** _POWER, 0)
-        values.append(np.where(finite[:, None], texels * gains[k], 0))
-        image += weights[k][:, None] * values[-1]
+    with part(_AGAIN * several, 1):
+        for k, shot in counted([*enumerate(shots)]):
+            with part(0, 0.75):
+                texels, least, _ = shot.unwrap(target, shape, turns[k])
+            with part(0.75, 1):
+                fade = _weight(shot, target, shape, turns[k], seen_behind)
+            # One that is not finite in some channel is no light.
+            finite = np.asarray(np.isfinite(texels).all(axis=-1))
+            # Scaled, so that a power of a few hundred pixels stays a number of usual size.
+            weights[k] = np.where(finite, fade * (least / 100) ** _POWER, 0)
+            values.append(np.where(finite[:, None], texels * gains[k], 0))
+            image += weights[k][:, None] * values[-1]
     total = weights.sum(axis=0)
     seen = total > 0
     image = np.where(seen[:, None], image / np.where(seen, total, 1)[:, None], 0)
     weights /= np.where(seen, total, 1)
-    solid_angle = target.solid_angle(shape).reshape(-1)
+    solid_angle = target.solid_angle(shape, any_aspect=True).reshape(-1)
     residual = _residual(values, image, weights, solid_angle)
     dtype = np.float64 if arrays[0].dtype == np.float64 else np.float32
     return MergedBalls(
@@ -429,33 +443,39 @@ def _aligned(
     if len(shots) == 1:
         turn = np.eye(3) if known is None else known[0]
         return [turn], [np.ones(shots[0].channels)], [1.0]
-    panoramas = [_Colors(shot, behind) for shot in shots]
+    with part(0, 0.3):
+        panoramas = [_Colors(shot, behind) for shot in counted(shots)]
     levels = min(len(p.colors) for p in panoramas)
     scene = _Scene(levels)
     turns = [np.eye(3) if known is None else known[0]]
     gains, correlations = [np.ones(shots[0].channels)], [1.0]
     scene.add(panoramas[0], turns[0], gains[0])
-    for k, colors in enumerate(panoramas[1:], 1):
-        if known is None:
-            first = [_panorama(*scene.color(level)) for level in range(levels)]
-            second = [
-                _panorama(colors.colors[level], colors.weights[level]) for level in range(levels)
-            ]
-            match = search(first, second)
-            _check_overlap(k, match.overlap)
-            if match.correlation < _LEAST_CORRELATION:
-                raise ValueError(
-                    f"photo {k + 1} does not overlap with those before it, or shows another scene: "
-                    f"the best rotation correlates only {match.correlation:.2f}."
-                )
-            turns.append(match.rotation)
-            correlations.append(match.correlation)
-        else:
-            turns.append(known[k])
-            correlations.append(math.nan)
-        gains.append(_gain(k, scene, colors, turns[-1], levels - 1))
-        scene.add(colors, turns[-1], gains[-1])
+    with part(0.3, 1):
+        for k, colors in counted([*enumerate(panoramas)][1:]):
+            if known is None:
+                match = _found(k, scene, colors, levels)
+                turns.append(match.rotation)
+                correlations.append(match.correlation)
+            else:
+                turns.append(known[k])
+                correlations.append(math.nan)
+            gains.append(_gain(k, scene, colors, turns[-1], levels - 1))
+            scene.add(colors, turns[-1], gains[-1])
     return turns, gains, correlations
+
+
+def _found(k: int, scene: _Scene, colors: _Colors, levels: int) -> Match:
+    """Return how a photo is turned, by what it shows of the scene."""
+    first = [_panorama(*scene.color(level)) for level in range(levels)]
+    second = [_panorama(colors.colors[level], colors.weights[level]) for level in range(levels)]
+    match = search(first, second)
+    _check_overlap(k, match.overlap)
+    if match.correlation < _LEAST_CORRELATION:
+        raise ValueError(
+            f"photo {k + 1} does not overlap with those before it, or shows another scene: "
+            f"the best rotation correlates only {match.correlation:.2f}."
+        )
+    return match
 
 
 def _check_overlap(k: int, overlap: float) -> None:

@@ -45,7 +45,7 @@ class Shot:
         mask: ArrayLike | None,
         reflectance: Array,
         metal: str | None,
-        filter: Filter = "bilinear",
+        filter: Filter | str = "bilinear",
     ) -> None:
         self.view, self.filter = seen_by, filter
         self.reflectance, self.metal = reflectance, metal

@@ -9,13 +9,15 @@ import numpy as np
 
 from .._arrays import as_image, expect_room, spatial_shape
 from .._scalars import as_text
+from ..map.images import expect_aspect
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..resample.verbs import sample
 from .camera import Outline, view
 from .metals import fresnel, reflectance_of
 from .photo import as_pair_of_numbers, by_hand
-from .supersample import BLOCK, counts, means
+from .supersample import counts, means
+from .threads import on_all_threads
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -26,6 +28,9 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 __all__ = ["render"]
+
+# Pixels that a thread takes at a time.
+_PIXELS = 1 << 14
 
 
 # What lies beyond the numbers is seen as infinite, or nowhere.
@@ -45,7 +50,8 @@ def render(
     reflectance: ArrayLike = 1.0,
     metal: str | None = None,
     background: Literal["environment", "black", "alpha"] = "environment",
-    filter: Filter = "bilinear",
+    filter: Filter | str = "bilinear",
+    any_aspect: bool = False,
 ) -> NDArray[Any]:
     """Return the photo that a camera would take of a mirrored ball in an environment.
 
@@ -71,6 +77,8 @@ def render(
         ball covers. The colors are multiplied by it, as compositing wants them.
     filter : str
         How the environment is looked up, as for `sample`.
+    any_aspect : bool
+        As for `convert`, of the environment.
 
     Returns
     -------
@@ -101,6 +109,7 @@ def render(
     source = resolve(projection)
     light = as_image(image, None)
     held = spatial_shape(light, source, "image")
+    expect_aspect(source, light.shape, any_aspect)
     if light.dtype not in (np.float32, np.float64):
         light = light.astype(np.float32)
     scalar = light.ndim == len(held)
@@ -130,7 +139,8 @@ def render(
     fine = math.sqrt(source.covered_solid_angle / math.prod(held))
 
     def radiance(d: Array) -> Array:
-        return np.asarray(sample(light, d @ turn.T, source, filter=filter, fill=np.nan), np.float64)
+        seen = sample(light, d @ turn.T, source, filter=filter, fill=np.nan, any_aspect=True)
+        return np.asarray(seen, np.float64)
 
     extra = 1 if background == "alpha" else 0
 
@@ -152,8 +162,11 @@ def render(
     whole = (math.prod(shape), channels + extra)
     expect_room(whole, np.dtype(np.float64))
     photo = np.empty(whole)
-    for first in range(0, len(photo), BLOCK):
-        part = np.arange(first, min(first + BLOCK, len(photo)))
+
+    # Each thread has an error state of its own.
+    @np.errstate(over="ignore", invalid="ignore")
+    def work(first: int) -> None:
+        part = np.arange(first, min(first + _PIXELS, len(photo)))
         xy: Array = np.stack([part % shape[1], part // shape[1]], axis=-1) + np.float64(0.5)
         d, cosine = camera.reflections(xy)
         hit = np.isfinite(cosine)
@@ -173,6 +186,8 @@ def render(
         # A step coarser where that is hardly seen.
         number = np.repeat(counts(0.93 * wanted)[:, None], 2, axis=1)
         photo[part] = means(number, channels + extra, inside)
+
+    on_all_threads(work, range(0, len(photo), _PIXELS))
     photo = photo.astype(light.dtype).reshape(*shape, channels + extra)
     return photo[..., 0] if scalar and not extra else photo
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from .._arrays import as_image
 from .._show import line
+from ..map.images import target_shape
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from .camera import view
@@ -83,7 +84,7 @@ class UnwrappedBall:
     @property
     def coverage(self) -> float:
         """The share of the sphere that the photo saw."""
-        weights = self.projection.solid_angle(self.solid_angle.shape)
+        weights = self.projection.solid_angle(self.solid_angle.shape, any_aspect=True)
         return float(weights[self.seen].sum() / weights.sum())
 
 
@@ -102,8 +103,9 @@ def unwrap(
     mask: ArrayLike | None = None,
     reflectance: ArrayLike = 1.0,
     metal: str | None = None,
-    filter: Filter = "bilinear",
+    filter: Filter | str = "bilinear",
     fill: float | Sequence[float] = 0.0,
+    any_aspect: bool = False,
 ) -> UnwrappedBall:
     """Turn a photo of a mirrored ball into a map of the environment.
 
@@ -142,6 +144,8 @@ def unwrap(
         than the result, up to 32 × 32 lookups are averaged in each texel.
     fill : float or sequence of float
         What the image has where the photo saw nothing, or one number for each channel.
+    any_aspect : bool
+        As for `convert`, of a `size` with both sides.
 
     Returns
     -------
@@ -206,7 +210,7 @@ def unwrap(
     turn = pose_matrix(pose)
     if size is None:
         size = fitting_size(target, math.pi * seen_by.outline.mean**2)
-    shape = target.shape(size)
+    shape = target_shape(target, size, any_aspect)
     channels = 1 if pixels.ndim == 2 else pixels.shape[2]
     reflects, metal = reflectance_of(reflectance, metal, channels)
     shot = Shot(pixels, seen_by, mask, reflects, metal, filter)

@@ -51,6 +51,14 @@ COMMANDS = {
         ("spheremap projections", "spheremap projections --coverage sphere --equal-area"),
     ),
     "explain": Command("commands", ("spheremap explain cube", "spheremap explain latlong:mitsuba")),
+    "code": Command(
+        "code",
+        (
+            "spheremap code cube:unreal hlsl",
+            'spheremap code "angular(fov=180)" wgsl -o angular.wgsl',
+            "spheremap code --list",
+        ),
+    ),
     "conventions": Command("commands", ("spheremap conventions latlong",)),
     "compare": Command("commands", ("spheremap compare latlong:mitsuba latlong:blender",)),
     "identify": Command("commands", ("spheremap identify known.exr unknown.exr --a latlong",)),

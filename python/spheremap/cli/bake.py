@@ -101,20 +101,23 @@ def bake(
                 continue
             # One after the other, to say which.
             step(f"baking {what}")
-            made = sm.light.bake(
-                light,
-                src,
-                diffuse=kind == "diffuse",
-                specular=kind == "specular",
-                sh=kind == "sh",
-                size=size,
-                levels=levels,
-                diffuse_size=diffuse_size,
-                order=order,
-                samples=samples,
-                skipna=skipna,
-                world=world,
-            )
+            with step.listening():
+                made = sm.light.bake(
+                    light,
+                    src,
+                    diffuse=kind == "diffuse",
+                    specular=kind == "specular",
+                    sh=kind == "sh",
+                    size=size,
+                    levels=levels,
+                    diffuse_size=diffuse_size,
+                    order=order,
+                    samples=samples,
+                    skipna=skipna,
+                    world=world,
+                    # It was held to its aspect when it was read.
+                    any_aspect=True,
+                )
             parts = {field.name: getattr(made, field.name) for field in fields(made)}
             baked = replace(baked, **{k: x for k, x in parts.items() if x is not None})
         tell_worlds(src, sm.projection("cube"), world)

@@ -109,7 +109,8 @@ def ball(
             ):
                 step(f"looking for the ball in {path.name}")
                 try:
-                    rims.append(sm.ball.find(image, mask=counts))
+                    with step.listening():
+                        rims.append(sm.ball.find(image, mask=counts))
                 except ValueError as error:
                     _draw(preview, images, [], None, exposure)
                     text = str(error).replace(": give `center` and `radius`", "; give its --rim")
@@ -120,7 +121,7 @@ def ball(
         told = [angle for angle in angles if angle is not None]
         known = told if len(told) == len(photos) else fov
         step("joining")
-        with warnings.catch_warnings(record=True) as doubts:
+        with warnings.catch_warnings(record=True) as doubts, step.listening():
             warnings.simplefilter("always", UserWarning)
             merged = sm.ball.merge(
                 images,

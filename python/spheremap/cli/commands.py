@@ -123,7 +123,8 @@ def identify(
             images.append(loaded.pixels)
             maps.append(files.taken(name, loaded.projection, *loaded.pixels.shape[:2]))
         step("comparing")
-        found = sm.align.identify(images[0], images[1], maps[0], maps[1])
+        with step.listening():
+            found = sm.align.identify(images[0], images[1], maps[0], maps[1])
     print(f"A is taken as {files.described(maps[0])}, B as {files.described(maps[1])}")
     print(found)
     if not found.certain:

@@ -17,7 +17,7 @@ _VALUES: dict[str, tuple[str, ...]] = {
     "--filter": get_args(ConvertFilter),
 }
 # Subcommands whose arguments are the names of projections.
-_NAMED_ARGUMENTS = ("explain", "compare", "conventions")
+_NAMED_ARGUMENTS = ("explain", "compare", "conventions", "code")
 
 
 class Shell(StrEnum):

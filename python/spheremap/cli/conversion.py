@@ -13,7 +13,6 @@ import numpy as np
 import spheremap as sm
 from spheremap import io
 from spheremap.cli import files, picture, targets
-from spheremap.cli.filling import watched
 from spheremap.cli.picture import Picture
 from spheremap.cli.steps import Step
 from spheremap.cli.terminal import UsageError, tell_worlds
@@ -92,7 +91,7 @@ def convert_file(
     notes = [*assumed, *turned]
     tell_worlds(src, dst, options.world)
     if suffix in _TEXTURE_WRITERS:
-        notes += _write_texture(out, result, options)
+        notes += _write_texture(out, result, options, step)
     else:
         stored = picture.as_stored(
             _tall(result), depth, suffix, tonemap=options.tonemap, exposure=options.exposure
@@ -211,7 +210,7 @@ def _converted(
     pixels = _faced(image.pixels, src)
     size = options.size or matching_size(pixels.shape, src, options.dst)
     result = np.empty((*options.dst.shape(size), pixels.shape[-1]), pixels.dtype)
-    with watched(result, step):
+    with step.listening():
         sm.convert(
             pixels,
             src,
@@ -225,6 +224,8 @@ def _converted(
             alpha=alpha,
             skipna=options.skipna,
             world=options.world,
+            # It was held to its aspect when it was read.
+            any_aspect=True,
         )
     return replace(image, pixels=result)
 
@@ -258,13 +259,14 @@ def _write_preview(place: Path, result: Picture, options: Options) -> None:
     io.write(place, light)
 
 
-def _write_texture(out: Path, result: Picture, options: Options) -> list[str]:
+def _write_texture(out: Path, result: Picture, options: Options, step: Step) -> list[str]:
     if result.alpha_channel is not None:
         # Of two channels a texture would take alpha for green.
         result = picture.with_colors(result)
     levels = [result.pixels]
     if options.mips:
-        levels = sm.mipmaps(result.pixels.astype(np.float32), options.dst)
+        with step.listening():
+            levels = sm.mipmaps(result.pixels.astype(np.float32), options.dst)
     clipped = _TEXTURE_WRITERS[out.suffix.lower()](out, levels)
     notes = [f"{out}: {len(levels)} mips"] if options.mips else []
     return notes + ([f"{out}: {clipped} values above 65504 clipped"] if clipped else [])

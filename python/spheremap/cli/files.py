@@ -7,6 +7,7 @@ from typing import Literal
 
 import spheremap as sm
 from spheremap import _core
+from spheremap.map import images
 
 # Of the layouts that make one image, those a person sees most in; else it is the last one.
 _LEGIBLE = ("cross", "strip")
@@ -62,7 +63,15 @@ def _size_of(projection: sm.Projection, side: Literal["height", "width"], texels
 
 
 def fits(projection: sm.Projection, height: int, width: int) -> bool:
-    """Tell whether an image of this size has the aspect of the projection."""
+    """Tell whether an image of this size has the aspect of the projection, as functions ask it."""
+    try:
+        projection.shape((height, width))
+    except ValueError:
+        return False
+    return images.fits(projection, (height, width))
+
+
+def _is_exact(projection: sm.Projection, height: int, width: int) -> bool:
     rows, columns = projection.shape(_UNIT)
     return height * columns == width * rows and height * _UNIT % rows == 0
 
@@ -138,15 +147,13 @@ def noted(name: str, projection: sm.Projection) -> str | None:
 
 def likely(height: int, width: int) -> str:
     """Return what a panorama of this size most often is: a square one is a light probe."""
-    for name in ("latlong", "angular", "cube"):
-        if _some_fits(name, height, width):
-            return name
+    # Within a texel, a tiny image is of every aspect.
+    for right in (_is_exact, fits):
+        for name in ("latlong", "angular", "cube"):
+            options = layouts(name) or (None,)
+            if any(right(sm.projection(name, layout=x), height, width) for x in options):
+                return name
     return "latlong"
-
-
-def _some_fits(name: str, height: int, width: int) -> bool:
-    options = layouts(name) or (None,)
-    return any(fits(sm.projection(name, layout=layout), height, width) for layout in options)
 
 
 def described(projection: sm.Projection) -> str:

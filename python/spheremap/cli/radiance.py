@@ -15,7 +15,6 @@ import numpy as np
 import spheremap as sm
 from spheremap.cli import files
 from spheremap.cli.bands import bands
-from spheremap.cli.filling import watched
 from spheremap.cli.steps import Step
 from spheremap.light.image import coefficients
 
@@ -41,21 +40,21 @@ def energy(
 ) -> sm.light.Energy:
     """Return the energy of linear light, as `light.energy` does; NaN and infinity count as 0.
 
-    Of a large image the sums are those of its reduction by area, which keeps light to some 1e-6,
-    and the sun is the one that a view of 50 degrees shows.
+    Any aspect is taken: what was read has been held to it. Of a large image the sums are those of
+    its reduction by area, which keeps light to some 1e-6, and the sun is the one that a view of 50
+    degrees shows.
     """
     step = step or Step()
     step("adding up its light")
     height, width = image.shape[:2]
     if height * width <= FEW:
-        return sm.light.energy(image, projection, skipna=True)
+        return sm.light.energy(image, projection, skipna=True, any_aspect=True)
     image = _finite(image)
     size = files.size_of_height(projection, height)
     factor = int(np.ceil(np.sqrt(height * width / FEW)))
     size = max(1, size // factor)
-    small = np.empty((*projection.shape(size), image.shape[-1]), image.dtype)
-    with watched(small, step):
-        sm.convert(image, projection, projection, size=size, filter="area", out=small)
+    with step.listening():
+        small = sm.convert(image, projection, projection, size=size, filter="area", any_aspect=True)
     report = sm.light.energy(small, projection)
     step("looking for its brightest texel")
     found = _extremes(image, projection, step)
@@ -63,7 +62,9 @@ def energy(
         stops = float(np.log2(found.peak / found.darkest))
     row, column = found.where
     toward = np.asarray(
-        projection.pixels_to_directions([column, row], (height, width), centers="integer"),
+        projection.pixels_to_directions(
+            [column, row], (height, width), centers="integer", any_aspect=True
+        ),
         np.float64,
     )
     step("looking for its sun")
@@ -88,7 +89,9 @@ def _finite(image: NDArray[Any]) -> NDArray[Any]:
 def _extremes(image: NDArray[Any], projection: sm.Projection, step: Step) -> _Extremes:
     """Return the brightest and darkest texels that hold sphere."""
     weights = coefficients(image, 2, None)
-    held = sm.solid_angle(projection, image.shape[:2]) > 0 if projection.used_part < 1 else None
+    held = None
+    if projection.used_part < 1:
+        held = sm.solid_angle(projection, image.shape[:2], any_aspect=True) > 0
     found = _Extremes(-np.inf, (0, 0), np.nan, 0)
     for rows in bands(image, step.part):
         values = image[rows].astype(np.float64)
@@ -120,5 +123,7 @@ def _sun(
     angle = np.sqrt(projection.covered_solid_angle / (image.shape[0] * image.shape[1]))
     pixels = 2 * np.tan(np.radians(_VIEW / 2)) / angle
     side = int(np.clip(pixels, 64, _MOST_PIXELS))
-    view = sm.convert(image, projection, camera, size=side, filter="area", world="literal")
+    view = sm.convert(
+        image, projection, camera, size=side, filter="area", world="literal", any_aspect=True
+    )
     return sm.light.sun(view, camera)

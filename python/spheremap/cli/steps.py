@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
+
+from spheremap._progress import told
+
 
 class Step:
     """Names the work in hand and tells how far it is; here to nobody."""
@@ -16,3 +20,7 @@ class Step:
 
     def done(self) -> None:
         """Count one more of several things."""
+
+    def listening(self) -> AbstractContextManager[None]:
+        """Tell how much is done of what the library does meanwhile."""
+        return told(self.part) if self.is_shown else nullcontext()

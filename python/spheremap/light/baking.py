@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._arrays import checked_image
+from .._progress import counted, part
 from .._scalars import as_flag
 from .._show import line
 from ..io.textures import write_dds, write_ktx2
 from ..io.whole import write_bytes
+from ..map.images import expect_aspect
 from ..map.named import resolve, resolve_pair
 from ..sh import convert as sh_convert
 from ..sh import project as sh_project
@@ -24,11 +26,15 @@ from .specular import dfg, prefilter_chain
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from .._arrays import Negative
     from ..map.named import ProjectionLike, Worlds
 
 __all__ = ["Bake", "bake"]
 
 Image = Any
+
+# How much of the time of reflections their table takes, at the usual size.
+_TABLE = 0.2
 
 
 @dataclass(frozen=True)
@@ -111,6 +117,8 @@ def bake(
     rotation: Any | None = None,
     skipna: bool = False,
     world: Worlds = "match",
+    negative: Negative = "keep",
+    any_aspect: bool = False,
 ) -> Bake:
     """Make the set of maps that image-based lighting needs.
 
@@ -131,6 +139,8 @@ def bake(
     world : {"match", "literal"}
         What is made lives in the world of plain names, +y up and -z ahead, right-handed, harmonics
         as well. ``"match"``: what is up in the world of `projection` is so there, as for `convert`.
+    negative, any_aspect
+        As for `integrate`.
 
     Returns
     -------
@@ -150,20 +160,32 @@ def bake(
     >>> baked.diffuse.shape, len(baked.specular), baked.sh.shape
     ((6, 4, 4, 3), 3, (9, 3))
     """
-    pixels = checked_image(image, skipna=skipna)
-    for name, wanted in (("diffuse", diffuse), ("specular", specular), ("sh", sh)):
+    pixels = checked_image(image, skipna=skipna, negative=negative)
+    kinds = (("diffuse", diffuse), ("specular", specular), ("sh", sh))
+    for name, wanted in kinds:
         as_flag(wanted, name)
     given = resolve(projection, axes, rotation)
+    expect_aspect(given, pixels.shape, any_aspect)
     cube, p = resolve_pair("cube", given, None, world)
-    return Bake(
-        diffuse=irradiance(pixels, p, cube, size=diffuse_size, world=world) / np.float32(np.pi)
-        if diffuse
-        else None,
-        specular=prefilter_chain(
-            pixels, p, cube, size=size, levels=levels, samples=samples, world=world
-        )
-        if specular
-        else None,
-        sh=sh_project(pixels, p, order=order) if sh else None,
-        dfg=dfg() if specular else None,
-    )
+    made = Bake(None, None, None, None)
+    for kind in counted([kind for kind, wanted in kinds if wanted]):
+        if kind == "diffuse":
+            light = irradiance(pixels, p, cube, size=diffuse_size, world=world, any_aspect=True)
+            made = replace(made, diffuse=light / np.float32(np.pi))
+        elif kind == "specular":
+            with part(0, 1 - _TABLE):
+                chain = prefilter_chain(
+                    pixels,
+                    p,
+                    cube,
+                    size=size,
+                    levels=levels,
+                    samples=samples,
+                    world=world,
+                    any_aspect=True,
+                )
+            with part(1 - _TABLE, 1):
+                made = replace(made, specular=chain, dfg=dfg())
+        else:
+            made = replace(made, sh=sh_project(pixels, p, order=order, any_aspect=True))
+    return made

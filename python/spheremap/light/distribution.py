@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import _core
 from .._arrays import as_real, spatial_axes
-from .._scalars import as_flag
+from .._scalars import as_flag, as_text
 from ..map.named import resolve
 from .image import as_light, coefficients, luminance_of, texel_weights
 
@@ -43,12 +43,17 @@ class Distribution:
         directions that are never drawn. A constant image stays as it is.
     skipna : bool
         Take NaN and infinite numbers for 0, where they would be an error.
+    negative : {"clip", "raise"}
+        What numbers below 0 count as: 0, or an error. No density is below 0, so that they cannot be
+        kept here.
+    any_aspect : bool
+        As for `convert`.
 
     Raises
     ------
     ValueError
-        For an image that is black, or holds negative, NaN or infinite numbers (the message counts
-        them and names the first positions), or has a shape that the projection cannot have.
+        For an image that is black, or holds NaN or infinite numbers (the message counts them and
+        names the first positions), or has a shape that the projection cannot have.
     TypeError
         For an unfit dtype.
 
@@ -101,9 +106,13 @@ class Distribution:
         luminance: ArrayLike | None = None,
         compensate: bool = False,
         skipna: bool = False,
+        negative: Literal["clip", "raise"] = "clip",
+        any_aspect: bool = False,
     ) -> None:
         p = resolve(projection, axes, rotation)
-        light = as_light(image, p, skipna=skipna, negative="raise")
+        if as_text(negative, "negative") not in ("clip", "raise"):
+            raise ValueError(f"Expected `negative` to be 'clip' or 'raise', got {negative!r}.")
+        light = as_light(image, p, skipna=skipna, negative=negative, any_aspect=any_aspect)
         n = spatial_axes(p)
         weights = coefficients(light, n, luminance)
         density = luminance_of(light, n, weights)
@@ -233,7 +242,9 @@ def _rebuild(
     luminance: NDArray[np.float64],
     compensate: bool,
 ) -> Distribution:
-    return Distribution(image, projection, luminance=luminance, compensate=compensate)
+    return Distribution(
+        image, projection, luminance=luminance, compensate=compensate, any_aspect=True
+    )
 
 
 def _core_image(light: NDArray[Any], image: object) -> NDArray[Any]:

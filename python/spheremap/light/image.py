@@ -6,16 +6,18 @@ credits; the empty cells of a cross) counts for nothing, whatever is there.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import _core
 from .._arrays import as_doubles, as_image, checked_image, spatial_axes
+from ..map.images import expect_aspect
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from .._arrays import Negative
     from .._projection import Projection
 
 # ITU-R BT.709: the luminance of linear RGB with sRGB's primaries.
@@ -27,10 +29,12 @@ def as_light(
     projection: Projection,
     *,
     skipna: bool = False,
-    negative: Literal["keep", "raise"] = "keep",
+    negative: Negative = "keep",
+    any_aspect: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return an image as contiguous float32 or float64, 0 where it holds no sphere."""
     array = as_image(image, None)
+    expect_aspect(projection, array.shape, any_aspect)
     spatial = array.shape[: spatial_axes(projection)]
     projection.shape(spatial)
     if array.ndim > len(spatial) + 1 or array.shape[len(spatial) :] == (0,):

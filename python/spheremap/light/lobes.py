@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .. import _core
-from .._arrays import as_size, as_unit_vectors, checked_image, has_channels, result_dtype
+from .._arrays import as_unit_vectors, checked_image, has_channels, result_dtype
 from .._scalars import as_number, as_text
+from ..map.images import images, target_shape
 from ..map.named import resolve, resolve_pair
 from ..sh import convolve as sh_convolve
 from ..sh import evaluate as sh_evaluate
@@ -18,7 +19,7 @@ from ..sh import project as sh_project
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .._arrays import Size
+    from .._arrays import Negative, Size
     from .._projection import Projection
     from ..map.named import ProjectionLike, Worlds
 
@@ -39,13 +40,16 @@ def irradiance(
     order: int = 8,
     skipna: bool = False,
     world: Worlds = "match",
+    negative: Negative = "keep",
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the irradiance of a surface for every normal: E(n) = ∫ L max(0, n·ω) dω.
 
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-        Radiance.
+        Radiance. With one more axis in front it is a batch, as for `convert`.
     src, dst : Projection or str
         The maps of the image and of the result.
     size : int or tuple of int
@@ -62,10 +66,14 @@ def irradiance(
         Count NaN and infinite values as 0 instead of raising.
     world : {"match", "literal"}
         Whether what is up in the world of `src` is so in that of `dst`, as for `convert`.
+    negative : {"keep", "clip", "raise"}
+        What numbers below 0 count as: what they are, 0, or an error.
+    any_aspect, channels_first : bool
+        As for `convert`.
 
     Returns
     -------
-    irradiance : ndarray, shape of `dst` (+ channels)
+    irradiance : ndarray, shape of `dst` (+ channels), and a batch of a batch
         float32 for float16 and float32 images, else float64; summed in float64. Divided by π it
         is what a white Lambertian surface sends back. 0 outside the valid image of `dst`.
 
@@ -89,15 +97,43 @@ def irradiance(
     >>> E.shape, float(np.abs(E - np.pi).max()) < 1e-6
     ((6, 8, 8, 3), True)
     """
-    if method not in ("exact", "sh"):
+    if as_text(method, "method") not in ("exact", "sh"):
         raise ValueError(f"Expected `method` to be 'exact' or 'sh', got {method!r}.")
+    several = images(
+        image,
+        resolve(src),
+        any_aspect=any_aspect,
+        channels_first=channels_first,
+        rotation=rotation,
+    )
+    if several is not None:
+
+        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.floating[Any]]:
+            return irradiance(
+                image,
+                src,
+                dst,
+                size=size,
+                rotation=rotation,
+                method=method,
+                order=order,
+                skipna=skipna,
+                world=world,
+                negative=negative,
+                any_aspect=True,
+            )
+
+        target_shape(resolve(dst), size, any_aspect)
+        return several.each(one, rotation)  # type: ignore[no-any-return]
     source, target = resolve_pair(src, dst, rotation, world)
+    shape = target_shape(target, size, any_aspect)
+    pixels = checked_image(image, skipna=skipna, negative=negative)
     if method == "exact":
-        return lobe_image(image, source, target, size, "cosine", 0.0, skipna)
-    coefficients = sh_project(image, source, order=order, skipna=skipna)
-    directions = target.directions(target.shape(as_size(size)))
+        return lobe_image(pixels, source, target, shape, "cosine", 0.0)
+    coefficients = sh_project(pixels, source, order=order, any_aspect=True)
+    directions = target.directions(shape, any_aspect=True)
     found = sh_evaluate(sh_convolve(coefficients, lobe="cosine"), directions)
-    return np.nan_to_num(found, nan=0.0).astype(result_dtype(np.asarray(image)))
+    return np.nan_to_num(found, nan=0.0).astype(result_dtype(pixels))
 
 
 def irradiance_at(
@@ -109,23 +145,26 @@ def irradiance_at(
     axes: str | None = None,
     rotation: Any | None = None,
     skipna: bool = False,
+    negative: Negative = "keep",
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the irradiance of surfaces with these normals, as exactly as `irradiance`.
 
     Parameters
     ----------
-    image, skipna
+    image, skipna, negative, any_aspect, channels_first
         As for `irradiance`.
     normals : array_like, shape (..., 3)
         World directions of any length.
     projection : Projection or str
         The map of the image.
     axes, rotation
-        As for `encode`.
+        As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`.
 
     Returns
     -------
-    irradiance : ndarray, shape (...) or (..., C)
+    irradiance : ndarray, shape (...) or (..., C), or (N, ..., C) of a batch
         NaN for a normal that is zero or not finite.
 
     Raises
@@ -140,8 +179,26 @@ def irradiance_at(
     >>> np.round(sm.light.irradiance_at(sky, [[0, 1, 0], [1, 0, 0]], "latlong") / np.pi, 3).tolist()
     [1.0, 0.5]
     """
-    resolved = resolve(projection, axes, rotation)
-    pixels = checked_image(image, skipna=skipna)
+    resolved = resolve(projection, axes)
+    several = images(
+        image, resolved, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
+    )
+    if several is not None:
+
+        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.floating[Any]]:
+            return irradiance_at(
+                image,
+                normals,
+                resolved,
+                rotation=rotation,
+                skipna=skipna,
+                negative=negative,
+                any_aspect=True,
+            )
+
+        return several.each(one, rotation, result="values")  # type: ignore[no-any-return]
+    resolved = resolve(resolved, rotation=rotation)
+    pixels = checked_image(image, skipna=skipna, negative=negative)
     unit, leading = as_unit_vectors(normals, "normals")
     found = _core.lobe(pixels, resolved, unit, "cosine", 0.0)
     channels = found.shape[1:] if has_channels(pixels, resolved) else ()
@@ -162,12 +219,15 @@ def convolve(
     rotation: Any | None = None,
     skipna: bool = False,
     world: Worlds = "match",
+    negative: Negative = "keep",
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the mean radiance under a lobe about every direction, by exact summation.
 
     Parameters
     ----------
-    image, src, dst, size, rotation, skipna, world
+    image, src, dst, size, rotation, skipna, world, negative, any_aspect, channels_first
         As for `irradiance`.
     lobe : {"cone", "phong", "vmf"}
         ``"cone"``: all directions within `half_angle`, equally. ``"phong"``: max(0, cos)^exponent.
@@ -223,22 +283,49 @@ def convolve(
         parameter = -2.0 if parameter == 180 else math.cos(math.radians(parameter))
     elif not (math.isfinite(parameter) and parameter >= 0):
         raise ValueError(f"`{wanted}` must be at least 0 and finite, got {value}.")
+    several = images(
+        image,
+        resolve(src),
+        any_aspect=any_aspect,
+        channels_first=channels_first,
+        rotation=rotation,
+    )
+    if several is not None:
+
+        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.floating[Any]]:
+            return convolve(
+                image,
+                src,
+                dst,
+                lobe=lobe,
+                half_angle=half_angle,
+                exponent=exponent,
+                kappa=kappa,
+                size=size,
+                rotation=rotation,
+                skipna=skipna,
+                world=world,
+                negative=negative,
+                any_aspect=True,
+            )
+
+        target_shape(resolve(dst), size, any_aspect)
+        return several.each(one, rotation)  # type: ignore[no-any-return]
     source, target = resolve_pair(src, dst, rotation, world)
-    return lobe_image(image, source, target, size, lobe, parameter, skipna)
+    pixels = checked_image(image, skipna=skipna, negative=negative)
+    shape = target_shape(target, size, any_aspect)
+    return lobe_image(pixels, source, target, shape, lobe, parameter)
 
 
 def lobe_image(
-    image: ArrayLike,
+    pixels: NDArray[Any],
     source: Projection,
     target: Projection,
-    size: Size,
+    shape: tuple[int, ...],
     lobe: str,
     parameter: float,
-    skipna: bool,
 ) -> NDArray[np.floating[Any]]:
-    pixels = checked_image(image, skipna=skipna)
-    shape = target.shape(as_size(size))
-    normals: NDArray[Any] = target.directions(shape).reshape(-1, 3)
+    normals: NDArray[Any] = target.directions(shape, any_aspect=True).reshape(-1, 3)
     inside = ~np.isnan(normals[:, 0])
     everywhere = bool(inside.all())
     wanted = normals if everywhere else np.ascontiguousarray(normals[inside])
@@ -246,7 +333,7 @@ def lobe_image(
     empty = np.isnan(found[:, 0]) if len(found) else np.zeros(0, bool)
     if empty.any():
         light = pixels.astype(np.float64)
-        values = source.sample(light, wanted[empty])
+        values = source.sample(light, wanted[empty], any_aspect=True)
         found[empty] = values.reshape(len(values), -1)
     if not everywhere:
         whole = np.zeros((len(normals), found.shape[1]))

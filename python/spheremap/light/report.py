@@ -14,6 +14,7 @@ from .sources import as_sun, light_of
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from .._arrays import Negative
     from ..map.named import ProjectionLike
     from .sources import Sun
 
@@ -43,7 +44,8 @@ class Energy:
     dynamic_range : float
         log2(peak / darkest), in stops; NaN if nothing is above 0.
     negative : int
-        Texels with a number below 0. They are kept in the integrals.
+        Texels with a number below 0. They are kept in the integrals; where they are clipped there
+        are none.
     sun : Sun or None
         As `sun` finds it.
     """
@@ -98,6 +100,8 @@ def energy(
     rotation: Any | None = None,
     luminance: ArrayLike | None = None,
     skipna: bool = False,
+    negative: Negative = "keep",
+    any_aspect: bool = False,
 ) -> Energy:
     """Report the light that an image holds: energy, peak, dynamic range, sun.
 
@@ -109,6 +113,8 @@ def energy(
         As for `encode`.
     luminance, skipna
         As for `Distribution`.
+    negative, any_aspect
+        As for `lights`.
 
     Returns
     -------
@@ -138,8 +144,9 @@ def energy(
     sun       toward (-0.772, 0.535, -0.342), 2.92° wide (0.00204 sr)
               irradiance 8.3365
     """
-    found = _core.energy(*light_of(image, projection, axes, rotation, luminance, skipna))
-    solid_angle, integral, mean, peak, peak_direction, darkest, negative, sun = found
+    light = light_of(image, projection, axes, rotation, luminance, skipna, negative, any_aspect)
+    found = _core.energy(*light)
+    solid_angle, integral, mean, peak, peak_direction, darkest, below, sun = found
     return Energy(
         solid_angle=solid_angle,
         integral=integral,
@@ -149,6 +156,6 @@ def energy(
         peak_direction=np.array(peak_direction),
         darkest=darkest,
         dynamic_range=float(np.log2(peak / darkest)),
-        negative=negative,
+        negative=below,
         sun=as_sun(sun),
     )

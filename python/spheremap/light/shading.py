@@ -9,6 +9,7 @@ import numpy as np
 
 from .._arrays import as_doubles, as_image, common_shape, spatial_shape
 from .._scalars import as_flag, as_number, as_text, as_whole
+from ..map.images import expect_aspect
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..map.verbs import reflect
@@ -43,6 +44,7 @@ def bake_matcap(
     color: ArrayLike = 1.0,
     pose: Any | None = None,
     fill: float | Sequence[float] = 0.0,
+    any_aspect: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the picture of a ball of some material in an environment: a MatCap.
 
@@ -64,6 +66,8 @@ def bake_matcap(
         The camera's orientation in the world. Without it, the camera looks along -z.
     fill : float or sequence of float
         The value beside the ball, or one for each channel.
+    any_aspect : bool
+        As for `convert`.
 
     Returns
     -------
@@ -100,23 +104,43 @@ def bake_matcap(
     source = resolve(projection)
     light = as_image(image, None)
     held = spatial_shape(light, source, "image")
+    expect_aspect(source, light.shape, any_aspect)
     if light.dtype not in (np.float32, np.float64):
         light = light.astype(np.float32)
     turn = pose_matrix(pose)
     # In the camera's frame; the mirror's ball has the normals of the MatCap where it shows the
     # directions of the sphere map.
     if material != "mirror" or pose is not None:
-        seen = convert(light, source, source.turned(turn), size=held, fill=math.nan)
+        seen = convert(
+            light, source, source.turned(turn), size=held, fill=math.nan, any_aspect=True
+        )
     else:
         seen = light
     if material == "diffuse":
-        baked = np.asarray(irradiance(seen, source, "matcap", size=size, world="literal")) / math.pi
+        diffuse = irradiance(seen, source, "matcap", size=size, world="literal", any_aspect=True)
+        baked = np.asarray(diffuse) / math.pi
     elif material == "rough" and as_number(roughness, "roughness") > 0:
         baked = np.asarray(
-            prefilter(seen, source, "sphere", size=size, roughness=roughness, world="literal")
+            prefilter(
+                seen,
+                source,
+                "sphere",
+                size=size,
+                roughness=roughness,
+                world="literal",
+                any_aspect=True,
+            )
         )
     else:
-        fine = convert(seen, source, "sphere", size=size * _DETAIL, fill=math.nan, world="literal")
+        fine = convert(
+            seen,
+            source,
+            "sphere",
+            size=size * _DETAIL,
+            fill=math.nan,
+            world="literal",
+            any_aspect=True,
+        )
         blocks = fine.reshape(size, _DETAIL, size, _DETAIL, -1).astype(np.float64)
         known = ~np.isnan(blocks)
         with np.errstate(invalid="ignore"):
@@ -144,7 +168,7 @@ def shade_matcap(
     positions: ArrayLike | None = None,
     eye: ArrayLike | None = None,
     pose: Any | None = None,
-    filter: SampleFilter | None = None,
+    filter: SampleFilter | str | None = None,
     lod: ArrayLike | None = None,
     mipmaps: bool = False,
 ) -> NDArray[Any]:
@@ -245,9 +269,10 @@ def shade_environment(
     projection: ProjectionLike = "latlong",
     *,
     rotation: Any | None = None,
-    filter: SampleFilter | None = None,
+    filter: SampleFilter | str | None = None,
     lod: ArrayLike | None = None,
     mipmaps: bool = False,
+    any_aspect: bool = False,
 ) -> NDArray[Any]:
     """Shade a surface as a mirror of an environment: reflect, then look up.
 
@@ -265,6 +290,8 @@ def shade_environment(
         Turns the environment in the world: what is at d goes to ``rotation @ d``.
     filter, lod, mipmaps
         As for `shade_matcap`.
+    any_aspect : bool
+        As for `convert`.
 
     Returns
     -------
@@ -306,6 +333,7 @@ def shade_environment(
         filter=filter,
         lod=lod,
         derivatives=_derivatives(directions) if as_flag(mipmaps, "mipmaps") else None,
+        any_aspect=any_aspect,
     )
 
 

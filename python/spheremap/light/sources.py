@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from .._arrays import Negative
     from .._core import Projection
     from ..map.named import ProjectionLike
 
@@ -154,10 +155,12 @@ def light_of(
     rotation: Any | None,
     luminance: ArrayLike | None,
     skipna: bool,
+    negative: Negative,
+    any_aspect: bool,
 ) -> tuple[NDArray[np.floating[Any]], Projection, Array]:
     """Return an image as light, its projection, and what makes luminance of its channels."""
     p = resolve(projection, axes, rotation)
-    array = as_light(image, p, skipna=skipna)
+    array = as_light(image, p, skipna=skipna, negative=negative, any_aspect=any_aspect)
     return array, p, coefficients(array, spatial_axes(p), luminance)
 
 
@@ -172,6 +175,8 @@ def lights(
     rotation: Any | None = None,
     luminance: ArrayLike | None = None,
     skipna: bool = False,
+    negative: Negative = "keep",
+    any_aspect: bool = False,
 ) -> Lights:
     """Approximate an image by directional lights.
 
@@ -189,6 +194,10 @@ def lights(
         parts is smallest; it does not cut through lamps.
     luminance, skipna
         As for `Distribution`.
+    negative : {"keep", "clip", "raise"}
+        What numbers below 0 count as: what they are, 0, or an error.
+    any_aspect : bool
+        As for `convert`.
 
     Returns
     -------
@@ -226,7 +235,9 @@ def lights(
     count = _count(count)
     if as_text(method, "method") not in ("median", "variance"):
         raise ValueError(f"unknown method {method!r}; there are 'median' and 'variance'")
-    array, p, weights = light_of(image, projection, axes, rotation, luminance, skipna)
+    array, p, weights = light_of(
+        image, projection, axes, rotation, luminance, skipna, negative, any_aspect
+    )
     return Lights(*_core.lights(array, p, weights, count, method))
 
 
@@ -256,12 +267,14 @@ def sun(
     rotation: Any | None = None,
     luminance: ArrayLike | None = None,
     skipna: bool = False,
+    negative: Negative = "keep",
+    any_aspect: bool = False,
 ) -> Sun | None:
     """Find the sun of an image: its brightest source, if that is small and far above the rest.
 
     Parameters
     ----------
-    image, projection, axes, rotation, luminance, skipna
+    image, projection, axes, rotation, luminance, skipna, negative, any_aspect
         As for `lights`.
 
     Returns
@@ -290,7 +303,8 @@ def sun(
     >>> bool(np.allclose(found.direction, sm.directions("latlong", 64)[20, 40]))
     True
     """
-    return as_sun(_core.sun(*light_of(image, projection, axes, rotation, luminance, skipna)))
+    light = light_of(image, projection, axes, rotation, luminance, skipna, negative, any_aspect)
+    return as_sun(_core.sun(*light))
 
 
 def remove_sun(
@@ -302,12 +316,14 @@ def remove_sun(
     rotation: Any | None = None,
     luminance: ArrayLike | None = None,
     skipna: bool = False,
+    negative: Negative = "keep",
+    any_aspect: bool = False,
 ) -> tuple[NDArray[np.floating[Any]], Sun | None]:
     """Return the image with its sun painted over by the surround, and the sun.
 
     Parameters
     ----------
-    image, projection, axes, rotation, luminance, skipna
+    image, projection, axes, rotation, luminance, skipna, negative, any_aspect
         As for `lights`.
 
     Returns
@@ -333,7 +349,7 @@ def remove_sun(
     >>> bool(np.allclose(sm.light.add_sun(dull, found, "latlong"), sky))
     True
     """
-    light = light_of(image, projection, axes, rotation, luminance, skipna)
+    light = light_of(image, projection, axes, rotation, luminance, skipna, negative, any_aspect)
     result, found = _core.remove_sun(*light)
     return result, as_sun(found)
 
@@ -347,12 +363,14 @@ def add_sun(
     axes: str | None = None,
     rotation: Any | None = None,
     skipna: bool = False,
+    negative: Negative = "keep",
+    any_aspect: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the image with a sun added: a disc of its solid angle and irradiance.
 
     Parameters
     ----------
-    image, projection, axes, rotation, skipna
+    image, projection, axes, rotation, skipna, negative, any_aspect
         As for `lights`.
     sun : Sun
         From `sun` or `remove_sun`, of this image or another. Its `solid_angle` may be anything: a
@@ -379,7 +397,7 @@ def add_sun(
     True
     """
     p = resolve(projection, axes, rotation)
-    array = as_light(image, p, skipna=skipna)
+    array = as_light(image, p, skipna=skipna, negative=negative, any_aspect=any_aspect)
     if not isinstance(sun, Sun):
         raise TypeError(f"Expected `sun` to be a Sun, got {type(sun).__name__}.")
     toward = as_doubles(sun.direction, "sun.direction")

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .. import _core
-from .._arrays import as_size, checked_image, has_channels, result_dtype, spatial_axes
+from .._arrays import checked_image, has_channels, result_dtype, spatial_axes
 from .._scalars import as_flag, as_items, as_number, as_text, as_whole
-from ..map.named import resolve_pair
+from ..map.images import images, target_shape
+from ..map.named import resolve, resolve_pair
 from .lobes import lobe_image
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .._arrays import Size
+    from .._arrays import Negative, Size
     from .._projection import Projection
     from ..map.named import ProjectionLike, Worlds
 
@@ -43,12 +44,15 @@ def prefilter(
     samples: int = 1024,
     skipna: bool = False,
     world: Worlds = "match",
+    negative: Negative = "keep",
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return an environment as a rough mirror shows it, for every direction of reflection.
 
     Parameters
     ----------
-    image, src, dst, size, rotation, skipna, world
+    image, src, dst, size, rotation, skipna, world, negative, any_aspect, channels_first
         As for `irradiance`.
     roughness : float
         Perceptual, in [0, 1]: α = roughness². 0 is a mirror.
@@ -87,9 +91,37 @@ def prefilter(
     _check(distribution, roughness, samples)
     if as_text(method, "method") not in ("auto", "exact", "sampled"):
         raise ValueError(f"Expected `method` to be 'auto', 'exact' or 'sampled', got {method!r}.")
+    several = images(
+        image,
+        resolve(src),
+        any_aspect=any_aspect,
+        channels_first=channels_first,
+        rotation=rotation,
+    )
+    if several is not None:
+
+        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.floating[Any]]:
+            return prefilter(
+                image,
+                src,
+                dst,
+                roughness=roughness,
+                size=size,
+                rotation=rotation,
+                distribution=distribution,
+                method=method,
+                samples=samples,
+                skipna=skipna,
+                world=world,
+                negative=negative,
+                any_aspect=True,
+            )
+
+        target_shape(resolve(dst), size, any_aspect)
+        return several.each(one, rotation)  # type: ignore[no-any-return]
     source, target = resolve_pair(src, dst, rotation, world)
-    pixels = checked_image(image, skipna=skipna)
-    shape = target.shape(as_size(size))
+    pixels = checked_image(image, skipna=skipna, negative=negative)
+    shape = target_shape(target, size, any_aspect)
     alpha = as_number(roughness, "roughness") ** 2
     if method == "exact" and alpha == 0:
         raise ValueError("a mirror, `roughness` 0, has no exact sum; use 'sampled' or `convert`.")
@@ -100,7 +132,7 @@ def prefilter(
         few = texels * int(np.prod(shape)) <= _EXACT_PAIRS
         method = "exact" if resolved and few else "sampled"
     if method == "exact":
-        return lobe_image(pixels, source, target, shape, distribution, alpha, False)
+        return lobe_image(pixels, source, target, shape, distribution, alpha)
     return _sampled(pixels, source, target, [shape], [alpha], distribution, samples)[0]
 
 
@@ -118,13 +150,18 @@ def prefilter_chain(
     samples: int = 1024,
     skipna: bool = False,
     world: Worlds = "match",
+    negative: Negative = "keep",
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> list[NDArray[np.floating[Any]]]:
     """Return a mip chain of rough reflections: level k for roughness k/(levels - 1).
 
     Parameters
     ----------
-    image, src, dst, rotation, distribution, samples, skipna, world
+    image, src, dst, rotation, distribution, samples, skipna, world, negative
         As for `prefilter`; all levels are sampled.
+    any_aspect, channels_first : bool
+        As for `convert`.
     size : int
         Of level 0; each further level has half of it.
     levels : int, optional
@@ -168,8 +205,29 @@ def prefilter_chain(
         raise ValueError(f"Expected `roughness` to have {levels} numbers, got {len(values)}.")
     for value in values:
         _check(distribution, value, samples)
+    several = images(image, resolve(src), any_aspect=any_aspect, channels_first=channels_first)
+    if several is not None:
+
+        def one(image: Any) -> list[NDArray[np.floating[Any]]]:
+            return prefilter_chain(
+                image,
+                src,
+                dst,
+                size=size,
+                levels=levels,
+                rotation=rotation,
+                roughness=values,
+                distribution=distribution,
+                samples=samples,
+                skipna=skipna,
+                world=world,
+                negative=negative,
+                any_aspect=True,
+            )
+
+        return several.lists(one)
     source, target = resolve_pair(src, dst, rotation, world)
-    pixels = checked_image(image, skipna=skipna)
+    pixels = checked_image(image, skipna=skipna, negative=negative)
     shapes = [target.shape(size >> k) for k in range(levels)]
     alphas = [value**2 for value in values]
     return _sampled(pixels, source, target, shapes, alphas, distribution, samples)

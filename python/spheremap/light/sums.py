@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .._arrays import as_size, checked_image, has_channels
+from .._arrays import checked_image, has_channels
 from .._scalars import as_flag, as_number
+from ..map.images import images, target_shape
 from ..map.named import resolve
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .._arrays import Size
+    from .._arrays import Negative, Size
     from .._projection import Projection
     from ..map.named import ProjectionLike
 
@@ -23,7 +24,11 @@ __all__ = ["average_direction", "integrate", "mean", "weights", "ws_psnr"]
 
 
 def weights(
-    projection: ProjectionLike, size: Size, *, normalized: bool = False
+    projection: ProjectionLike,
+    size: Size,
+    *,
+    normalized: bool = False,
+    any_aspect: bool = False,
 ) -> NDArray[np.float64]:
     """Return the weight of each texel in an integral over the sphere: dω = sin θ dθ dφ.
 
@@ -36,6 +41,8 @@ def weights(
         As for `solid_angle`.
     normalized : bool
         Divide by the covered solid angle, so that the weights sum to 1 and sums are means.
+    any_aspect : bool
+        As for `convert`, of a size with all its sides.
 
     Returns
     -------
@@ -59,27 +66,39 @@ def weights(
     0.333
     """
     resolved = resolve(projection)
-    found = _core.texel_weights(resolved, as_size(size))
+    found = _core.texel_weights(resolved, target_shape(resolved, size, any_aspect))
     return found / resolved.covered_solid_angle if as_flag(normalized, "normalized") else found
 
 
 def integrate(
-    image: ArrayLike, /, projection: ProjectionLike, *, skipna: bool = False
+    image: ArrayLike,
+    /,
+    projection: ProjectionLike,
+    *,
+    skipna: bool = False,
+    negative: Negative = "keep",
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.float64]:
     """Integrate an image over the sphere: ∫ L dω.
 
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-        Radiance, or anything else per direction. Negative values count as they are.
+        Radiance, or anything else per direction. With one more axis in front it is a batch, as for
+        `convert`.
     projection : Projection or str
         How the image maps the sphere.
     skipna : bool
         Count NaN and infinite values as 0 instead of raising.
+    negative : {"keep", "clip", "raise"}
+        What numbers below 0 count as: what they are, 0, or an error.
+    any_aspect, channels_first : bool
+        As for `convert`.
 
     Returns
     -------
-    integral : ndarray of float64, shape () or (C,)
+    integral : ndarray of float64, shape () or (C,), or (N, C) of a batch
         Sums run in float64 over exact solid angles (`weights`), in an order that depends on the
         shape alone. What a partial coverage does not hold counts as 0.
 
@@ -97,25 +116,39 @@ def integrate(
     4.0
     """
     resolved = resolve(projection)
-    pixels = checked_image(image, skipna=skipna)
+    several = images(image, resolved, any_aspect=any_aspect, channels_first=channels_first)
+    if several is not None:
+
+        def one(image: Any, *_: Any) -> NDArray[np.float64]:
+            return integrate(image, resolved, skipna=skipna, negative=negative, any_aspect=True)
+
+        return several.each(one, result="numbers")  # type: ignore[no-any-return]
+    pixels = checked_image(image, skipna=skipna, negative=negative)
     return _shaped(_core.moments(pixels, resolved)[:-1, 0], pixels, resolved)
 
 
 def mean(
-    image: ArrayLike, /, projection: ProjectionLike, *, skipna: bool = False
+    image: ArrayLike,
+    /,
+    projection: ProjectionLike,
+    *,
+    skipna: bool = False,
+    negative: Negative = "keep",
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.float64]:
     """Average an image over the part of the sphere that it covers.
 
     Parameters
     ----------
-    image, projection
+    image, projection, negative, any_aspect, channels_first
         As for `integrate`.
     skipna : bool
         Average over the finite values alone, channel by channel.
 
     Returns
     -------
-    mean : ndarray of float64, shape () or (C,)
+    mean : ndarray of float64, shape () or (C,), or (N, C) of a batch
 
     Raises
     ------
@@ -132,7 +165,14 @@ def mean(
     (0.637, 0.5)
     """
     resolved = resolve(projection)
-    pixels = checked_image(image, skipna=skipna)
+    several = images(image, resolved, any_aspect=any_aspect, channels_first=channels_first)
+    if several is not None:
+
+        def one(image: Any, *_: Any) -> NDArray[np.float64]:
+            return mean(image, resolved, skipna=skipna, negative=negative, any_aspect=True)
+
+        return several.each(one, result="numbers")  # type: ignore[no-any-return]
+    pixels = checked_image(image, skipna=skipna, negative=negative)
     moments = _core.moments(pixels, resolved)
     total: Any = moments[-1, 0]
     if skipna and pixels.dtype.kind == "f":
@@ -150,19 +190,22 @@ def average_direction(
     axes: str | None = None,
     rotation: Any | None = None,
     skipna: bool = False,
+    negative: Negative = "keep",
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.float64]:
     """Return where the light comes from on average: ∫ L ω dω / ∫ L dω.
 
     Parameters
     ----------
-    image, projection, skipna
+    image, projection, skipna, negative, any_aspect, channels_first
         As for `integrate`.
     axes, rotation
-        As for `encode`.
+        As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`.
 
     Returns
     -------
-    direction : ndarray of float64, shape (3,) or (C, 3)
+    direction : ndarray of float64, shape (3,) or (C, 3), or (N, C, 3) of a batch
         Of a length between 0, for light that is the same from all sides, and 1, for a point.
         NaN where the integral is 0.
 
@@ -178,8 +221,25 @@ def average_direction(
     >>> np.round(sm.light.average_direction(sky, "latlong") + 0.0, 3).tolist()
     [0.0, 0.667, 0.0]
     """
-    resolved = resolve(projection, axes, rotation)
-    pixels = checked_image(image, skipna=skipna)
+    resolved = resolve(projection, axes)
+    several = images(
+        image, resolved, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
+    )
+    if several is not None:
+
+        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.float64]:
+            return average_direction(
+                image,
+                resolved,
+                rotation=rotation,
+                skipna=skipna,
+                negative=negative,
+                any_aspect=True,
+            )
+
+        return several.each(one, rotation, result="numbers")  # type: ignore[no-any-return]
+    resolved = resolve(resolved, rotation=rotation)
+    pixels = checked_image(image, skipna=skipna, negative=negative)
     moments = _core.moments(pixels, resolved)[:-1]
     with np.errstate(invalid="ignore", divide="ignore"):
         vectors: NDArray[np.float64] = moments[:, 1:] / moments[:, :1]
@@ -193,6 +253,7 @@ def ws_psnr(
     projection: ProjectionLike,
     *,
     peak: float | None = None,
+    any_aspect: bool = False,
 ) -> float:
     """Return the weighted-to-spherically-uniform peak signal-to-noise ratio, in decibels.
 
@@ -204,6 +265,8 @@ def ws_psnr(
         Of both.
     peak : float, optional
         The largest possible value: by default that of the integer type, or 1 for floats.
+    any_aspect : bool
+        As for `convert`.
 
     Returns
     -------
@@ -236,7 +299,7 @@ def ws_psnr(
     # Differences beyond the squares that float64 holds are infinite.
     with np.errstate(over="ignore", invalid="ignore"):
         squared = np.square(a.astype(np.float64) - b.astype(np.float64))
-    error = float(np.mean(mean(squared, projection)))
+    error = float(np.mean(mean(squared, projection, any_aspect=any_aspect)))
     return math.inf if error == 0 else 20.0 * math.log10(peak) - 10.0 * math.log10(error)
 
 

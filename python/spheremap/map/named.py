@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from .. import _core
 from .._scalars import as_text
@@ -27,6 +26,7 @@ _named: dict[str, Projection] = {}
 # What projections are made of. The class that people see has verbs of all rooms and stands above
 # them; the package hands it down, so that no room imports from above.
 _class: type[Projection]
+_made = _core.Projection.__new__
 
 
 def use_class(made: type[Projection]) -> None:
@@ -73,14 +73,32 @@ def _first_time(projection: object) -> Projection:
         raise TypeError(
             f"Expected a Projection or the name of one, got {type(projection).__name__}."
         )
-    found = _class(projection)
+    found = _made(_class, projection)
     # With parameters there is no end of names.
     if "(" not in projection:
         _named[projection] = found
     return found
 
 
+# The first is for parameters in a dict, `**{"fov": 90.0}`, which might otherwise be an option; a
+# number in the place of an option is an error when it comes.
+@overload
 def projection(
+    name: ProjectionName | QualifiedName | str, /, **parameters: float
+) -> Projection: ...
+@overload
+def projection(
+    name: ProjectionName | QualifiedName | str,
+    /,
+    *,
+    convention: str | None = None,
+    axes: str | None = None,
+    grid: str | None = None,
+    layout: LayoutName | str | None = None,
+    world: str | None = None,
+    **parameters: float,
+) -> Projection: ...
+def projection(  # type: ignore[misc]
     name: ProjectionName | QualifiedName | str,
     /,
     *,
@@ -137,7 +155,8 @@ def projection(
     """
     if not isinstance(name, str):
         raise TypeError(f"Expected the name of a projection, got {type(name).__name__}.")
-    return _class(
+    return _made(
+        _class,
         name,
         convention=convention,
         axes=axes,
@@ -205,10 +224,14 @@ def conventions(name: ProjectionName | str | None = None) -> Conventions:
         found = Conventions(row for row in rows if f"{row['name']}-".startswith(f"{program}-"))
         if found:
             return found
-        programs = {row["name"].split("-")[0] for row in rows}
-        kinds = {entry["name"] for entry in _core.registry()}
-        near = difflib.get_close_matches(program, sorted(programs | kinds), 1)
-        if near and near[0] in programs:
-            raise ValueError(f"unknown projection or program {name!r}; did you mean {near[0]!r}?")
-    kind = resolve(name).name
+    try:
+        kind = resolve(name).name
+    except ValueError as error:
+        # It may know what others call a projection, but no programs.
+        if "; there are " not in str(error):
+            raise
+        known = {row["name"].split("-")[0] for row in rows}
+        known |= {entry["name"] for entry in _core.registry()}
+        _core.check_word("projection or program", name, sorted(known))
+        raise
     return Conventions(row for row in rows if row["kind"] == kind)

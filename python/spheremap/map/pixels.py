@@ -10,6 +10,7 @@ from .. import _core
 from .._arrays import BLOCK, as_points, blocks, expect_room, spatial_axes
 from .._scalars import as_text
 from .grid import cells, coordinate, on_corners, texel
+from .images import target_shape
 from .named import resolve
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def pixels_to_directions(
     centers: Literal["half", "integer"] = "half",
     axes: str | None = None,
     rotation: Any | None = None,
+    any_aspect: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the directions that are seen at places of an image, in pixels.
 
@@ -53,6 +55,8 @@ def pixels_to_directions(
         Where the center of the first pixel is. "half": at (0.5, 0.5), and (0, 0) is the image's
         upper left corner, as everywhere in this library. "integer": at (0, 0), as OpenCV counts,
         and as the indices of an array do: the texel ``image[y, x]`` is at (x, y).
+    any_aspect : bool
+        As for `solid_angle`.
 
     Returns
     -------
@@ -90,7 +94,7 @@ def pixels_to_directions(
     True
     """
     p = resolve(projection, axes, rotation)
-    shape, first = p.shape(size), _first(centers)
+    shape, first = target_shape(p, size, any_aspect), _first(centers)
     sides = _sides(p, shape)
     array, single = as_points(pixels, "pixels", None)
     width = spatial_axes(p)
@@ -110,7 +114,7 @@ def pixels_to_directions(
             for k, side in enumerate(sides):
                 uv[:, k] = coordinate(places[:, k] - first, *side)
         uv[:, 2:] = places[:, 2:]
-        _Core.decode(p, uv, out=flat[done : done + len(uv)])
+        _Core.decode(p, uv, flat[done : done + len(uv)])
         done += len(uv)
     return found
 
@@ -124,6 +128,7 @@ def directions_to_pixels(
     centers: Literal["half", "integer"] = "half",
     axes: str | None = None,
     rotation: Any | None = None,
+    any_aspect: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the places of an image at which directions are seen, in pixels.
 
@@ -138,6 +143,8 @@ def directions_to_pixels(
     centers : {"half", "integer"}
         As for `pixels_to_directions`: the center of the first pixel is (0.5, 0.5), or (0, 0), as
         OpenCV counts and as ``cv2.remap`` wants it.
+    any_aspect : bool
+        As for `solid_angle`.
 
     Returns
     -------
@@ -172,7 +179,7 @@ def directions_to_pixels(
     [511.5, 255.5]
     """
     p = resolve(projection, axes, rotation)
-    shape, first = p.shape(size), _first(centers)
+    shape, first = target_shape(p, size, any_aspect), _first(centers)
     sides = _sides(p, shape)
     found = _Core.encode(p, directions)
     flat = found.reshape(-1, found.shape[-1]) if found.size else found[:0]

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import _core
 from .._scalars import as_number
+from .images import target_shape
 from .named import resolve
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ def encode(
     >>> sm.encode([[0, 0, -1], [1, 0, 0]], "latlong").tolist()
     [[0.5, 0.5], [0.75, 0.5]]
     """
-    return _Core.encode(resolve(projection, axes, rotation), directions, out=out)
+    return _Core.encode(resolve(projection, axes, rotation), directions, out)
 
 
 def decode(
@@ -125,7 +126,7 @@ def decode(
     >>> sm.decode([[0.0, 0.0], [0.5, 0.5]], "sphere").round(6).tolist()
     [[nan, nan, nan], [0.0, -0.0, 1.0]]
     """
-    return _Core.decode(resolve(projection, axes, rotation), uv, out=out)
+    return _Core.decode(resolve(projection, axes, rotation), uv, out)
 
 
 def jacobian(
@@ -167,7 +168,7 @@ def jacobian(
     >>> np.round(sm.jacobian([0.5, 0.5], "latlong") + 0.0, 6).tolist()
     [[6.283185, 0.0], [0.0, -3.141593], [0.0, 0.0]]
     """
-    return _Core.jacobian(resolve(projection, axes, rotation), uv, out=out)
+    return _Core.jacobian(resolve(projection, axes, rotation), uv, out)
 
 
 def density(
@@ -206,7 +207,7 @@ def density(
     >>> np.round(sm.density([[0.5, 0.5], [0.3, 0.4]], "sphere"), 6).tolist()
     [16.0, 16.0]
     """
-    return _Core.density(resolve(projection), uv, out=out)
+    return _Core.density(resolve(projection), uv, out)
 
 
 def valid(uv: ArrayLike, /, projection: ProjectionLike) -> NDArray[np.bool_]:
@@ -272,7 +273,9 @@ def covers(
     return _Core.covers(resolve(projection, axes, rotation), directions)
 
 
-def solid_angle(projection: ProjectionLike, size: Size) -> NDArray[np.float64]:
+def solid_angle(
+    projection: ProjectionLike, size: Size, *, any_aspect: bool = False
+) -> NDArray[np.float64]:
     """Return the solid angle of each texel.
 
     Parameters
@@ -282,6 +285,9 @@ def solid_angle(projection: ProjectionLike, size: Size) -> NDArray[np.float64]:
     size : int or tuple of int
         One number (the height of a latlong, the side of a square, the face of a cube) or the
         whole shape without channels.
+    any_aspect : bool
+        Whether a whole shape is taken as it is where it is wider or higher for the projection than
+        it should be. By default each side has to be within a texel of its aspect.
 
     Returns
     -------
@@ -301,7 +307,8 @@ def solid_angle(projection: ProjectionLike, size: Size) -> NDArray[np.float64]:
     >>> w.shape, math.isclose(w.sum(), 4 * math.pi, rel_tol=1e-12)
     ((4, 8), True)
     """
-    return _Core.solid_angle(resolve(projection), size)
+    p = resolve(projection)
+    return _Core.solid_angle(p, target_shape(p, size, any_aspect))
 
 
 def directions(
@@ -311,6 +318,7 @@ def directions(
     axes: str | None = None,
     rotation: Any | None = None,
     dtype: DTypeLike = np.float64,
+    any_aspect: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the direction of every texel.
 
@@ -322,6 +330,8 @@ def directions(
         As for `solid_angle`.
     dtype : float32 or float64
         Of the result.
+    any_aspect : bool
+        As for `solid_angle`.
 
     Returns
     -------
@@ -341,7 +351,8 @@ def directions(
     >>> sm.directions("latlong", 256).shape
     (256, 512, 3)
     """
-    return _Core.directions(resolve(projection, axes, rotation), size, dtype=dtype)
+    p = resolve(projection, axes, rotation)
+    return _Core.directions(p, target_shape(p, size, any_aspect), dtype=dtype)
 
 
 def reflect(

@@ -8,7 +8,8 @@ import numpy as np
 
 from .. import _core
 from .._arrays import spatial_axes
-from .._scalars import as_text
+from .._scalars import as_flag, as_text
+from ..map.images import channels_last, expect_aspect
 from ..map.named import resolve
 
 if TYPE_CHECKING:
@@ -29,13 +30,16 @@ def convert_depth(
     source: Literal["distance", "z"] = "distance",
     target: Literal["distance", "z"] | None = None,
     out: NDArray[Any] | None = None,
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Turn distances along the ray into depths along the axis of a face, or back.
 
     Parameters
     ----------
     depth : array_like, shape (H, W) or (F, N, N), or either with one channel (..., 1)
-        Of real numbers. NaN, infinity and 0 (as "nothing") stay what they are.
+        Of real numbers. NaN, infinity and 0 (as "nothing") stay what they are. A batch, as for
+        `convert`, has one channel.
     projection : Projection or str
         The projection of the image.
     source : {"distance", "z"}
@@ -45,6 +49,8 @@ def convert_depth(
         What to return; by default the other one.
     out : ndarray, optional
         Where to put the result; it may be `depth` itself.
+    any_aspect, channels_first : bool
+        As for `convert`.
 
     Returns
     -------
@@ -75,7 +81,7 @@ def convert_depth(
     [[2.44949, 2.44949], [2.44949, 2.44949]]
     """
     p = resolve(projection)
-    for name, kind in (("source", source), ("target", target or source)):
+    for name, kind in (("source", source), ("target", source if target is None else target)):
         if as_text(kind, name) not in _KINDS:
             raise ValueError(f"unknown {name} '{kind}'; there are distance, z")
     if target is None:
@@ -86,10 +92,12 @@ def convert_depth(
     single = given.dtype.kind == "f" and given.dtype.itemsize <= 4
     dtype = np.dtype(np.float32 if single else np.float64)
     dimensions = spatial_axes(p)
-    if given.ndim == dimensions + 1 and given.shape[-1] == 1:
-        shape = p.shape(given.shape[:-1])
-    else:
-        shape = p.shape(given.shape)
+    shaped = channels_last(given, p) if as_flag(channels_first, "channels_first") else given
+    held = shaped.shape[1:] if shaped.ndim == dimensions + 2 else shaped.shape
+    if len(held) > dimensions and held[-1] == 1:
+        held = held[:-1]
+    expect_aspect(p, held, any_aspect, "depth")
+    shape = p.shape(held)
     if out is None:
         out = np.empty(given.shape, dtype)
     elif not isinstance(out, np.ndarray) or out.dtype != dtype:
@@ -100,7 +108,8 @@ def convert_depth(
     out[...] = given
     if source != target:
         found = np.ascontiguousarray(out)
-        _core.convert_depth(found, p, shape, target)
+        for one in found if shaped.ndim == dimensions + 2 else (found,):
+            _core.convert_depth(one, p, shape, target)
         if found is not out:
             out[...] = found
     return out

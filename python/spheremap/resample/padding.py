@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
+from .._arrays import keeps_dtype, spatial_axes
 from .._scalars import as_whole
+from ..map.images import images
 from ..map.named import resolve
+from .labels import labeled
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -20,6 +23,7 @@ __all__ = ["pad"]
 _WIDEST = (1 << 31) - 1
 
 
+@keeps_dtype
 def pad(
     image: ArrayLike,
     /,
@@ -27,14 +31,17 @@ def pad(
     n: int,
     *,
     filter: Filter | str = "bilinear",
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[Any]:
     """Put a border of `n` texels around each face that continues the image over its seams.
 
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-        Of dtype uint8, uint16, float16, float32 or float64. Faces that lie in one image (a strip, a
-        cross) are taken apart first.
+        Of dtype uint8, uint16, float16, float32 or float64; with the filter ``"nearest"``, of any
+        integers or bool. Faces that lie in one image (a strip, a
+        cross) are taken apart first. With one more axis in front it is a batch, as for `convert`.
     projection : Projection or str
         The projection of the image.
     n : int
@@ -42,6 +49,8 @@ def pad(
     filter : str
         How texels between others are looked up, as for `sample`, where the border is no
         permutation of the image.
+    any_aspect, channels_first : bool
+        As for `convert`.
 
     Returns
     -------
@@ -87,4 +96,16 @@ def pad(
     n = as_whole(n, "n")
     if not 0 <= n <= _WIDEST:
         raise ValueError(f"Expected a border of 0 to {_WIDEST} texels, got {n}.")
-    return _core.pad(image, resolved, n, filter)
+    several = images(image, resolved, any_aspect=any_aspect, channels_first=channels_first)
+    if several is not None:
+
+        def one(image: Any, *_: Any) -> NDArray[Any]:
+            return pad(image, resolved, n, filter=filter, any_aspect=True)
+
+        return several.each(one)  # type: ignore[no-any-return]
+
+    def padded(image: Any, *_: Any) -> NDArray[Any]:
+        return _core.pad(image, resolved, n, filter)
+
+    found = labeled(image, spatial_axes(resolved), filter, 0, None, None, padded)
+    return padded(image) if found is None else found

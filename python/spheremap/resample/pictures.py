@@ -5,7 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from .. import _core
+from .._arrays import keeps_dtype
 from .._scalars import as_items, as_text
+from ..map.images import is_chain
+from .labels import labeled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,12 +22,13 @@ if TYPE_CHECKING:
 __all__ = ["sample_uv"]
 
 
+@keeps_dtype
 def sample_uv(
     image: ArrayLike,
     uv: ArrayLike,
     /,
     *,
-    filter: SampleFilter | None = None,
+    filter: SampleFilter | str | None = None,
     address: Address | tuple[Address, Address] = "clamp",
     fill: float | Sequence[float] = 0.0,
     lod: ArrayLike | None = None,
@@ -36,7 +40,8 @@ def sample_uv(
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C)
-        Of dtype uint8, uint16, float16, float32 or float64. It need not map a sphere.
+        Of dtype uint8, uint16, float16, float32 or float64; with the filter ``"nearest"``, of any
+        integers or bool. It need not map a sphere.
     uv : array_like, shape (..., 2)
         u runs to the right and v down, each from 0 to 1: the centers of n texels lie at (i + ½)/n.
     filter : str, optional
@@ -99,13 +104,21 @@ def sample_uv(
     along = tuple(as_text(mode, "address") for mode in modes)
     if len(along) != 2:
         raise ValueError(f"Expected `address` to be one mode or a pair, got {address!r}.")
-    return _core.sample_uv(
-        image,
-        uv,
-        filter=filter,
-        address=along,
-        fill=fill,
-        lod=lod,
-        derivatives=derivatives,
-        out=out,
-    )
+
+    def looked_up(image: Any, fill: Any, out: Any) -> NDArray[Any]:
+        return _core.sample_uv(
+            image,
+            uv,
+            filter=filter,
+            address=along,
+            fill=fill,
+            lod=lod,
+            derivatives=derivatives,
+            out=out,
+        )
+
+    if lod is None and derivatives is None and not is_chain(image):
+        found = labeled(image, 2, filter or "bilinear", fill, out, None, looked_up)
+        if found is not None:
+            return found
+    return looked_up(image, fill, out)

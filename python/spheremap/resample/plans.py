@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from .._arrays import spatial_axes
 from .._scalars import as_float_dtype, as_items
 from ..map.grid import cells, on_corners, row_blocks, texel
+from ..map.images import target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
 from .verbs import convert
@@ -17,7 +18,7 @@ from .verbs import convert
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-    from .._arrays import Size
+    from .._arrays import Scalar, Size
     from .._projection import Projection
     from ..map.named import ProjectionLike
 
@@ -55,6 +56,12 @@ class RemapPlan:
     source_shape: tuple[int, ...] | None = None
     options: tuple[tuple[str, Any], ...] = ()
 
+    @overload
+    def __call__(
+        self, image: NDArray[Scalar], /, *, out: NDArray[Any] | None = None
+    ) -> NDArray[Scalar]: ...
+    @overload
+    def __call__(self, image: ArrayLike, /, *, out: NDArray[Any] | None = None) -> NDArray[Any]: ...
     def __call__(self, image: ArrayLike, /, *, out: NDArray[Any] | None = None) -> NDArray[Any]:
         """Convert an image, or a batch of images with channels.
 
@@ -62,7 +69,8 @@ class RemapPlan:
         ----------
         image : array_like
             As for `convert`, or with one more axis in front: (N, H, W, C), or (N, F, S, S, C) for
-            an array of faces. A batch has its channels spelled out, with C = 1 for gray.
+            an array of faces. A batch has its channels spelled out, with C = 1 for gray. Of a plan
+            with ``channels_first=True`` channels lie right before the rows.
         out : ndarray, optional
             Where to put the result.
 
@@ -77,35 +85,18 @@ class RemapPlan:
             As for `convert`, and for an image of another shape than the plan was made for.
         """
         image = np.asanyarray(image)
+        options = dict(self.options)
         spatial = spatial_axes(self.src)
-        batch = image.ndim == spatial + 2
-        held = image.shape[1:] if batch else image.shape
-        if self.source_shape is not None and held[:spatial] != self.source_shape:
+        held = image.shape
+        if len(held) > spatial:
+            channel = -3 if options.get("channels_first") else -1
+            held = np.moveaxis(image, channel, -1).shape[-1 - spatial : -1]
+        if self.source_shape is not None and held != self.source_shape:
             raise ValueError(
                 f"Expected an image of shape {self.source_shape}, with or without channels, "
                 f"got {image.shape}."
             )
-        if not batch:
-            return self._one(image, out)
-        shape = (len(image), *self.shape, image.shape[-1])
-        if out is None:
-            out = np.empty(shape, image.dtype.newbyteorder("="))
-        elif not isinstance(out, np.ndarray) or out.shape != shape:
-            got = getattr(out, "shape", type(out).__name__)
-            raise ValueError(f"Expected `out` to have shape {shape}, got {got}.")
-        for one, into in zip(image, out, strict=True):
-            self._one(one, into)
-        return out
-
-    def _one(self, image: NDArray[Any], out: NDArray[Any] | None) -> NDArray[Any]:
-        return convert(
-            image,
-            self.src,
-            self.dst,
-            size=self.shape,
-            out=out,
-            **dict(self.options),
-        )
+        return convert(image, self.src, self.dst, size=self.shape, out=out, **options)
 
     def maps(
         self, source_shape: tuple[int, ...] | None = None, /, *, dtype: DTypeLike = np.float32
@@ -160,12 +151,14 @@ class RemapPlan:
         if source_shape is None:
             raise ValueError("Expected the shape of the source: the plan was made for any.")
         dtype = as_float_dtype(dtype)
-        height, width = self.src.shape(tuple(source_shape))[-2:]
+        options = dict(self.options)
+        shape = target_shape(self.src, tuple(source_shape), options.get("any_aspect", False))
+        height, width = shape[-2:]
         (cells_v, cells_u), (corners_v, corners_u) = (
             cells(self.src),
             on_corners(self.src),
         )
-        literal = dict(self.options).get("world", "match") == "literal"
+        literal = options.get("world", "match") == "literal"
         target = self.dst if literal else self.dst.in_world_of(self.src)
         maps = tuple(np.empty(self.shape, dtype) for _ in range(spatial_axes(self.src)))
         flat = [one.reshape(-1, self.shape[-1]) for one in maps]
@@ -200,7 +193,8 @@ def remap_plan(
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         Turns the content in the world of `src`: the plan's `src` is turned by it.
     **options
-        What else `convert` takes: ``filter``, ``fill``, ``world``, ... They are checked here, once.
+        What else `convert` takes: ``filter``, ``fill``, ``world``, ``any_aspect``,
+        ``channels_first``, ... They are checked here, once.
 
     Returns
     -------
@@ -230,19 +224,22 @@ def remap_plan(
     (32, 64)
     """
     source, target = resolve(src), resolve(dst)
+    any_aspect = options.get("any_aspect", False)
     known = None
     if source_shape is not None:
-        known = source.shape(tuple(as_items(source_shape, "source_shape", "whole numbers")))
+        sides = tuple(as_items(source_shape, "source_shape", "whole numbers"))
+        known = target_shape(source, sides, any_aspect)
     if size is None:
         if known is None:
             raise TypeError("Expected `size`, or the `source_shape` that gives it.")
         size = matching_size(known, source, target)
+    shape = target_shape(target, size, any_aspect)
     for name in ("image", "out"):
         if name in options:
             raise TypeError(f"`{name}` is no option of a plan: pass it when calling the plan.")
     options = {k: tuple(v) if _is_list(v) else v for k, v in options.items()}
     source = resolve(source, rotation=rotation)
-    plan = RemapPlan(source, target, target.shape(size), known, tuple(options.items()))
+    plan = RemapPlan(source, target, shape, known, tuple(options.items()))
     _try(plan)
     return plan
 
@@ -253,7 +250,10 @@ def _is_list(value: object) -> bool:
 
 def _try(plan: RemapPlan) -> None:
     """Convert a tiny image: `convert` itself checks the options."""
-    fill = dict(plan.options).get("fill")
+    options = dict(plan.options)
+    fill = options.get("fill")
     channels = len(fill) if isinstance(fill, tuple) else 4
     tiny = np.zeros((*plan.src.shape(2), channels), np.float32)
-    convert(tiny, plan.src, plan.dst, size=2, **dict(plan.options))
+    if options.get("channels_first") is True:
+        tiny = np.moveaxis(tiny, -1, -3)
+    convert(tiny, plan.src, plan.dst, size=2, **options)

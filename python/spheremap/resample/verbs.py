@@ -2,33 +2,39 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from .. import _core
+from .._arrays import IMAGE_DTYPES, keeps_dtype, spatial_axes
+from ..map.images import images, is_chain, target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
+from .labels import labeled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-    from .._arrays import Size
+    from .._arrays import Scalar, Size
     from .._names import ConvertFilter, SampleFilter
     from ..map.named import ProjectionLike, Worlds
 
 __all__ = ["convert", "mipmaps", "sample"]
 
+_TEXELS = frozenset(map(np.dtype, IMAGE_DTYPES))
 
+
+@keeps_dtype
 def sample(
     image: ArrayLike,
     directions: ArrayLike,
     /,
     projection: ProjectionLike,
     *,
-    filter: SampleFilter | None = None,
+    filter: SampleFilter | str | None = None,
     axes: str | None = None,
     rotation: Any | None = None,
     fill: float | Sequence[float] = 0.0,
@@ -37,14 +43,18 @@ def sample(
     skipna: bool = False,
     lod: ArrayLike | None = None,
     derivatives: tuple[ArrayLike, ArrayLike] | None = None,
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[Any]:
     """Look directions up in an image.
 
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-        Of dtype uint8, uint16, float16, float32 or float64. For `lod` and `derivatives` it may be a
-        list of levels, as from `mipmaps` or `light.prefilter_chain`; others are made.
+        Of dtype uint8, uint16, float16, float32 or float64; with the filter ``"nearest"``, of any
+        integers or bool. For `lod` and `derivatives` it may be a list of levels, as from `mipmaps`
+        or `light.prefilter_chain`; others are made. With one more axis in front it is a batch, as
+        for `convert`; the same directions are looked up in each.
     directions : array_like, shape (..., 3)
         World directions of any length.
     projection, axes, rotation
@@ -74,10 +84,15 @@ def sample(
         How the direction changes to the next pixel of your picture, to the right and down: then
         the level follows from what the pixel sees. Of the units of `directions`, whose length does
         not matter. Where one is NaN, the result is `fill`; where one is infinite, the last level.
+    any_aspect : bool
+        As for `convert`: whether an image of another aspect is taken as it is.
+    channels_first : bool
+        Whether channels lie right before the rows of `image`, and first in the result: (C, ...).
 
     Returns
     -------
     values : ndarray, shape (...) or (..., C), of the image's dtype
+        Of a batch, or with `rotation` of shape (N, 3, 3), (N, ...) or (N, ..., C).
 
     Raises
     ------
@@ -128,21 +143,54 @@ def sample(
     >>> sm.sample(chain, [0, 1, 0], "cube", lod=roughness * 3).round(1).tolist()
     [1.0, 0.9, 0.4]
     """
-    p = resolve(projection, axes, rotation)
-    return _core.Projection.sample(
-        p,
-        image,
-        directions,
-        filter=filter,
-        fill=fill,
-        out=out,
-        alpha=alpha,
-        skipna=skipna,
-        lod=lod,
-        derivatives=derivatives,
+    p = resolve(projection)
+    several = images(
+        image, p, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
     )
+    if several is not None:
+
+        def one(image: Any, rotation: Any, out: Any) -> NDArray[Any]:
+            return sample(
+                image,
+                directions,
+                p,
+                filter=filter,
+                axes=axes,
+                rotation=rotation,
+                fill=fill,
+                out=out,
+                alpha=alpha,
+                skipna=skipna,
+                lod=lod,
+                derivatives=derivatives,
+                any_aspect=True,
+            )
+
+        return several.each(one, rotation, out, result="values")  # type: ignore[no-any-return]
+    p = resolve(p, axes, rotation)
+
+    def looked_up(image: Any, fill: Any, out: Any) -> NDArray[Any]:
+        return _core.Projection.sample(
+            p,
+            image,
+            directions,
+            filter=filter,
+            fill=fill,
+            out=out,
+            alpha=alpha,
+            skipna=skipna,
+            lod=lod,
+            derivatives=derivatives,
+        )
+
+    if lod is None and derivatives is None and not _has_texels(image):
+        found = labeled(image, spatial_axes(p), filter or "bilinear", fill, out, alpha, looked_up)
+        if found is not None:
+            return found
+    return looked_up(image, fill, out)
 
 
+@keeps_dtype
 def convert(
     image: ArrayLike,
     /,
@@ -151,20 +199,24 @@ def convert(
     *,
     size: Size | None = None,
     rotation: Any | None = None,
-    filter: ConvertFilter = "bilinear",
+    filter: ConvertFilter | str = "bilinear",
     fill: float | Sequence[float] = 0.0,
     out: NDArray[Any] | None = None,
     skipna: bool = False,
     antialias: bool = True,
     alpha: int | None = None,
     world: Worlds = "match",
+    any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[Any]:
     """Turn an image from one projection into another.
 
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-        Of dtype uint8, uint16, float16, float32 or float64.
+        Of dtype uint8, uint16, float16, float32 or float64; with the filters ``"nearest"`` and
+        ``"mode"``, of any integers or bool. With one more axis in front it is a batch:
+        (N, H, W, C) or (N, F, S, S, C), whose channels are spelled out, with C = 1 for gray.
     src, dst : Projection or str
         The projection of `image`, and that of the result.
     size : int or tuple of int, optional
@@ -172,7 +224,8 @@ def convert(
         steradian as the source.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         Turns the content in the world of `src`: what is at d goes to ``rotation @ d``. For the
-        view of a camera, see `Projection.turned`.
+        view of a camera, see `Projection.turned`. Of shape (N, 3, 3) there is one for each image of
+        a batch, or N results of one image.
     filter : str
         Those of `sample` look texels up, and are averaged where `antialias` says so.
         ``"area"`` is conservative: each texel is the mean of the source over its own solid angle,
@@ -199,15 +252,23 @@ def convert(
         What is done where the programs of `src` and `dst` live in different worlds (z up, +x
         ahead, left-handed; `conventions` says which). ``"match"``: what is up stays up, what is
         ahead stays ahead, and nothing is mirrored. ``"literal"``: (x, y, z) stays (x, y, z).
+    any_aspect : bool
+        Whether an image, or a `size` with all its sides, is taken as it is where it is wider or
+        higher for its projection than it should be: it is stretched then. By default each side has
+        to be within a texel of the projection's aspect, and faces have to be squares.
+    channels_first : bool
+        Whether channels lie right before the rows, in `image` and in the result: (C, H, W), or with
+        faces (F, C, N, N). Both are copied.
 
     Returns
     -------
     image : ndarray of the same dtype and channels
+        Of a batch as many, each with the bits that it has alone.
 
     Raises
     ------
     ValueError, TypeError
-        As for `sample`.
+        As for `sample`, and for a size that the projection of the result cannot have.
 
     Notes
     -----
@@ -248,36 +309,110 @@ def convert(
     >>> before = (sky * sm.solid_angle("latlong", 256)).sum()
     >>> bool(np.isclose((cube * sm.solid_angle("cube", 16)).sum(), before, rtol=1e-6))
     True
+
+    A batch as networks have it, each image turned by its own rotation:
+
+    >>> batch = np.zeros((4, 3, 32, 64), np.float32)
+    >>> turns = np.stack([sm.rotation(yaw) for yaw in (0, 90, 180, 270)])
+    >>> sm.convert(
+    ...     batch, "latlong", "cube", size=16, rotation=turns, channels_first=True
+    ... ).shape
+    (4, 6, 3, 16, 16)
     """
     source, target = resolve(src), resolve(dst)
+    if size is not None:
+        size = target_shape(target, size, any_aspect)
+    several = images(
+        image, source, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
+    )
+    if several is not None:
+
+        def one(image: Any, rotation: Any, out: Any) -> NDArray[Any]:
+            return convert(
+                image,
+                source,
+                target,
+                size=size,
+                rotation=rotation,
+                filter=filter,
+                fill=fill,
+                out=out,
+                skipna=skipna,
+                antialias=antialias,
+                alpha=alpha,
+                world=world,
+                any_aspect=True,
+            )
+
+        return several.each(one, rotation, out)  # type: ignore[no-any-return]
     if size is None:
         size = matching_size(np.shape(image), source, target)
     shape = target.shape(size)
     source = resolve(source, rotation=rotation)
-    return _core.convert(
-        image,
-        source,
-        target,
-        shape,
-        filter=filter,
-        fill=fill,
-        out=out,
-        skipna=skipna,
-        antialias=antialias,
-        alpha=alpha,
-        world=world,
-    )
+
+    def converted(image: Any, fill: Any, out: Any) -> NDArray[Any]:
+        return _core.convert(
+            image,
+            source,
+            target,
+            shape,
+            filter=filter,
+            fill=fill,
+            out=out,
+            skipna=skipna,
+            antialias=antialias,
+            alpha=alpha,
+            world=world,
+        )
+
+    if not _has_texels(image):
+        found = labeled(image, spatial_axes(source), filter, fill, out, alpha, converted)
+        if found is not None:
+            return found
+    return converted(image, fill, out)
 
 
-def mipmaps(image: ArrayLike, /, projection: ProjectionLike) -> list[NDArray[Any]]:
+def _has_texels(image: object) -> bool:
+    """Tell at once of what the core takes that it is no labels."""
+    return image.dtype in _TEXELS if isinstance(image, np.ndarray) else is_chain(image)
+
+
+@overload
+def mipmaps(
+    image: NDArray[Scalar],
+    /,
+    projection: ProjectionLike,
+    *,
+    any_aspect: bool = False,
+    channels_first: bool = False,
+) -> list[NDArray[Scalar]]: ...
+@overload
+def mipmaps(
+    image: ArrayLike,
+    /,
+    projection: ProjectionLike,
+    *,
+    any_aspect: bool = False,
+    channels_first: bool = False,
+) -> list[NDArray[Any]]: ...
+def mipmaps(
+    image: ArrayLike,
+    /,
+    projection: ProjectionLike,
+    *,
+    any_aspect: bool = False,
+    channels_first: bool = False,
+) -> list[NDArray[Any]]:
     """Return an image and its smaller versions, each half as wide and high.
 
     Parameters
     ----------
     image : array_like
-        As for `sample`.
+        As for `sample`; a batch makes batches.
     projection : Projection or str
         How it maps the sphere; that of every level.
+    any_aspect, channels_first : bool
+        As for `convert`.
 
     Returns
     -------
@@ -305,4 +440,7 @@ def mipmaps(image: ArrayLike, /, projection: ProjectionLike) -> list[NDArray[Any
     [(6, 16, 16, 3), (6, 8, 8, 3), (6, 4, 4, 3), (6, 2, 2, 3), (6, 1, 1, 3)]
     """
     p = resolve(projection)
+    several = images(image, p, any_aspect=any_aspect, channels_first=channels_first)
+    if several is not None:
+        return several.lists(lambda one: mipmaps(one, p, any_aspect=True))
     return [np.asanyarray(image), *_core.mipmaps(image, p)]

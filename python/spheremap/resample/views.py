@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_image, spatial_shape
-from .._scalars import as_number
+from .._arrays import as_array, as_image, keeps_dtype, spatial_axes, spatial_shape
+from .._scalars import as_flag, as_number
+from ..map.images import channels_last, expect_aspect
 from ..map.named import resolve
 from .verbs import convert
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["embed"]
 
 
+@keeps_dtype
 def embed(
     view: ArrayLike,
     /,
@@ -31,6 +33,8 @@ def embed(
     mask: ArrayLike | None = None,
     feather: float = 0.0,
     out: NDArray[Any] | None = None,
+    any_aspect: bool = False,
+    channels_first: bool = False,
     **options: Any,
 ) -> NDArray[Any]:
     """Put a view, such as an edited crop, back into a panorama.
@@ -56,6 +60,8 @@ def embed(
         hard.
     out : ndarray, optional
         Where to put the result; it may be `image` itself.
+    any_aspect, channels_first : bool
+        As for `convert`, for both images.
     **options
         ``filter``, ``world`` and what else `convert` takes to look the view up.
 
@@ -92,9 +98,27 @@ def embed(
     (np.uint8(200), np.float64(0.05))
     """
     small, large = resolve(src, rotation=rotation), resolve(dst)
+    if as_flag(channels_first, "channels_first"):
+        whole = embed(
+            channels_last(as_array(view, "view"), small),
+            small,
+            channels_last(as_array(image, "image"), large),
+            large,
+            mask=mask,
+            feather=feather,
+            out=channels_last(out, large) if isinstance(out, np.ndarray) else out,
+            any_aspect=any_aspect,
+            **options,
+        )
+        if out is not None:
+            return out
+        moved = whole.ndim > spatial_axes(large)
+        return np.ascontiguousarray(np.moveaxis(whole, -1, -3)) if moved else whole
     crop, whole = as_image(view, out), as_image(image, None)
     shape = spatial_shape(crop, small, "view")
     target = spatial_shape(whole, large, "image")
+    expect_aspect(small, crop.shape, any_aspect, "view")
+    expect_aspect(large, whole.shape, any_aspect)
     channels = crop.shape[len(shape) :]
     if channels != whole.shape[len(target) :]:
         raise ValueError(
@@ -123,7 +147,7 @@ def embed(
     exact = np.float64 if crop.dtype == np.float64 else np.float32
 
     def seen_from_there(texels: NDArray[Any]) -> NDArray[Any]:
-        return convert(texels, small, large, size=target, fill=0.0, **options)
+        return convert(texels, small, large, size=target, fill=0.0, any_aspect=True, **options)
 
     weight = seen_from_there(_fade(small, shape, feather) * mask_weights(mask, shape))
     value = seen_from_there(crop.astype(exact, copy=False))

@@ -148,7 +148,7 @@ impl Distribution {
         let n = xi.len().min(TILE);
         let (mut y, mut ends) = ([0.0; TILE], [[0.0; TILE]; 2]);
         for (k, xi) in xi[..n].iter().enumerate() {
-            let [a, b] = xi.map(Real::to_f64);
+            let [a, b] = xi.map(Scalar::to_f64);
             let unit = 0.0..=1.0;
             let valid = unit.contains(&a) & unit.contains(&b);
             drafts.valid[k] = valid;
@@ -331,7 +331,7 @@ impl Distribution {
 
 /// Densities and weights from the records of texels. CHANNELS is 0 where their number is known at run time only.
 #[inline(always)]
-fn weigh<R: Scalar, T: Real, const CHANNELS: usize>(
+fn weigh<R: Scalar, T: Scalar, const CHANNELS: usize>(
     records: &[T],
     channels: usize,
     texels: &[usize],

@@ -198,11 +198,12 @@ impl Distribution {
         density.extend(light.iter().map(|light| (light / integral) as f32));
         let records = T::records(recorded(&sources, image.texels(), channels, &density));
         debug_assert_eq!(texels, sources.len());
+        let into_view = map.view_rotation(None);
         Ok(Distribution {
             map: map.clone(),
             raster,
-            into_view: map.view_rotation(None),
-            into_world: map.view_rotation(None).inverse(),
+            into_view,
+            into_world: into_view.inverse(),
             columns,
             split,
             edges,

@@ -18,7 +18,7 @@ use super::rings::{self, Rings};
 use crate::error::Error;
 use crate::image::ImageView;
 use crate::image::texel::Texel;
-use crate::kernel::threads;
+use crate::kernel::{interrupt, threads};
 use crate::light::sh::basis;
 use crate::light::sh::basis::{Basis, Points, Sums};
 use crate::light::texels::Texels;
@@ -32,27 +32,25 @@ pub fn sums(texels: &Texels, flux: &[f64], channels: usize, order: usize) -> Vec
     let blocks = texels.blocks.len();
     let group = blocks.div_ceil(64).max(8);
     let mut parts = vec![0.0; blocks.div_ceil(group) * per];
-    threads::rows(
-        &mut parts,
-        per,
-        texels.x.len() * (order + 1),
-        |number, part| {
-            let mut sums = Sums::new(order, channels);
-            for block in texels.blocks[number * group..].iter().take(group) {
-                let span = block.start..block.start + block.length;
-                let points = [
-                    &texels.x[span.clone()],
-                    &texels.y[span.clone()],
-                    &texels.z[span],
-                ];
-                let values = &flux[channels * block.start..][..channels * block.length];
-                sums.add(&basis, points, |c| {
-                    &values[c * block.length..][..block.length]
-                });
-            }
-            sums.finish(part);
-        },
-    );
+    let work = |number: usize, part: &mut [f64]| {
+        let mut sums = Sums::new(order, channels);
+        for block in texels.blocks[number * group..].iter().take(group) {
+            let span = block.start..block.start + block.length;
+            let points = [
+                &texels.x[span.clone()],
+                &texels.y[span.clone()],
+                &texels.z[span],
+            ];
+            let values = &flux[channels * block.start..][..channels * block.length];
+            sums.add(&basis, points, |c| {
+                &values[c * block.length..][..block.length]
+            });
+        }
+        sums.finish(part);
+    };
+    interrupt::part(0.0, 1.0, || {
+        threads::rows(&mut parts, per, texels.x.len() * (order + 1), work);
+    });
     basis::add_parts(&parts, per)
 }
 
@@ -77,10 +75,11 @@ impl Normal {
         let wide = order + 2;
         let high = if 4 * count(wide) <= n { wide } else { order };
         let flux = texels.flux(image, false)?;
-        let right = sums(texels, &flux, image.channels(), high);
+        let channels = image.channels();
+        let right = interrupt::part(0.0, 0.5, || sums(texels, &flux, channels, high));
         let moments = texels.moments(high, || {
             // In the same blocks, one row each: a constant image.
-            sums(texels, &texels.weight, 1, 2 * high)
+            interrupt::part(0.5, 1.0, || sums(texels, &texels.weight, 1, 2 * high))
         });
         Ok(Normal {
             high,

@@ -31,6 +31,7 @@ pub use evaluate::{evaluate, rotate, scale_degrees};
 use crate::error::Error;
 use crate::image::ImageView;
 use crate::image::texel::Texel;
+use crate::kernel::interrupt;
 use crate::light::texels::texels;
 use crate::projections::projection::Coverage;
 
@@ -89,17 +90,19 @@ pub fn project<T: Texel>(
         };
         return rotate(&own, channels, order, &rings.frame);
     }
-    let texels = texels(map, shape)?;
+    let texels = interrupt::part(0.0, 0.5, || texels(map, shape))?;
     if !whole {
         let flux = texels.flux(image, false)?;
-        return Ok(fit::sums(&texels, &flux, channels, order));
+        return Ok(interrupt::part(0.5, 1.0, || {
+            fit::sums(&texels, &flux, channels, order)
+        }));
     }
     let n = texels.weight.iter().filter(|w| **w > 0.0).count();
     let highest = (n as f64).sqrt() as usize;
     if count(order) > n {
         return Err(too_high(shape, order, highest.saturating_sub(1)));
     }
-    let normal = fit::Normal::new(&texels, image, order)?;
+    let normal = interrupt::part(0.5, 1.0, || fit::Normal::new(&texels, image, order))?;
     let found = match samples {
         Samples::Points => normal.fitted(channels, order),
         Samples::Means => kept(&normal, channels, order),

@@ -14,9 +14,10 @@ use crate::image::ImageView;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::kernel;
+use crate::kernel::Scalar;
 use crate::kernel::SimdWork;
-use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, TuplesMut};
+use crate::kernel::{interrupt, threads};
 use crate::light::integrate::add_lanes;
 use crate::light::texels::LANES;
 use crate::map::Map;
@@ -156,16 +157,15 @@ impl Rings {
         // For each ring, m, part (cosine, sine) and channel.
         let mut fourier = vec![0.0; h * parts * 2 * channels];
         let tables = Tables::new(self.along, order);
-        threads::rows(
-            &mut fourier,
-            parts * 2 * channels,
-            image.texels().len() * parts / 4,
-            |ring, out| {
-                let w = self.along.n;
-                let texels = &image.texels()[ring * w * channels..][..w * channels];
-                tables.sums(texels, channels, out);
-            },
-        );
+        let points = image.texels().len() * parts / 4;
+        let work = |ring: usize, out: &mut [f64]| {
+            let w = self.along.n;
+            let texels = &image.texels()[ring * w * channels..][..w * channels];
+            tables.sums(texels, channels, out);
+        };
+        interrupt::part(0.0, 1.0, || {
+            threads::rows(&mut fourier, parts * 2 * channels, points, work);
+        });
         self.sum(&fourier, channels, order, weights)
     }
 

@@ -17,6 +17,7 @@ mod equal_area;
 mod latlong;
 mod octahedral;
 mod programs;
+mod sky;
 mod sphere;
 mod views;
 
@@ -106,6 +107,7 @@ const TABLES: &[&[Convention]] = &[
     equal_area::TABLE,
     latlong::TABLE,
     views::TABLE,
+    sky::TABLE,
 ];
 
 /// Every row of the table.

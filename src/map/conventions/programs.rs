@@ -79,6 +79,10 @@ pub(super) const BLENDER: Convention = program(
     World::new("+z", "+y", false),
     "the front view looks along +y",
 );
+pub(super) const HEALPY: Convention = program(
+    World::new("+z", "+x", false),
+    "the middle of its maps: longitude 0 on the equator",
+);
 /// A camera that nobody has turned looks straight down there; ahead is what lies ahead on a stage with +y up, turned as its dome is.
 pub(super) const USD_Z_UP: Convention = program(
     World::new("+z", "+y", false),

@@ -1,4 +1,6 @@
 //! What several projections share.
 
+pub mod camera;
+pub mod distortion;
 pub mod lens;
 pub mod warped_cube;

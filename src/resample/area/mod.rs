@@ -70,8 +70,8 @@ use crate::image::raster::Raster;
 use crate::image::rim::{self, Across};
 use crate::image::texel::Texel;
 use crate::image::view::ImageView;
-use crate::kernel::threads;
 use crate::kernel::tile::prefetch_item;
+use crate::kernel::{interrupt, threads};
 use crate::map::Map;
 use crate::resample::area::lattice::Lattice;
 use crate::resample::area::statistic::Tallies;
@@ -156,7 +156,7 @@ fn convert_by<T: Texel>(
     let rim = Rim::new(&into.raster);
     let side = (sweep::BLOCK / parts).max(1);
     let width = columns * channels;
-    threads::bands(out, width, texels * cost, side, |first, band| {
+    let work = |first: usize, band: &mut [T]| {
         let coarse = coarse.as_ref().unwrap_or(&from);
         let mut sweep = Sweep::new([&from, coarse], &into, varies, fast);
         let mut tallies = Tallies::new(image, filter, skipna, side * side);
@@ -221,6 +221,9 @@ fn convert_by<T: Texel>(
             }
         });
         sweep.count(tally);
+    };
+    interrupt::part(0.0, 1.0, || {
+        threads::bands(out, width, texels * cost, side, work);
     });
     for face in 0..into.raster.faces() {
         let view = into.raster.view(face);

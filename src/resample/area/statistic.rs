@@ -2,6 +2,7 @@
 
 use crate::image::texel::Texel;
 use crate::image::view::ImageView;
+use crate::kernel::Scalar;
 use crate::number::real::Real;
 use crate::resample::filters::AreaFilter;
 

@@ -5,6 +5,7 @@
 
 use crate::error::Error;
 use crate::image::texel::Texel;
+use crate::kernel::Scalar;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::number::real::Real;

@@ -12,6 +12,7 @@ pub use address::Address;
 
 use crate::error::Error;
 use crate::image::texel::Texel;
+use crate::kernel::Scalar;
 use crate::kernel::threads;
 use crate::number::real::Real;
 use crate::resample::filters::{ByMethod, Filter};

@@ -2,7 +2,7 @@
 
 use super::address::Address;
 use crate::image::texel::Texel;
-use crate::number::real::Real;
+use crate::kernel::Scalar;
 use crate::resample::filters::LookupFilter;
 use crate::resample::filters::claims::{Kernel, Visitor};
 use crate::resample::sample::{Level, ellipse};

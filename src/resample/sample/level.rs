@@ -5,7 +5,7 @@
 use super::taps::Taps;
 use super::texture::Texture;
 use crate::image::texel::Texel;
-use crate::number::real::Real;
+use crate::kernel::Scalar;
 
 /// A level that can be looked up.
 pub(crate) trait Level: Sync {

@@ -119,7 +119,7 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
             area: tile.area,
             length: tile.length,
             edge: |k: usize, out: &mut [O]| {
-                let [u, v, face] = tile.uv.at(k).map(Real::to_f64);
+                let [u, v, face] = tile.uv.at(k).map(Scalar::to_f64);
                 if u.is_nan() {
                     out.copy_from_slice(self.fill);
                 } else {

@@ -1,0 +1,242 @@
+"""COLMAP's cameras, images and rigs.
+
+Source: COLMAP's documentation, "Output Format" and "Rig Support", and its table of camera models.
+COLMAP counts the center of the first pixel (½, ½), and a pose takes the world to the camera.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..map.cameras import COEFFICIENTS, PIXEL_CENTER, camera, matrix
+from .quaternions import from_matrix, to_matrix
+from .views import Rig, View
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from .._projection import Projection
+
+__all__ = ["from_model", "read", "to_model", "write"]
+
+# COLMAP's name, how many focal lengths it has, our model, and our coefficients in COLMAP's order.
+MODELS: dict[str, tuple[int, str, tuple[str, ...]]] = {
+    "SIMPLE_PINHOLE": (1, "pinhole", ()),
+    "PINHOLE": (2, "pinhole", ()),
+    "SIMPLE_RADIAL": (1, "brown_conrady", ("k1",)),
+    "RADIAL": (1, "brown_conrady", ("k1", "k2")),
+    "OPENCV": (2, "brown_conrady", ("k1", "k2", "p1", "p2")),
+    "OPENCV_FISHEYE": (2, "kannala_brandt", ("k1", "k2", "k3", "k4")),
+    "FULL_OPENCV": (2, "brown_conrady", ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")),
+    "SIMPLE_RADIAL_FISHEYE": (1, "kannala_brandt", ("k1",)),
+    "RADIAL_FISHEYE": (1, "kannala_brandt", ("k1", "k2")),
+}
+# By the number that stands for them in cameras.bin, those that `camera` does not have among them.
+NUMBERS = (
+    "SIMPLE_PINHOLE",
+    "PINHOLE",
+    "SIMPLE_RADIAL",
+    "RADIAL",
+    "OPENCV",
+    "OPENCV_FISHEYE",
+    "FULL_OPENCV",
+    "FOV",
+    "SIMPLE_RADIAL_FISHEYE",
+    "RADIAL_FISHEYE",
+    "THIN_PRISM_FISHEYE",
+)
+
+
+def from_model(name: str, size: tuple[int, int], numbers: list[float]) -> Projection:
+    """Return the camera of a COLMAP model with its numbers."""
+    if name not in MODELS:
+        raise ValueError(
+            f"Expected a camera model among {', '.join(MODELS)}, got {name!r}, which has no "
+            "formula here."
+        )
+    focals, model, names = MODELS[name]
+    if len(numbers) != focals + 2 + len(names):
+        raise ValueError(
+            f"Expected {focals + 2 + len(names)} numbers of a {name} camera, got {len(numbers)}."
+        )
+    focal, rest = numbers[:focals], numbers[focals:]
+    k = (focal[0], focal[-1], rest[0] - PIXEL_CENTER, rest[1] - PIXEL_CENTER)
+    given = dict(zip(names, rest[2:], strict=True))
+    if model == "pinhole":
+        return camera(k, size)
+    count = next(
+        n for n in COEFFICIENTS[model][1] if n and set(COEFFICIENTS[model][0][:n]) >= set(names)
+    )
+    distortion = [given.get(c, 0.0) for c in COEFFICIENTS[model][0][:count]]
+    return camera(k, size, distortion=distortion, model=model)  # type: ignore[arg-type]
+
+
+def to_model(made: Projection, size: tuple[int, int]) -> tuple[str, list[float]]:
+    """Return the COLMAP model of a camera and its numbers."""
+    fx, fy, cx, cy = matrix(made, size) if made.name.startswith("camera_") else (0.0,) * 4
+    pixels = [fx, fy, cx + PIXEL_CENTER, cy + PIXEL_CENTER]
+    c = made.parameters
+    if made.name == "camera_pinhole":
+        return "PINHOLE", pixels
+    if made.name == "camera_kannala_brandt":
+        return "OPENCV_FISHEYE", [*pixels, c["k1"], c["k2"], c["k3"], c["k4"]]
+    if made.name == "camera_brown_conrady":
+        first = [c["k1"], c["k2"], c["p1"], c["p2"]]
+        more = [c["k3"], c["k4"], c["k5"], c["k6"]]
+        return (
+            ("FULL_OPENCV", [*pixels, *first, *more]) if any(more) else ("OPENCV", pixels + first)
+        )
+    raise ValueError(
+        "Expected cameras with a model of COLMAP's (pinhole, brown_conrady, kannala_brandt), "
+        f"got {made.name!r}."
+    )
+
+
+def read(path: Path) -> Rig:
+    """Read cameras.txt or .bin, and images.txt or .bin beside it."""
+    if path.is_dir():
+        found = [path / name for name in ("cameras.bin", "cameras.txt") if (path / name).is_file()]
+        if not found:
+            raise ValueError(f"Expected a cameras.txt or a cameras.bin in {path.name!r}, got none.")
+        path = found[0]
+    binary = path.suffix == ".bin"
+    try:
+        cameras = dict(_binary_cameras(path.read_bytes()) if binary else _text_cameras(path))
+        images = path.with_name(f"images{path.suffix}")
+        poses = []
+        if images.is_file():
+            poses = list(_binary_images(images.read_bytes()) if binary else _text_images(images))
+    except (struct.error, IndexError) as error:
+        raise ValueError(f"Expected COLMAP's {path.name}, got a file that ends early.") from error
+    if not poses:
+        return Rig(tuple(View(str(key), *value) for key, value in cameras.items()))
+    views = []
+    for key, q, t, name in sorted(poses, key=lambda image: image[3]):
+        if key not in cameras:
+            raise ValueError(f"Expected images of cameras in {path.name}, got camera {key}.")
+        turn = to_matrix(q)
+        views.append(View(name, *cameras[key], turn.T, -turn.T @ np.asarray(t)))
+    return Rig(tuple(views))
+
+
+Described = tuple["Projection", tuple[int, int]]
+
+
+def _described(name: str, width: int, height: int, numbers: list[float]) -> Described:
+    return from_model(name, (height, width), numbers), (height, width)
+
+
+def _lines(path: Path) -> list[list[str]]:
+    text = path.read_text(encoding="utf-8").splitlines()
+    return [line.split() for line in text if not line.startswith("#")]
+
+
+def _text_cameras(path: Path) -> Iterator[tuple[int, Described]]:
+    for words in _lines(path):
+        if words:
+            key, name, width, height = int(words[0]), words[1], int(words[2]), int(words[3])
+            yield key, _described(name, width, height, [float(x) for x in words[4:]])
+
+
+def _text_images(path: Path) -> Iterator[tuple[int, list[float], list[float], str]]:
+    # A line of an image, then one of its points, which may be empty.
+    lines = _lines(path)
+    while lines and not lines[0]:
+        lines.pop(0)
+    for words in lines[::2]:
+        if words:
+            numbers = [float(x) for x in words[1:8]]
+            yield int(words[8]), numbers[:4], numbers[4:], " ".join(words[9:])
+
+
+def _binary_cameras(data: bytes) -> Iterator[tuple[int, Described]]:
+    (count,) = struct.unpack_from("<Q", data)
+    at = 8
+    for _ in range(count):
+        key, number, width, height = struct.unpack_from("<IiQQ", data, at)
+        at += 24
+        name = NUMBERS[number] if 0 <= number < len(NUMBERS) else f"number {number}"
+        if name not in MODELS:
+            from_model(name, (height, width), [])
+        numbers = MODELS[name][0] + 2 + len(MODELS[name][2])
+        yield (
+            key,
+            _described(name, width, height, list(struct.unpack_from(f"<{numbers}d", data, at))),
+        )
+        at += 8 * numbers
+
+
+def _binary_images(data: bytes) -> Iterator[tuple[int, list[float], list[float], str]]:
+    (count,) = struct.unpack_from("<Q", data)
+    at = 8
+    for _ in range(count):
+        _, *pose, key = struct.unpack_from("<I7dI", data, at)
+        end = data.index(b"\0", at + 64)
+        name = data[at + 64 : end].decode("utf-8", "replace")
+        (points,) = struct.unpack_from("<Q", data, end + 1)
+        at = end + 9 + 24 * points
+        yield key, pose[:4], pose[4:], name
+
+
+def write(rig: Rig, folder: Path, frame: str) -> None:
+    """Write cameras.txt, images.txt, points3D.txt and rig_config.json."""
+    cameras: dict[str, int] = {}
+    numbers = []
+    for view in rig:
+        name, values = to_model(view.camera, view.size)
+        height, width = view.size
+        line = f"{name} {width} {height} " + " ".join(map(repr, values))
+        numbers.append(cameras.setdefault(line, len(cameras) + 1))
+    _write(
+        folder / "cameras.txt",
+        ["# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]"]
+        + [f"{number} {line}" for line, number in cameras.items()],
+    )
+    images = [
+        "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME",
+        "# POINTS2D[] as (X, Y, POINT3D_ID)",
+    ]
+    for k, (view, number) in enumerate(zip(rig, numbers, strict=True), 1):
+        turn, shift = _world_to_camera(view)
+        pose = " ".join(map(repr, [*from_matrix(turn), *shift.tolist()]))
+        images += [f"{k} {pose} {number} {view.name}/{frame}", ""]
+    _write(folder / "images.txt", images)
+    _write(folder / "points3D.txt", ["# POINT3D_ID X Y Z R G B ERROR TRACK[]"])
+    _write(folder / "rig_config.json", [json.dumps([{"cameras": _sensors(rig)}], indent=2)])
+
+
+def _sensors(rig: Rig) -> list[dict[str, object]]:
+    """Return the rig as COLMAP's rig_configurator takes it: the first view is the reference."""
+    sensors: list[dict[str, object]] = []
+    for k, view in enumerate(rig):
+        name, values = to_model(view.camera, view.size)
+        sensor: dict[str, object] = {"image_prefix": f"{view.name}/"}
+        if k == 0:
+            first, origin = _world_to_camera(view)
+            sensor["ref_sensor"] = True
+        else:
+            turn, shift = _world_to_camera(view)
+            relative = turn @ first.T
+            sensor["cam_from_rig_rotation"] = from_matrix(relative)
+            sensor["cam_from_rig_translation"] = (shift - relative @ origin).tolist()
+        sensor["camera_model_name"] = name
+        sensor["camera_params"] = values
+        sensors.append(sensor)
+    return sensors
+
+
+def _world_to_camera(view: View) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    assert view.pose is not None
+    position = np.zeros(3) if view.position is None else view.position
+    return view.pose.T, -view.pose.T @ position + 0.0
+
+
+def _write(path: Path, lines: list[str]) -> None:
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

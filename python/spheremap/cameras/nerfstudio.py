@@ -1,0 +1,109 @@
+"""nerfstudio's transforms.json.
+
+Source: nerfstudio's documentation, "Data conventions": transform_matrix takes the camera to the
+world, and cameras are OpenGL's, +x right, +y up, -z ahead. cx and cy are COLMAP's, which counts the
+center of the first pixel (½, ½). As instant-ngp began it, fields of one frame override the file's.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .colmap import from_model, to_model
+from .views import Rig, View
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["read", "write"]
+
+# OpenGL's camera axes among OpenCV's.
+FLIPPED = np.diag([1.0, -1.0, -1.0])
+COEFFICIENTS = ("k1", "k2", "k3", "k4", "p1", "p2")
+
+
+def read(path: Path) -> Rig:
+    """Read a transforms.json."""
+    try:
+        scene = json.loads(path.read_text(encoding="utf-8"))
+        frames = scene["frames"]
+        views = [_view(scene, frame, k) for k, frame in enumerate(frames)]
+    except (json.JSONDecodeError, KeyError, TypeError, IndexError) as error:
+        raise ValueError(
+            f"Expected nerfstudio's transforms.json, got {path.name!r}: {error!r}."
+        ) from error
+    return Rig(tuple(views))
+
+
+def _view(scene: dict[str, Any], frame: dict[str, Any], k: int) -> View:
+    both = {**scene, **frame}
+    size = (int(both["h"]), int(both["w"]))
+    fx = float(both["fl_x"])
+    pixels = [fx, float(both.get("fl_y", fx)), float(both["cx"]), float(both["cy"])]
+    c = {name: float(both.get(name, 0.0)) for name in COEFFICIENTS}
+    model = str(both.get("camera_model", "OPENCV"))
+    if model == "OPENCV_FISHEYE":
+        numbers = [c["k1"], c["k2"], c["k3"], c["k4"]]
+    elif model == "OPENCV" and (c["k3"] or c["k4"]):
+        # In nerfstudio k3 and k4 of OPENCV are more powers of the radius; k4 is no denominator.
+        if c["k4"]:
+            raise ValueError("Expected k4 of an OPENCV camera to be 0, which has no formula here.")
+        model = "FULL_OPENCV"
+        numbers = [c["k1"], c["k2"], c["p1"], c["p2"], c["k3"], 0.0, 0.0, 0.0]
+    elif model == "OPENCV":
+        numbers = [c["k1"], c["k2"], c["p1"], c["p2"]]
+        if not any(numbers):
+            model, numbers = "PINHOLE", []
+    elif model in ("PINHOLE", "SIMPLE_PINHOLE"):
+        model, numbers = "PINHOLE", []
+    else:
+        raise ValueError(
+            "Expected `camera_model` to be OPENCV, OPENCV_FISHEYE or PINHOLE, "
+            f"got {model!r}, which has no formula here."
+        )
+    transform = np.asarray(frame["transform_matrix"], float)
+    return View(
+        str(frame.get("file_path", k)),
+        from_model(model, size, pixels + numbers),
+        size,
+        transform[:3, :3] @ FLIPPED,
+        transform[:3, 3],
+    )
+
+
+def write(rig: Rig, folder: Path, frame: str) -> None:
+    """Write a transforms.json, with the intrinsics in each frame."""
+    frames = []
+    for view in rig:
+        model, numbers = to_model(view.camera, view.size)
+        fx, fy, cx, cy = numbers[:4]
+        height, width = view.size
+        entry: dict[str, Any] = {
+            "file_path": f"{view.name}/{frame}",
+            "camera_model": "OPENCV_FISHEYE" if model == "OPENCV_FISHEYE" else "OPENCV",
+            "w": width,
+            "h": height,
+            "fl_x": fx,
+            "fl_y": fy,
+            "cx": cx,
+            "cy": cy,
+        }
+        if model == "OPENCV_FISHEYE":
+            entry |= dict(zip(("k1", "k2", "k3", "k4"), numbers[4:], strict=True))
+        elif model == "FULL_OPENCV" and any(numbers[9:]):
+            raise ValueError(
+                "Expected brown_conrady cameras without k4, k5, k6: transforms.json has none."
+            )
+        elif numbers[4:]:
+            entry |= dict(zip(("k1", "k2", "p1", "p2", "k3"), numbers[4:9], strict=False))
+        assert view.pose is not None
+        transform = np.eye(4)
+        transform[:3, :3] = view.pose @ FLIPPED
+        transform[:3, 3] = 0.0 if view.position is None else view.position
+        entry["transform_matrix"] = (transform + 0.0).tolist()
+        frames.append(entry)
+    text = json.dumps({"frames": frames}, indent=2)
+    (folder / "transforms.json").write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,131 @@
+"""OpenCV's calibrations, as its sample programs write them with FileStorage: YAML 1.0 or XML.
+
+The keys are those of OpenCV's own samples: camera_matrix, distortion_coefficients, image_width,
+image_height, fisheye_model; a stereo pair has M1, D1, M2, D2. The parts of YAML that FileStorage
+writes for matrices and numbers are read here, so that neither OpenCV nor a YAML library is needed.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..map.cameras import COEFFICIENTS, camera
+from .views import Rig, View
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+__all__ = ["read"]
+
+# A matrix of two or of any number of dimensions, or a sequence; what it holds is in one row.
+MATRIX = re.compile(
+    r"^\s*(\w+)\s*:\s*(?:!!opencv-(?:nd-)?matrix\s[^\[]*(?:sizes\s*:\s*\[[^\]]*\][^\[]*)?data\s*:\s*)?"
+    r"\[([^\]]*)\]",
+    re.MULTILINE,
+)
+NUMBER = re.compile(r"^(\w+)\s*:\s*([-+.\deE]+)\s*$", re.MULTILINE)
+# The matrix, the distortion, and the camera's name; an older sample writes camel case.
+KEYS = (
+    ("camera_matrix", "distortion_coefficients", "camera"),
+    ("Camera_Matrix", "Distortion_Coefficients", "camera"),
+    ("cameraMatrix", "distCoeffs", "camera"),
+    ("K", "D", "camera"),
+    ("M1", "D1", "left"),
+    ("M2", "D2", "right"),
+)
+WIDTHS = ("image_width", "image_Width", "width")
+HEIGHTS = ("image_height", "image_Height", "height")
+
+
+def read(path: Path) -> Rig:
+    """Read a FileStorage file."""
+    text = path.read_text(encoding="utf-8")
+    found = _xml(text) if text.lstrip().startswith("<") else _yaml(text)
+
+    def number(names: tuple[str, ...]) -> int | None:
+        return next((int(found[name][0]) for name in names if name in found), None)
+
+    width, height = number(WIDTHS), number(HEIGHTS)
+    views = []
+    for matrix, distortion, name in KEYS:
+        if matrix not in found:
+            continue
+        if width is None or height is None:
+            raise ValueError(
+                f"Expected `image_width` and `image_height` in {path.name!r}, got none: make the "
+                "camera with `sm.camera(K, size)`."
+            )
+        given = found.get(distortion, np.zeros(0))
+        if distortion not in found and re.search(rf"\b{distortion}\b", text):
+            raise ValueError(f"Expected numbers of {distortion!r} in {path.name!r}, got none.")
+        fisheye = number(("fisheye_model", "fisheye")) == 1
+        if "xi" in found:
+            model, given = "unified", np.concatenate([found["xi"][:1], given])
+        elif fisheye:
+            model = "kannala_brandt"
+        elif len(given) == 0 or not given.any():
+            model, given = "pinhole", given[:0]
+        else:
+            model, given = "brown_conrady", _without_prism(given)
+        counts = COEFFICIENTS[model][1]
+        if len(given) not in counts:
+            raise ValueError(
+                f"Expected {' or '.join(map(str, counts))} distortion coefficients of a {model} "
+                f"camera in {path.name!r}, got {len(given)}."
+            )
+        size = (height, width)
+        if len(found[matrix]) != 9:
+            raise ValueError(f"Expected 9 numbers of {matrix!r}, got {len(found[matrix])}.")
+        made = camera(found[matrix].reshape(3, 3), size, distortion=given, model=model)  # type: ignore[arg-type]
+        views.append(View(name, made, size))
+    if not views:
+        raise ValueError(f"Expected a `camera_matrix` of OpenCV in {path.name!r}, got none.")
+    return Rig(tuple(views))
+
+
+def _without_prism(given: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return k1 to k6, and refuse what comes behind unless it is zero."""
+    if given[8:].any():
+        raise ValueError(
+            "Expected distortion coefficients up to k6, got s1 to s4 (thin prism) or a tilt, which "
+            "have no formula here."
+        )
+    return given[:8]
+
+
+def _yaml(text: str) -> dict[str, NDArray[np.float64]]:
+    written = [*NUMBER.findall(text), *MATRIX.findall(text)]
+    found = {name: _numbers(data) for name, data in written}
+    return {name: numbers for name, numbers in found.items() if len(numbers)}
+
+
+def _xml(text: str) -> dict[str, NDArray[np.float64]]:
+    if "<!ENTITY" in text:
+        raise ValueError("Expected OpenCV's XML, got one that declares entities.")
+    # Rarely asked for, and it takes longer to import than all the rest.
+    from xml.etree import ElementTree
+
+    try:
+        root = ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise ValueError(f"Expected OpenCV's XML, got a file that is none: {error}.") from error
+    found = {}
+    for node in root:
+        data = node.findtext("data") or node.text or ""
+        if node.get("type_id", "").endswith("matrix") or re.fullmatch(r"[-+.\deE\s]+", data):
+            found[node.tag] = _numbers(data)
+    return {name: numbers for name, numbers in found.items() if len(numbers)}
+
+
+def _numbers(data: str) -> NDArray[np.float64]:
+    """Return what is written in a row; a text is none."""
+    words = data.replace(",", " ").split()
+    try:
+        return np.array([float(x) for x in words])
+    except ValueError:
+        return np.zeros(0)

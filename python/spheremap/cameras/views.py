@@ -1,0 +1,158 @@
+"""Cameras with names, sizes and poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, overload
+
+from .._arrays import as_doubles, as_rotation
+from .._scalars import as_items, as_text
+from ..map.named import resolve
+from ..resample import convert
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    from .._projection import Projection
+    from ..map.named import ProjectionLike
+
+__all__ = ["Rig", "View"]
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A camera of a rig.
+
+    Parameters
+    ----------
+    name : str
+        As in a file; `write` makes folders of it.
+    camera : Projection
+        The camera in its own frame, as `spheremap.camera` gives it.
+    size : tuple of int
+        Height and width of its images.
+    pose : ndarray, shape (3, 3), or None
+        The rotation from the camera's frame to the world; None where a file has none.
+    position : ndarray, shape (3,), or None
+        Where the camera is in the world, in the file's unit.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> view = sm.cameras.rig(512, fov=90, overlap=0)[0]
+    >>> view.size
+    (512, 512)
+    """
+
+    name: str
+    camera: Projection
+    size: tuple[int, int]
+    pose: NDArray[np.float64] | None = None
+    position: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        as_text(self.name, "name")
+        object.__setattr__(self, "camera", resolve(self.camera))
+        size = tuple(as_items(self.size, "size", "whole numbers"))
+        shape = self.camera.shape(size)
+        object.__setattr__(self, "size", (int(shape[-2]), int(shape[-1])))
+        if self.pose is not None:
+            object.__setattr__(self, "pose", as_rotation(self.pose, "pose"))
+        if self.position is not None:
+            position = as_doubles(self.position, "position")
+            if position.shape != (3,):
+                raise ValueError(f"Expected `position` to have shape (3,), got {position.shape}.")
+            object.__setattr__(self, "position", position)
+
+    @property
+    def projection(self) -> Projection:
+        """The camera with its pose: its directions are those of the rig's world."""
+        return self.camera if self.pose is None else self.camera.turned(self.pose)
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """Several cameras in a row: it has a length, is iterated and indexed.
+
+    Parameters
+    ----------
+    views : sequence of View
+        The cameras.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import spheremap as sm
+    >>> rig = sm.cameras.rig(64, fov=90, overlap=0)
+    >>> [view.name for view in rig][:3]
+    ['view00', 'view01', 'view02']
+    >>> pictures = rig.convert(np.ones((64, 128)), "latlong")
+    >>> len(pictures) == len(rig), pictures[0].shape
+    (True, (64, 64))
+    """
+
+    views: tuple[View, ...] = field()
+
+    def __post_init__(self) -> None:
+        views = tuple(as_items(self.views, "views", "views"))
+        for view in views:
+            if not isinstance(view, View):
+                raise TypeError(f"Expected `views` to be of View, got {type(view).__name__}.")
+        object.__setattr__(self, "views", views)
+
+    def __len__(self) -> int:
+        return len(self.views)
+
+    def __iter__(self) -> Iterator[View]:
+        return iter(self.views)
+
+    @overload
+    def __getitem__(self, index: int) -> View: ...
+    @overload
+    def __getitem__(self, index: slice) -> Rig: ...
+    def __getitem__(self, index: int | slice) -> View | Rig:
+        return Rig(self.views[index]) if isinstance(index, slice) else self.views[index]
+
+    def __repr__(self) -> str:
+        names = [view.name for view in self.views]
+        shown = ", ".join(names[:4]) + (", ..." if len(names) > 4 else "")
+        return f"Rig({len(self)} views: {shown})"
+
+    def convert(self, image: ArrayLike, /, src: ProjectionLike, **options: Any) -> list[Any]:
+        """Return what each camera sees of a panorama.
+
+        Parameters
+        ----------
+        image : array_like, shape (H, W) or (H, W, C)
+            As for `spheremap.convert`.
+        src : Projection or str
+            The projection of `image`.
+        **options
+            Those of `spheremap.convert`, but `size`, which is each camera's own.
+
+        Returns
+        -------
+        list of ndarray
+            A picture for each view.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As `spheremap.convert`.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import spheremap as sm
+        >>> rig = sm.cameras.rig(32, n=6)
+        >>> [picture.shape for picture in rig.convert(np.ones((32, 64, 3)), "latlong")][0]
+        (32, 32, 3)
+        """
+        if "size" in options or "out" in options:
+            raise TypeError("Expected no `size` and no `out`: every view has a size of its own.")
+        return [
+            convert(image, src, view.projection, size=view.size, **options) for view in self.views
+        ]

@@ -1,0 +1,115 @@
+"""What Kalibr and ROS write in YAML, which PyYAML reads.
+
+Sources: Kalibr's wiki, "Yaml formats" and "Supported models"; ROS's sensor_msgs/CameraInfo and
+camera_calibration_parsers. Both count pixels as OpenCV does.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..map.cameras import camera
+from .views import Rig, View
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["read_kalibr", "read_ros"]
+
+# Kalibr's camera and distortion model: ours, and how many intrinsics come before fu, fv, pu, pv.
+KALIBR = {
+    ("pinhole", "none"): ("pinhole", 0),
+    ("pinhole", "radtan"): ("brown_conrady", 0),
+    ("pinhole", "equidistant"): ("kannala_brandt", 0),
+    ("omni", "none"): ("unified", 1),
+    ("omni", "radtan"): ("unified", 1),
+    ("eucm", "none"): ("eucm", 2),
+    ("ds", "none"): ("double_sphere", 2),
+}
+ROS = {
+    "plumb_bob": "brown_conrady",
+    "rational_polynomial": "brown_conrady",
+    "equidistant": "kannala_brandt",
+    "fisheye": "kannala_brandt",
+}
+
+
+def read_kalibr(path: Path) -> Rig:
+    """Read a camchain: poses are those in the first camera's frame."""
+    chain = _load(path)
+    views = []
+    # From the first camera to this one: T_cn_cnm1 is from the one before.
+    to_here = np.eye(4)
+    try:
+        names = sorted(
+            (key for key in chain if key.startswith("cam")), key=lambda key: int(key[3:])
+        )
+        for k, name in enumerate(names):
+            entry = chain[name]
+            if k > 0:
+                to_here = np.asarray(entry["T_cn_cnm1"], float).reshape(4, 4) @ to_here
+            turn = to_here[:3, :3]
+            made, size = _kalibr_camera(entry)
+            views.append(View(name, made, size, turn.T, -turn.T @ to_here[:3, 3] + 0.0))
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ValueError(f"Expected a camchain of Kalibr, got {path.name!r}: {error!r}.") from error
+    if not views:
+        raise ValueError(f"Expected cam0 and more in {path.name!r}, got none.")
+    return Rig(tuple(views))
+
+
+def _kalibr_camera(entry: dict[str, Any]) -> tuple[Any, tuple[int, int]]:
+    kind = (str(entry["camera_model"]), str(entry.get("distortion_model", "none")))
+    if kind not in KALIBR:
+        known = ", ".join("-".join(pair) for pair in KALIBR)
+        raise ValueError(
+            f"Expected a camera among {known}, got {'-'.join(kind)}, which has no formula here."
+        )
+    model, own = KALIBR[kind]
+    numbers = [float(x) for x in entry["intrinsics"]]
+    if len(numbers) != own + 4:
+        raise ValueError(f"Expected {own + 4} intrinsics of {kind[0]}, got {len(numbers)}.")
+    coefficients = [] if kind[1] == "none" else [float(x) for x in entry["distortion_coeffs"]]
+    width, height = (int(n) for n in entry["resolution"])
+    size = (height, width)
+    distortion = [*numbers[:own], *coefficients]
+    return camera(numbers[own:], size, distortion=distortion, model=model), size  # type: ignore[arg-type]
+
+
+def read_ros(path: Path) -> Rig:
+    """Read a CameraInfo."""
+    info = _load(path)
+    try:
+        size = (int(info["image_height"]), int(info["image_width"]))
+        k = np.asarray(info["camera_matrix"]["data"], float).reshape(3, 3)
+        given = [float(x) for x in info["distortion_coefficients"]["data"]]
+        name = str(info.get("distortion_model", "plumb_bob"))
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"Expected ROS's CameraInfo, got {path.name!r}: {error!r}.") from error
+    if name not in ROS:
+        raise ValueError(
+            f"Expected a distortion model among {', '.join(ROS)}, got {name!r}, which has no "
+            "formula here."
+        )
+    made = camera(k, size, distortion=given, model=ROS[name])  # type: ignore[arg-type]
+    return Rig((View(str(info.get("camera_name", "camera")), made, size),))
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        yaml = import_module("yaml")
+    except ImportError:
+        raise ImportError(
+            "Kalibr's and ROS's files are YAML, which PyYAML reads: pip install spheremap[cameras]"
+        ) from None
+    text = path.read_text(encoding="utf-8")
+    try:
+        loaded = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ValueError(f"Expected YAML in {path.name!r}, got a file that is none.") from error
+    if not isinstance(loaded, dict):
+        raise ValueError(f"Expected a mapping in {path.name!r}, got {type(loaded).__name__}.")
+    return loaded

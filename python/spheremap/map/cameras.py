@@ -1,0 +1,173 @@
+"""A calibrated camera as a projection: K in pixels, coefficients as other programs write them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+
+from .._arrays import as_doubles
+from .._scalars import as_text, as_whole
+from .named import projection
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike
+
+    from .._projection import Projection
+
+__all__ = ["COEFFICIENTS", "PIXEL_CENTER", "CameraModel", "camera", "matrix"]
+
+CameraModel: TypeAlias = Literal[
+    "pinhole", "brown_conrady", "kannala_brandt", "unified", "double_sphere", "eucm"
+]
+
+# In the order of `distortion`, and how many of them may be left out at the end.
+COEFFICIENTS: dict[str, tuple[tuple[str, ...], tuple[int, ...]]] = {
+    "pinhole": ((), (0,)),
+    "brown_conrady": (("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"), (0, 4, 5, 8)),
+    "kannala_brandt": (("k1", "k2", "k3", "k4"), (0, 4)),
+    "unified": (("xi", "k1", "k2", "p1", "p2"), (1, 5)),
+    "double_sphere": (("xi", "alpha"), (2,)),
+    "eucm": (("alpha", "beta"), (2,)),
+}
+
+# Where the center of the first pixel is counted: whole numbers are centers.
+PIXEL_CENTER = 0.5
+
+
+def camera(
+    K: ArrayLike,
+    /,
+    size: Sequence[int],
+    *,
+    distortion: ArrayLike | None = None,
+    model: CameraModel = "pinhole",
+) -> Projection:
+    """Return the projection of a calibrated camera.
+
+    Its image is the sensor's whole rectangle, and pixels count as OpenCV counts them: **the center
+    of a pixel has whole numbers**, the first (0, 0), so that u = (x + 1/2)/W. Its directions are
+    in OpenCV's axes, +x right, +y down, +z forward; `convert` matches them with other worlds, and
+    `Projection.turned` gives the camera a pose. Where the model turns back, or has no inverse,
+    coordinates are NaN.
+
+    Parameters
+    ----------
+    K : array_like, shape (3, 3) or (4,)
+        The camera matrix, or fx, fy, cx, cy, in pixels. A skew is not known.
+    size : tuple of int
+        Height and width of the images that K is for, in pixels. The projection holds at every
+        size.
+    distortion : array_like, optional
+        The model's coefficients in the order of OpenCV or of the model's paper:
+
+        - ``"pinhole"``: none.
+        - ``"brown_conrady"``: k1, k2, p1, p2[, k3[, k4, k5, k6]], `distCoeffs` of OpenCV's
+          ``calibrateCamera``.
+        - ``"kannala_brandt"``: k1, k2, k3, k4, D of ``cv2.fisheye``.
+        - ``"unified"``: xi[, k1, k2, p1, p2], xi and D of ``cv2.omnidir``.
+        - ``"double_sphere"``: xi, alpha.
+        - ``"eucm"``: alpha, beta.
+    model : str, optional
+        One of these.
+
+    Returns
+    -------
+    Projection
+        One of ``"camera_pinhole"``, ``"camera_brown_conrady"`` ..., whose parameters are K in
+        image widths and heights, with the principal point from the image's middle.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For an unknown model, another count of coefficients, a skew, or numbers out of range.
+
+    Notes
+    -----
+    Formulas: [1]_ to [6]_.
+
+    .. [1] Hartley and Zisserman 2004, Multiple View Geometry, section 6.1.
+    .. [2] Brown 1966, Decentering Distortion of Lenses, in OpenCV's letters.
+    .. [3] Kannala and Brandt 2006, A Generic Camera Model and Calibration Method, eq. 6.
+    .. [4] Mei and Rives 2007, Single View Point Omnidirectional Camera Calibration.
+    .. [5] Usenko, Demmel and Cremers 2018, The Double Sphere Camera Model.
+    .. [6] Khomutenko, Garcia and Martinet 2016, An Enhanced Unified Camera Model.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> K = [[900, 0, 639.5], [0, 900, 359.5], [0, 0, 1]]
+    >>> camera = sm.camera(K, (720, 1280), distortion=[-0.2, 0.05, 0, 0], model="brown_conrady")
+    >>> camera.encode([0.0, 0.0, 1.0]).tolist()
+    [0.5, 0.5]
+
+    The pixel of a direction, in OpenCV's count:
+
+    >>> d = [0.3, 0.1, 1.0]
+    >>> sm.directions_to_pixels(d, camera, (720, 1280), centers="integer").round(3).tolist()
+    [904.235, 447.745]
+    """
+    if as_text(model, "model") not in COEFFICIENTS:
+        raise ValueError(f"Expected `model` to be one of {', '.join(COEFFICIENTS)}, got {model!r}.")
+    fx, fy, cx, cy = _pixels(K)
+    height, width = _shape(size)
+    names, counts = COEFFICIENTS[model]
+    given = np.zeros(0) if distortion is None else as_doubles(distortion, "distortion").ravel()
+    if len(given) not in counts:
+        wanted = " or ".join(map(str, counts))
+        listed = f" ({', '.join(names)})" if names else ""
+        raise ValueError(
+            f"Expected `distortion` of {model!r} to have {wanted} numbers{listed}, "
+            f"got {len(given)}."
+        )
+    coefficients: dict[str, Any] = {name: float(c) for name, c in zip(names, given, strict=False)}
+    return projection(
+        f"camera_{model}",
+        axes="+x +y +z",
+        world="+x -y +z",
+        fx=fx / width,
+        fy=fy / height,
+        cx=(cx + PIXEL_CENTER) / width - 0.5,
+        cy=(cy + PIXEL_CENTER) / height - 0.5,
+        aspect=width / height,
+        **coefficients,
+    )
+
+
+def matrix(camera: Projection, size: tuple[int, int]) -> tuple[float, float, float, float]:
+    """Return fx, fy, cx, cy in pixels of a camera's images of this height and width."""
+    height, width = size
+    p = camera.parameters
+    return (
+        p["fx"] * width,
+        p["fy"] * height,
+        (p["cx"] + 0.5) * width - PIXEL_CENTER,
+        (p["cy"] + 0.5) * height - PIXEL_CENTER,
+    )
+
+
+def _pixels(given: Any) -> tuple[float, ...]:
+    k = as_doubles(given, "K")
+    if k.shape == (4,):
+        return tuple(k.tolist())
+    if k.shape != (3, 3):
+        raise ValueError(f"Expected `K` to have shape (3, 3) or (4,), got {k.shape}.")
+    if k[0, 1] != 0:
+        raise ValueError(f"Expected `K` to have no skew, got {k[0, 1]:g} in its first row.")
+    if k[1, 0] != 0 or k[2].tolist() != [0, 0, 1]:
+        raise ValueError(
+            "Expected `K` to be fx, 0, cx; 0, fy, cy; 0, 0, 1, got other numbers in its lower rows."
+        )
+    return float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2])
+
+
+def _shape(size: Any) -> tuple[int, int]:
+    try:
+        height, width = (as_whole(n, "size") for n in size)
+    except (TypeError, ValueError):
+        raise TypeError("Expected `size` to be a height and a width, two whole numbers.") from None
+    if min(height, width) < 1:
+        raise ValueError(f"Expected `size` to be positive, got {(height, width)}.")
+    return height, width

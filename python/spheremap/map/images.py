@@ -1,0 +1,308 @@
+"""Images as callers give them: of the aspect of their map, one or several, channels last or first.
+
+Every verb of an image asks here, so that one rule holds in all of them. What an image is follows
+from how many axes it has, never from how long they are: (H, W) is gray, (H, W, C) has channels,
+(N, H, W, C) is a batch, whose channels are spelled out. With `channels_first` channels lie right
+before the rows instead of last. An array of faces has one axis more in each case.
+
+The aspect is right where each side is within a texel of what the map says: rounding, and rows on
+both poles, are no more than that. Stretched by more, a picture shows things where they are not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .. import _core
+from .._arrays import as_array, as_size, expect_apart, spatial_axes
+from .._scalars import as_flag
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from .._arrays import Size
+    from .._projection import Projection
+
+__all__ = [
+    "Several",
+    "channels_last",
+    "expect_aspect",
+    "fits",
+    "images",
+    "is_chain",
+    "target_shape",
+]
+
+# Past the method of the subclass, which would call no other.
+_Core = _core.Projection
+
+# Sizes at which an aspect is exact to far less than a texel, the second for maps that are nearly a
+# line.
+_LARGE = (1 << 20, 1 << 10)
+# An axis that comes first and is no longer than this is taken for channels, in messages alone.
+_MOST_CHANNELS = 4
+
+
+def fits(p: Projection, shape: tuple[int, ...]) -> bool:
+    """Tell whether each side of an image is within a texel of the map's aspect.
+
+    The core itself holds images of several faces to theirs, to the texel.
+    """
+    if p.faces > 1 or len(shape) != 2:
+        return True
+    aspect = _aspect(p)
+    if aspect is None or 0 in shape:
+        return True
+    (rows, columns), (height, width) = aspect, shape
+    too_high = (height - 1) * columns > (width + 1) * rows
+    too_wide = (width - 1) * rows > (height + 1) * columns
+    return not (too_high or too_wide)
+
+
+def expect_aspect(
+    p: Projection, shape: tuple[int, ...], any_aspect: object, name: str = "image"
+) -> None:
+    """Raise ValueError for the shape of an image, channels and all, whose aspect is another one."""
+    if as_flag(any_aspect, "any_aspect"):
+        return
+    axes = spatial_axes(p)
+    if p.faces > 1:
+        _expect_faces(p, shape, axes, name)
+    elif len(shape) in (2, 3) and not fits(p, shape[:2]):
+        raise ValueError(
+            f"Expected `{name}` of projection '{p.name}' to be {_said(p, shape[0])}, each side "
+            f"within a texel, got {shape}. {_advice(p, shape, axes)}"
+        )
+
+
+def target_shape(p: Projection, size: Size, any_aspect: object) -> tuple[int, ...]:
+    """Return the shape that a size stands for; one of another aspect is an error."""
+    # The core itself looks how long an array is before it is read.
+    shape = _Core.shape(p, size if isinstance(size, np.ndarray) else as_size(size))
+    if isinstance(size, int | np.integer):
+        as_flag(any_aspect, "any_aspect")
+    else:
+        expect_aspect(p, shape, any_aspect, "size")
+    return shape
+
+
+def images(
+    image: Any,
+    p: Projection,
+    *,
+    any_aspect: object,
+    channels_first: object = False,
+    rotation: Any = None,
+    name: str = "image",
+) -> Several | None:
+    """Return None for one image that is as the core takes it, else what makes such images of it.
+
+    The aspect is checked in both cases.
+    """
+    first = as_flag(channels_first, "channels_first")
+    shape = _shape(image, name)
+    turns = _rotations(rotation)
+    axes = spatial_axes(p)
+    is_batch = len(shape) == axes + 2
+    if not (is_batch or turns is not None or (first and len(shape) > axes)):
+        expect_aspect(p, shape, any_aspect, name)
+        return None
+    array = as_array(image, name)
+    if first:
+        array = channels_last(array, p)
+    expect_aspect(p, array.shape[1:] if is_batch else array.shape, any_aspect, name)
+    if is_batch and turns is not None and len(turns) != len(array):
+        raise ValueError(
+            f"Expected one rotation, or one for each image: got {len(turns)} for {len(array)} "
+            "images."
+        )
+    moved = first and array.ndim > axes
+    return Several(array, turns, is_batch, moved)
+
+
+def channels_last(array: NDArray[Any], p: Projection) -> NDArray[Any]:
+    """Return a view of an image, or a batch, whose channels lie right before the rows."""
+    return np.moveaxis(array, -3, -1) if array.ndim > spatial_axes(p) else array
+
+
+@dataclass(frozen=True, slots=True)
+class Several:
+    """Images with channels last, and the rotation of each: a batch, or one image many times."""
+
+    array: NDArray[Any]
+    turns: NDArray[np.float64] | None
+    is_batch: bool
+    channels_first: bool
+
+    def each(
+        self,
+        verb: Callable[[Any, Any, Any], Any],
+        rotation: Any = None,
+        out: Any = None,
+        *,
+        result: Literal["image", "values", "numbers"] = "image",
+    ) -> Any:
+        """Return the results of a verb of (image, rotation, out), stacked.
+
+        With `channels_first` they lie right before the rows of images and first in values at
+        places. Numbers of a whole image stay as they are.
+        """
+        if isinstance(out, np.ndarray):
+            expect_apart(self.array, out)
+        if not self.channels_first or result == "numbers":
+            return self._stacked(verb, rotation, out)
+        found = self._stacked(verb, rotation, None)
+        found = np.moveaxis(found, -1, -3 if result == "image" else int(self._many))
+        if out is None:
+            return np.ascontiguousarray(found)
+        _expect_same(out, found)
+        out[...] = found
+        return out
+
+    def lists(self, verb: Callable[[Any], list[Any]]) -> list[Any]:
+        """Return the levels of all images, those of one level stacked."""
+        if not self.is_batch:
+            return [self._moved(level) for level in verb(self.array)]
+        found = [verb(one) for one in self._every()]
+        levels = [np.stack(level) for level in zip(*found, strict=True)]
+        return [self._moved(level[: len(self.array)]) for level in levels]
+
+    @property
+    def _many(self) -> bool:
+        return self.is_batch or self.turns is not None
+
+    def _moved(self, level: Any) -> Any:
+        if self.channels_first:
+            level = np.ascontiguousarray(np.moveaxis(level, -1, -3))
+        return level
+
+    def _every(self) -> Any:
+        """Return the images, and of none one that says what the result would be."""
+        return self.array if len(self.array) else np.zeros_like(self.array, shape=_one(self.array))
+
+    def _stacked(self, verb: Callable[[Any, Any, Any], Any], rotation: Any, out: Any) -> Any:
+        if not self._many:
+            return verb(self.array, rotation, out)
+        count = len(self.array) if self.turns is None or self.is_batch else len(self.turns)
+        if out is not None and (not isinstance(out, np.ndarray) or out.shape[:1] != (count,)):
+            got = getattr(out, "shape", type(out).__name__)
+            raise ValueError(f"Expected `out` to have shape ({count}, ...), got {got}.")
+        every = self._every() if self.is_batch else self.array
+        for k in range(max(count, 1)):
+            one = every[k] if self.is_batch else every
+            turn = rotation if self.turns is None else self.turns[k] if count else None
+            into = out[k] if out is not None and k < count else None
+            found = verb(one, turn, into)
+            if out is None:
+                found = np.asarray(found)
+                out = np.empty((count, *found.shape), found.dtype)
+            # A verb that takes no `out` has a result of its own.
+            if found is not into and k < count:
+                out[k] = found
+        return out
+
+
+def _one(array: NDArray[Any]) -> tuple[int, ...]:
+    return (1, *array.shape[1:])
+
+
+def _expect_same(out: object, found: NDArray[Any]) -> None:
+    if not isinstance(out, np.ndarray) or out.dtype != found.dtype:
+        got = getattr(out, "dtype", type(out).__name__)
+        raise TypeError(f"Expected `out` to have dtype {found.dtype}, got {got}.")
+    if out.shape != found.shape:
+        raise ValueError(f"Expected `out` to have shape {found.shape}, got {out.shape}.")
+    if not out.flags.writeable:
+        raise ValueError("Expected `out` to be writable.")
+
+
+def _shape(image: Any, name: str) -> tuple[int, ...]:
+    shape = getattr(image, "shape", None)
+    if isinstance(shape, tuple):
+        return shape
+    if is_chain(image):
+        return tuple(image[0].shape)
+    return as_array(image, name).shape
+
+
+def is_chain(image: Any) -> bool:
+    """Tell whether this is a list of levels of different shapes, the first the image."""
+    if not isinstance(image, list | tuple):
+        return False
+    shapes = [one.shape for one in image if isinstance(one, np.ndarray)]
+    return len(shapes) == len(image) and len(set(shapes)) > 1
+
+
+def _rotations(rotation: Any) -> NDArray[np.float64] | None:
+    """Return several rotations as one array, or None where there is at most one."""
+    if rotation is None or (isinstance(rotation, np.ndarray) and rotation.ndim == 2):
+        return None
+    as_matrix = getattr(rotation, "as_matrix", None)
+    matrices = as_array(as_matrix() if callable(as_matrix) else rotation, "rotation")
+    return matrices if matrices.ndim == 3 else None
+
+
+def _aspect(p: Projection) -> tuple[int, int] | None:
+    """Return rows and columns of a large image; None of a map that is all but a line."""
+    for size in _LARGE:
+        try:
+            rows, columns = _Core.shape(p, size)
+        except ValueError:
+            continue
+        return rows, columns
+    return None
+
+
+def _said(p: Projection, height: int) -> str:
+    """Return the aspect in words."""
+    rows, columns = _aspect(p) or (1, 1)
+    if rows == columns:
+        return "as wide as high"
+    ratio = columns / rows
+    return "twice as wide as high" if ratio == 2 else f"{ratio:.5g} times as wide as high"
+
+
+def _advice(p: Projection, shape: tuple[int, ...], axes: int) -> str:
+    """Return what the caller may have meant, and the way out."""
+    ways = []
+    if len(shape) == axes + 1 and shape[0] and _takes(p, shape[1:]):
+        if shape[0] <= _MOST_CHANNELS:
+            ways.append(
+                f"{shape} looks like channels first: pass channels_first=True where the verb takes "
+                "it, or move the axis, np.moveaxis(image, 0, -1)."
+            )
+        else:
+            ways.append(f"A batch of gray images has shape {(*shape, 1)}.")
+    elif "aspect" in p.parameters:
+        ways.append(f"A map of this aspect is '{p.name}' with aspect={shape[1]}/{shape[0]}.")
+    ways.append("any_aspect=True takes it as it is, stretched.")
+    return " ".join(ways)
+
+
+def _takes(p: Projection, shape: tuple[int, ...]) -> bool:
+    try:
+        _Core.shape(p, shape)
+    except ValueError:
+        return False
+    return 0 not in shape and fits(p, shape)
+
+
+def _expect_faces(p: Projection, shape: tuple[int, ...], axes: int, name: str) -> None:
+    """Raise the core's error with what the caller may have meant."""
+    if len(shape) not in (axes, axes + 1):
+        return
+    try:
+        _Core.shape(p, shape[:axes])
+    except ValueError as error:
+        text = str(error).rstrip(".")
+        if len(shape) == axes + 1 and _takes(p, (*shape[:-3], *shape[-2:])):
+            text += (
+                f"; {shape} looks like channels first: pass channels_first=True where the verb "
+                "takes it, or move the axis, np.moveaxis(image, -3, -1)"
+            )
+        raise ValueError(f"{text}.") from None

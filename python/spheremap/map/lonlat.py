@@ -1,0 +1,132 @@
+"""Longitude and latitude of directions, in any world."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arrays import as_doubles, as_unit_vectors
+from .._scalars import as_flag, as_text
+from .named import resolve
+from .variants import axes_matrix, changed
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["directions_to_lonlat", "lonlat_to_directions"]
+
+
+def directions_to_lonlat(
+    directions: ArrayLike, /, *, world: str = "+x +y -z", degrees: bool = True
+) -> NDArray[np.floating[Any]]:
+    """Return the longitude and latitude of directions.
+
+    Parameters
+    ----------
+    directions : array_like, shape (..., 3)
+        World directions of any length.
+    world : str
+        Which axes point to the right, up and ahead, as for `projection`: by default those of plain
+        names, +y up and -z ahead. ``"+y +z +x"`` is that of maps of the earth and the sky, with the
+        longitude from +x toward +y about +z.
+    degrees : bool
+        Whether angles are in degrees, and not in radians.
+
+    Returns
+    -------
+    lonlat : ndarray, shape (..., 2)
+        The longitude is 0 ahead and grows to the right, from -180 to 180; the latitude is 0 at the
+        horizon and 90 above. float32 for float16 and float32 input, else float64. NaN for a
+        direction that is zero or not finite.
+
+    Raises
+    ------
+    ValueError
+        For a wrong shape, or a `world` that is none.
+    TypeError
+        For complex numbers and objects.
+
+    See Also
+    --------
+    directions_to_pixels : Places in an image.
+
+    Notes
+    -----
+    Both are arctangents, so that they are as exact at the poles as anywhere; at a pole itself the
+    longitude is 0.
+
+    Examples
+    --------
+    Ahead, to the right, and above:
+
+    >>> import spheremap as sm
+    >>> sm.directions_to_lonlat([[0, 0, -1], [1, 0, 0], [0, 2, -2]]).round(6).tolist()
+    [[0.0, 0.0], [90.0, 0.0], [0.0, 45.0]]
+    """
+    right, up, ahead = _world(world)
+    unit, leading = as_unit_vectors(directions, "directions")
+    x, y, z = unit @ right, unit @ up, unit @ ahead
+    # Zeros of either sign are ahead.
+    lonlat = np.stack([np.arctan2(x + 0.0, z + 0.0), np.arctan2(y, np.hypot(x, z))], axis=-1)
+    if as_flag(degrees, "degrees"):
+        lonlat = np.degrees(lonlat)
+    return lonlat.reshape(*leading, 2).astype(_dtype(directions))
+
+
+def lonlat_to_directions(
+    lonlat: ArrayLike, /, *, world: str = "+x +y -z", degrees: bool = True
+) -> NDArray[np.floating[Any]]:
+    """Return the directions of a longitude and latitude.
+
+    Parameters
+    ----------
+    lonlat : array_like, shape (..., 2)
+        Longitude and latitude, of any size: 370° is 10°.
+    world, degrees
+        As for `directions_to_lonlat`.
+
+    Returns
+    -------
+    directions : ndarray, shape (..., 3)
+        Unit length; float32 for float16 and float32 input, else float64. NaN for angles that are
+        not finite.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `directions_to_lonlat`.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> (sm.lonlat_to_directions([90, 0]).round(6) + 0.0).tolist()
+    [1.0, 0.0, 0.0]
+    >>> (sm.lonlat_to_directions([90, 0], world="+y +z +x").round(6) + 0.0).tolist()
+    [0.0, 1.0, 0.0]
+    """
+    frame = _world(world)
+    angles = as_doubles(lonlat, "lonlat")
+    if angles.shape[-1:] != (2,):
+        raise ValueError(f"Expected `lonlat` to have shape (..., 2), got {angles.shape}.")
+    # Of infinite angles there is no sine.
+    with np.errstate(invalid="ignore"):
+        if as_flag(degrees, "degrees"):
+            angles = np.radians(np.remainder(angles, 360.0))
+        sine, cosine = np.sin(angles), np.cos(angles)
+    seen = np.stack(
+        [sine[..., 0] * cosine[..., 1], sine[..., 1], cosine[..., 0] * cosine[..., 1]], axis=-1
+    )
+    # Rows of zeros would make NaN of nothing but the affected component.
+    found = np.where(np.isnan(seen).any(axis=-1, keepdims=True), np.nan, seen @ frame)
+    return found.astype(_dtype(lonlat))
+
+
+def _world(world: str) -> NDArray[np.float64]:
+    """Return right, up and ahead as rows."""
+    return axes_matrix(changed(resolve("latlong"), world=as_text(world, "world")).world)
+
+
+def _dtype(given: ArrayLike) -> type[np.floating[Any]]:
+    dtype = np.asarray(given).dtype
+    return np.float32 if dtype.kind == "f" and dtype.itemsize <= 4 else np.float64

@@ -1,0 +1,25 @@
+//! JAX: the same under `jit`, `grad` and `vmap`.
+
+use super::numpy::Arrays;
+
+/// JAX.
+pub struct Jax;
+
+impl Arrays for Jax {
+    const NAME: &'static str = "jax";
+    const TITLE: &'static str = "JAX";
+    const MODULE: &'static str = "jnp";
+    const IMPORT: &'static str = "import jax.numpy as jnp";
+    const PROMISE: &'static str = "Within a few units in the last place: the compiler contracts. Doubles want `jax_enable_x64`.";
+    const CHECKED: &'static str = "JAX, by `make test-languages`";
+    const AXIS: &'static str = "axis";
+    const OF_TWO: [&'static str; 3] = ["minimum", "maximum", "arctan2"];
+
+    fn power_of_two(a: &str) -> String {
+        format!("jnp.ldexp(jnp.ones_like({a}), ({a}).astype(int))")
+    }
+
+    fn exponent(a: &str) -> String {
+        format!("(jnp.frexp({a})[1] - 1).astype(({a}).dtype)")
+    }
+}

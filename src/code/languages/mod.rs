@@ -1,0 +1,33 @@
+//! The registry of languages: one line each.
+
+mod bits;
+mod c;
+mod cuda;
+mod glsl;
+mod glsl_es;
+mod hlsl;
+mod jax;
+mod msl;
+mod numpy;
+mod opencl;
+mod osl;
+mod torch;
+mod wgsl;
+
+use crate::code::dialect::Dialect;
+
+/// Every language, in the order of tables.
+pub const ALL: &[&dyn Dialect] = &[
+    &glsl::Glsl,
+    &glsl_es::GlslEs,
+    &hlsl::Hlsl,
+    &wgsl::Wgsl,
+    &msl::Msl,
+    &osl::Osl,
+    &c::C,
+    &cuda::Cuda,
+    &opencl::OpenCl,
+    &numpy::NumPy,
+    &torch::Torch,
+    &jax::Jax,
+];

@@ -1,0 +1,90 @@
+//! Metal's shading language.
+
+use crate::code::dialect::{Dialect, Expression, Signature, Text, plain, prefix};
+use crate::number::graph::Unary;
+
+/// MSL.
+pub struct Msl;
+
+impl Dialect for Msl {
+    fn name(&self) -> &'static str {
+        "msl"
+    }
+
+    fn title(&self) -> &'static str {
+        "Metal Shading Language"
+    }
+
+    fn extension(&self) -> &'static str {
+        "metal"
+    }
+
+    fn promise(&self) -> &'static str {
+        "The bits are those of the library with `-fno-fast-math -ffp-contract=off`."
+    }
+
+    fn checked(&self) -> &'static str {
+        "a C++ compiler, as C++"
+    }
+
+    fn reserved(&self) -> &'static [&'static str] {
+        &[
+            "half", "kernel", "vertex", "fragment", "device", "constant", "thread", "main",
+        ]
+    }
+
+    fn prelude(&self, _text: &Text) -> String {
+        "#include <metal_stdlib>\nusing namespace metal;\n\n".to_owned()
+    }
+
+    fn qualifier(&self, _signature: &Signature) -> &'static str {
+        "static inline "
+    }
+
+    fn vector(&self, n: usize, _text: &Text) -> String {
+        format!("float{n}")
+    }
+
+    fn columns(&self, _text: &Text) -> String {
+        "float2x3".to_owned()
+    }
+
+    fn joined_columns(&self, values: &[String], text: &Text) -> String {
+        let [a, b] = [0, 3].map(|k| self.joined(&values[k..k + 3], text));
+        format!("float2x3({a}, {b})")
+    }
+
+    fn literal(&self, x: f64, text: &Text) -> String {
+        format!("{}f", plain(x, text.double))
+    }
+
+    fn not_a_number(&self, _text: &Text) -> String {
+        "NAN".to_owned()
+    }
+
+    fn function(&self, operation: Unary, _text: &Text) -> String {
+        match operation {
+            Unary::Absolute => "fabs",
+            Unary::Floor => "floor",
+            Unary::Round => "rint",
+            Unary::Sine => "sin",
+            Unary::Cosine => "cos",
+            Unary::Sinh => "sinh",
+            Unary::Cosh => "cosh",
+            _ => "sqrt",
+        }
+        .to_owned()
+    }
+
+    fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {
+        match operation {
+            Unary::PowerOfTwo => Expression::atom(format!("ldexp(1.0f, int({}))", a.text)),
+            Unary::Exponent => Expression::atom(format!("float(ilogb({}))", a.text)),
+            _ => prefix(self, operation, a, text),
+        }
+    }
+
+    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
+        ["min", "max", "atan2"].map(str::to_owned)
+    }
+}

@@ -1,0 +1,273 @@
+//! NumPy: arrays of directions (…, 3) and of image coordinates (…, 2) or (…, 3).
+
+use crate::code::dialect::{
+    Dialect, Expression, Local, Signature, Text, level, numbered, place_name, prefix,
+};
+use crate::code::program::{Gives, Takes};
+use crate::number::graph::Unary;
+
+/// NumPy.
+pub struct NumPy;
+
+/// What the array languages of Python differ in.
+pub trait Arrays: Sync {
+    /// The name it is asked for by.
+    const NAME: &'static str;
+    /// Its full name.
+    const TITLE: &'static str;
+    /// What its functions begin with.
+    const MODULE: &'static str;
+    /// The line that brings it in.
+    const IMPORT: &'static str;
+    /// What is promised about bits.
+    const PROMISE: &'static str;
+    /// What runs it in the tests.
+    const CHECKED: &'static str;
+    /// The name of the axis that arrays are stacked along.
+    const AXIS: &'static str;
+    /// The names of the larger and the smaller number, and of the arctangent.
+    const OF_TWO: [&'static str; 3];
+
+    /// Whether a plain number of a choice is rounded to 32 bits, whatever the other is.
+    const NARROWS: bool = false;
+
+    /// 2ˣ of a whole number.
+    fn power_of_two(a: &str) -> String;
+
+    /// The exponent of a number.
+    fn exponent(a: &str) -> String;
+
+    /// A choice.
+    fn choice(condition: &str, a: &str, b: &str, text: &Text) -> String {
+        let module = Self::MODULE;
+        // A choice between plain numbers has no width of its own.
+        let known = |x: &str| x.parse::<f64>().is_ok() || x == format!("{module}.nan");
+        let both = known(a) && known(b);
+        let [a, b] = [a, b].map(|x| {
+            if both || Self::NARROWS && known(x) {
+                Self::constant(x, text)
+            } else {
+                x.to_owned()
+            }
+        });
+        format!("{module}.where({condition}, {a}, {b})")
+    }
+
+    /// A number where a choice or a smaller or larger number wants an array.
+    fn constant(x: &str, _text: &Text) -> String {
+        x.to_owned()
+    }
+}
+
+impl Arrays for NumPy {
+    const NAME: &'static str = "numpy";
+    const TITLE: &'static str = "NumPy";
+    const MODULE: &'static str = "np";
+    const IMPORT: &'static str = "import numpy as np";
+    const PROMISE: &'static str = "The bits are those of the library.";
+    const CHECKED: &'static str = "NumPy";
+    const AXIS: &'static str = "axis";
+    const OF_TWO: [&'static str; 3] = ["minimum", "maximum", "arctan2"];
+
+    fn power_of_two(a: &str) -> String {
+        format!("np.ldexp(np.ones_like({a}), ({a}).astype(np.int32))")
+    }
+
+    fn exponent(a: &str) -> String {
+        format!("(np.frexp({a})[1] - 1).astype(({a}).dtype)")
+    }
+
+    fn constant(x: &str, text: &Text) -> String {
+        format!(
+            "np.{}({x})",
+            if text.double { "float64" } else { "float32" }
+        )
+    }
+}
+
+impl<A: Arrays> Dialect for A {
+    fn name(&self) -> &'static str {
+        A::NAME
+    }
+
+    fn title(&self) -> &'static str {
+        A::TITLE
+    }
+
+    fn extension(&self) -> &'static str {
+        "py"
+    }
+
+    fn promise(&self) -> &'static str {
+        A::PROMISE
+    }
+
+    fn checked(&self) -> &'static str {
+        A::CHECKED
+    }
+
+    fn has_double(&self) -> bool {
+        true
+    }
+
+    fn reserved(&self) -> &'static [&'static str] {
+        &[
+            "def", "lambda", "from", "import", "pass", "class", "is", "in", "np", "torch", "jnp",
+            "None", "yield",
+        ]
+    }
+
+    fn comment(&self) -> &'static str {
+        "# "
+    }
+
+    fn prelude(&self, _text: &Text) -> String {
+        format!("{}\n\n\n", A::IMPORT)
+    }
+
+    fn vector(&self, _n: usize, _text: &Text) -> String {
+        String::new()
+    }
+
+    fn columns(&self, _text: &Text) -> String {
+        String::new()
+    }
+
+    fn not_a_number(&self, _text: &Text) -> String {
+        format!("{}.nan", A::MODULE)
+    }
+
+    fn open(&self, signature: &Signature, text: &Text) -> String {
+        let width = if text.double { "float64" } else { "float32" };
+        let module = A::MODULE;
+        let unpacked = |name: &str, parts: &[&str]| {
+            let places: Vec<_> = (0..parts.len())
+                .map(|k| format!("{name}[..., {k}]"))
+                .collect();
+            format!(
+                "def {}({name}):\n    {name} = {module}.asarray({name}, dtype={module}.{width})\n    {} = {}",
+                signature.name,
+                parts.join(", "),
+                places.join(", ")
+            )
+        };
+        match signature.takes {
+            Takes::Direction => unpacked("d", &["x", "y", "z"]),
+            Takes::Place(n) => unpacked(place_name(n), &["u", "v", "face"][..n]),
+            Takes::Numbers(n) => {
+                let names: Vec<_> = numbered(n).collect();
+                format!("def {}({}):", signature.name, names.join(", "))
+            }
+        }
+    }
+
+    fn argument(&self, signature: &Signature, number: usize) -> String {
+        match signature.takes {
+            Takes::Direction => ["x", "y", "z"][number].to_owned(),
+            Takes::Place(_) => ["u", "v", "face"][number].to_owned(),
+            Takes::Numbers(n) => numbered(n).nth(number).unwrap_or_default().to_owned(),
+        }
+    }
+
+    fn local(&self, _local: Local, name: &str, value: &str, _text: &Text) -> String {
+        format!("{name} = {value}")
+    }
+
+    fn gives(&self, signature: &Signature, values: &[String], text: &Text) -> String {
+        let module = A::MODULE;
+        // A constant, such as the face of a map of one, has the shape of what came in.
+        let like = self.argument(signature, 0);
+        let shaped = |value: &String| {
+            if value.parse::<f64>().is_ok() || value == &self.not_a_number(text) {
+                format!("{module}.full_like({like}, {value})")
+            } else {
+                value.clone()
+            }
+        };
+        let values: Vec<_> = values.iter().map(shaped).collect();
+        let axis = A::AXIS;
+        let stack =
+            |values: &[String]| format!("{module}.stack([{}], {axis}=-1)", values.join(", "));
+        match signature.gives {
+            Gives::Number => format!("return {}", values.concat()),
+            // A condition on constants is no array yet.
+            Gives::Truth => format!("return ({}) & ({like} == {like})", values.concat()),
+            Gives::Pair => format!("return {}", values.join(", ")),
+            Gives::Vector(_) => format!("return {}", stack(&values)),
+            Gives::Columns => {
+                format!(
+                    "du = {}\ndv = {}\nreturn {module}.stack([du, dv], {axis}=-1)",
+                    stack(&values[..3]),
+                    stack(&values[3..])
+                )
+            }
+        }
+    }
+
+    fn close(&self) -> &'static str {
+        ""
+    }
+
+    fn part(&self, pair: &str, number: u8) -> String {
+        format!("{pair}[{number}]")
+    }
+
+    fn function(&self, operation: Unary, _text: &Text) -> String {
+        let name = match operation {
+            Unary::Absolute => "abs",
+            Unary::Floor => "floor",
+            Unary::Round => "round",
+            Unary::Sine => "sin",
+            Unary::Cosine => "cos",
+            Unary::Sinh => "sinh",
+            Unary::Cosh => "cosh",
+            _ => "sqrt",
+        };
+        format!("{}.{name}", A::MODULE)
+    }
+
+    fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {
+        match operation {
+            Unary::PowerOfTwo => Expression::atom(A::power_of_two(&a.text)),
+            Unary::Exponent => Expression::atom(A::exponent(&a.text)),
+            _ => prefix(self, operation, a, text),
+        }
+    }
+
+    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
+        A::OF_TWO.map(|name| format!("{}.{name}", A::MODULE))
+    }
+
+    // They keep a NaN of either operand.
+    fn compares(&self, _text: &Text) -> bool {
+        false
+    }
+
+    fn typed(&self, x: &str, text: &Text) -> String {
+        A::constant(x, text)
+    }
+
+    fn and(&self, a: &Expression, b: &Expression) -> Expression {
+        let text = format!("{} & {}", a.within(level::ATOM), b.within(level::ATOM));
+        Expression::new(text, level::CHOICE)
+    }
+
+    fn or(&self, a: &Expression, b: &Expression) -> Expression {
+        let text = format!("{} | {}", a.within(level::ATOM), b.within(level::ATOM));
+        Expression::new(text, level::CHOICE)
+    }
+
+    fn not(&self, a: &Expression) -> Expression {
+        Expression::new(format!("~{}", a.within(level::ATOM)), level::SIGN)
+    }
+
+    fn select(
+        &self,
+        condition: &Expression,
+        a: &Expression,
+        b: &Expression,
+        text: &Text,
+    ) -> Expression {
+        Expression::atom(A::choice(&condition.text, &a.text, &b.text, text))
+    }
+}

@@ -1,0 +1,32 @@
+//! PyTorch: the same on tensors, of any device.
+
+use super::numpy::Arrays;
+use crate::code::dialect::Text;
+
+/// PyTorch.
+pub struct Torch;
+
+impl Arrays for Torch {
+    const NAME: &'static str = "torch";
+    const TITLE: &'static str = "PyTorch";
+    const MODULE: &'static str = "torch";
+    const IMPORT: &'static str = "import torch";
+    const PROMISE: &'static str = "Within a few units in the last place: its square root, and what is divided into a constant, are not rounded correctly.";
+    const CHECKED: &'static str = "PyTorch, by `make test-languages`";
+    const AXIS: &'static str = "dim";
+    const OF_TWO: [&'static str; 3] = ["minimum", "maximum", "atan2"];
+    const NARROWS: bool = true;
+
+    fn power_of_two(a: &str) -> String {
+        format!("torch.ldexp(torch.ones_like({a}), {a})")
+    }
+
+    fn exponent(a: &str) -> String {
+        format!("(torch.frexp({a})[1] - 1).to(({a}).dtype)")
+    }
+
+    fn constant(x: &str, text: &Text) -> String {
+        let width = if text.double { "float64" } else { "float32" };
+        format!("torch.tensor({x}, dtype=torch.{width})")
+    }
+}

@@ -1,0 +1,173 @@
+//! The Kannala–Brandt fisheye with the K matrix of a calibration, as OpenCV's `cv2.fisheye.calibrate` gives it.
+//!
+//! Source: Kannala & Brandt 2006, A Generic Camera Model and Calibration Method, equation 6, in OpenCV's normalization: the
+//! radius is θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸), θ in radians from the axis; see `kannala_brandt`. COLMAP's SIMPLE_RADIAL_FISHEYE,
+//! RADIAL_FISHEYE and OPENCV_FISHEYE, Kalibr's pinhole-equi, ROS's equidistant.
+//!
+//! Domain: directions that the rectangle shows, up to where the polynomial turns back or to the one opposite the axis; else NaN.
+//!
+//! The inverse is Newton's method for w = θ² in w P(w)² = s, five steps from a polynomial.
+
+use crate::number::real::{Real, scaled};
+use crate::projections::common::camera::{
+    ASPECT, CAMERA, CX, CY, Camera, FX, FY, Guess, LET_OUT, Lens, coefficient, grows_up_to, last,
+    reaches,
+};
+use crate::projections::projection::Info;
+use std::f64::consts::PI;
+
+/// Steps of Newton's method.
+const STEPS: usize = 5;
+/// How far, of it, from a point's radius its inverse's may be.
+const RESIDUE: f64 = 1e-12;
+
+/// A lens with a polynomial.
+#[derive(Clone, Copy, Debug)]
+pub struct FisheyePolynomial {
+    k: [f64; 4],
+    /// The largest angle from the axis, in half turns.
+    end: f64,
+    /// The square of the image radius there.
+    limit: f64,
+    /// The angle over the radius.
+    guess: Guess,
+}
+
+/// A fisheye camera with a K matrix.
+pub type CameraKannalaBrandt = Camera<FisheyePolynomial>;
+
+/// Of a power of the angle.
+const RANGE: [f64; 3] = [-100.0, 0.0, 100.0];
+
+impl FisheyePolynomial {
+    /// P(w): the radius over the angle.
+    #[inline(always)]
+    fn stretch<R: Real>(self, w: R) -> R {
+        let [a, b, c, d] = self.k.map(R::new);
+        R::ONE + w * (a + w * (b + w * (c + w * d)))
+    }
+
+    /// 2w P'(w).
+    #[inline(always)]
+    fn bend<R: Real>(self, w: R) -> R {
+        let [a, b, c, d] = [1, 2, 3, 4].map(|n| R::new(f64::from(2 * n) * self.k[n as usize - 1]));
+        w * (a + w * (b + w * (c + w * d)))
+    }
+
+    /// A step of Newton's method toward w P(w)² = s.
+    #[inline(always)]
+    fn newton<R: Real>(self, w: R, s: R) -> R {
+        let p = self.stretch(w);
+        w - (w * p * p - s) / (p * (p + self.bend(w)))
+    }
+
+    /// The square of the angle whose radius has the square `s`.
+    #[inline(always)]
+    fn square_of_angle<R: Real>(self, s: R) -> R {
+        let known = s.value();
+        let ratio = self.guess.at(known);
+        let mut w = known * ratio * ratio;
+        for _ in 1..STEPS {
+            w = self.newton(w, known);
+        }
+        // The last step's derivative is that of the solution.
+        self.newton(R::constant(w), s)
+    }
+}
+
+impl Lens for FisheyePolynomial {
+    const NAMES: Info = Info {
+        name: "camera_kannala_brandt",
+        title: "Calibrated camera: Kannala-Brandt fisheye (OpenCV)",
+        source: "Kannala, Brandt 2006, A Generic Camera Model, eq. 6; OpenCV fisheye camera model",
+        summary: "A fisheye by K and D of OpenCV's cv2.fisheye; sm.camera makes it from pixels.",
+        parameters: &[
+            FX,
+            FY,
+            CX,
+            CY,
+            ASPECT,
+            coefficient(
+                "k1",
+                RANGE,
+                "the coefficient of the angle's cube, in radians",
+            ),
+            coefficient("k2", RANGE, "the coefficient of its fifth power"),
+            coefficient("k3", RANGE, "the coefficient of its seventh power"),
+            coefficient("k4", RANGE, "the coefficient of its ninth power"),
+        ],
+        ..CAMERA
+    };
+
+    fn new(coefficients: &[f64], reach: f64) -> Self {
+        let mut lens = FisheyePolynomial {
+            k: std::array::from_fn(|n| coefficients[n]),
+            end: 1.0,
+            limit: 0.0,
+            guess: Guess::new(1.0, 4.0, |_| 1.0),
+        };
+        let polynomial = lens;
+        let at = |angle: f64| {
+            let w = angle * angle;
+            let (stretch, bend) = (polynomial.stretch(w), polynomial.bend(w));
+            [angle * stretch, stretch + bend]
+        };
+        let radius = |angle: f64| at(angle)[0];
+        // No farther than the image.
+        let grown = grows_up_to(PI, at);
+        let end = last(grown, |angle| radius(angle) < reach * 1.001);
+        lens.end = end / PI;
+        lens.limit = radius(end).powi(2);
+        if lens.k != [0.0; 4] {
+            // Beyond π there is no direction, but the polynomial goes on.
+            let fold = last(2.0 * PI, |angle| at(angle)[1] > 0.0);
+            let turn = if fold < 2.0 * PI {
+                radius(fold).powi(2)
+            } else {
+                f64::INFINITY
+            };
+            lens.guess = Guess::new(lens.limit, turn, |s| {
+                let r = s.sqrt();
+                reaches(r, fold, radius) / r
+            });
+        }
+        lens
+    }
+
+    #[inline(always)]
+    fn project<R: Real>(self, [x, y, z]: [R; 3]) -> ([R; 2], R::Mask) {
+        let (xs, ys, unscale) = scaled(x, y);
+        let hs = (xs * xs + ys * ys).sqrt();
+        // On the axis the azimuth is that of (1, 0).
+        let on_axis = R::select(hs.vanishes(), R::ONE, R::ZERO);
+        let t = R::half_turns(hs * unscale, z);
+        let seen = t.at_most(R::new(self.end * (1.0 + 2.0 * f64::EPSILON)));
+        let angle = t * R::new(PI);
+        let factor = angle * self.stretch(angle * angle) / (hs + on_axis);
+        ([(xs + on_axis) * factor, ys * factor], seen)
+    }
+
+    #[inline(always)]
+    fn unproject<R: Real>(self, [a, b]: [R; 2]) -> [R; 3] {
+        let s = (a * a + b * b).clamped(0.0, self.limit);
+        let w = self.square_of_angle(s).clamped(0.0, PI * PI);
+        let half_turns = w * R::new(1.0 / (PI * PI));
+        let t = half_turns.sqrt();
+        let factor = R::sinc_half_turns(half_turns, t) * R::new(1.0 / PI) / self.stretch(w);
+        [a * factor, b * factor, R::cos_half_turns(half_turns, t)]
+    }
+
+    #[inline(always)]
+    fn holds<R: Real>(self, [a, b]: [R; 2]) -> R::Mask {
+        let s = a * a + b * b;
+        let w = self.square_of_angle(s.clamped(0.0, self.limit));
+        let stretch = self.stretch(w);
+        let near = R::new(4.0 * RESIDUE) * s + R::new(RESIDUE * RESIDUE);
+        s.at_most(R::new(self.limit * (1.0 + LET_OUT)))
+            & (w * stretch * stretch - s).abs().at_most(near)
+    }
+
+    fn rim(self) -> f64 {
+        PI * self.end
+    }
+}

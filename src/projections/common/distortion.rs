@@ -1,0 +1,225 @@
+//! The distortion of Brown and Conrady on the plane of a pinhole or unified camera, as OpenCV writes it.
+//!
+//! Source: Brown 1966, Decentering Distortion of Lenses; Conrady 1919; in OpenCV's letters and with its denominator, with
+//! r² = x² + y² and q = (1 + k1 r² + k2 r⁴ + k3 r⁶)/(1 + k4 r² + k5 r⁴ + k6 r⁶):
+//! a = q x + 2 p1 x y + p2 (r² + 2x²), b = q y + p1 (r² + 2y²) + 2 p2 x y.
+//!
+//! Domain: the largest disk r ≤ R in which the map is one to one: it turns nowhere inside out (the Jacobian's determinant
+//! is more than a hundredth of (ρ/r)²), and circles stay star-shaped, so that none crosses itself or another.
+//!
+//! The inverse has no closed form. Newton's method in two dimensions starts from a polynomial that inverts q alone and takes
+//! nine steps, none out of the disk; a point that it does not bring back to 1e-12 counts as one that no direction has. Where the
+//! map turns back, Newton's method converges from inside and leaps from outside: with tangential terms, for which the polynomial
+//! is off there, the start is kept a little inside.
+
+use crate::number::real::{Real, max};
+use crate::projections::common::camera::{Guess, LET_OUT, last, reaches};
+use crate::projections::common::lens::LEAST_SLOPE;
+use std::f64::consts::PI;
+
+/// Steps of Newton's method.
+const STEPS: usize = 9;
+/// How far from a point its inverse may lead: 1e-9 pixels at a focal length of a thousand.
+const RESIDUE: f64 = 1e-12;
+/// The largest radius that is looked at: 89.99 degrees.
+const FARTHEST: f64 = 5000.0;
+/// Directions in which circles are looked at.
+const AZIMUTHS: usize = 48;
+
+/// The coefficients, and where they hold.
+#[derive(Clone, Copy, Debug)]
+pub struct Distortion {
+    /// k1, k2, k3; k4, k5, k6.
+    k: [[f64; 3]; 2],
+    /// p1, p2.
+    p: [f64; 2],
+    /// The square of the largest radius that is mapped.
+    limit: f64,
+    /// The square of the largest radius that Newton's method starts from.
+    start: f64,
+    /// r over the image's radius, of the radial part.
+    guess: Guess,
+}
+
+/// A point and the derivatives there: ∂a/∂x, ∂a/∂y = ∂b/∂x, ∂b/∂y.
+struct Mapped<R> {
+    point: [R; 2],
+    slope: [R; 3],
+}
+
+impl Distortion {
+    /// With these coefficients, in an image that reaches as far as `reach`, on a plane that ends at the radius `end`.
+    pub fn new(k: [[f64; 3]; 2], p: [f64; 2], reach: f64, end: f64) -> Self {
+        let mut new = Distortion {
+            k,
+            p,
+            limit: 0.0,
+            start: 0.0,
+            guess: Guess::new(1.0, 4.0, |_| 1.0),
+        };
+        let end = last(end.min(FARTHEST).atan(), |angle| {
+            new.one_to_one(angle.tan())
+        })
+        .tan();
+        // No farther than the image.
+        let enough = last(end.atan(), |angle| new.nearest(angle.tan()) < reach * 1.001).tan();
+        new.limit = enough * enough;
+        new.start = new.limit * if p == [0.0; 2] { 1.0 } else { 0.92 };
+        if k == [[0.0; 3]; 2] {
+            return new;
+        }
+        let radius = |r: f64| r * new.radial(r * r)[0];
+        // The radial part alone may turn back a little before the circle does.
+        let grows = |angle: f64| {
+            let r = angle.tan();
+            let [q, slope] = new.radial(r * r);
+            q > 0.0 && q + 2.0 * r * r * slope > 0.0
+        };
+        let fold = last(FARTHEST.atan(), grows).tan();
+        let range = enough.min(fold);
+        let turn = if fold < 0.999 * FARTHEST {
+            radius(fold).powi(2)
+        } else {
+            f64::INFINITY
+        };
+        new.guess = Guess::new(radius(range).powi(2), turn, |s| {
+            let rho = s.sqrt();
+            reaches(rho, fold, radius) / rho
+        });
+        new
+    }
+
+    /// q and dq/dr², from r².
+    #[inline(always)]
+    fn radial<R: Real>(self, s: R) -> [R; 2] {
+        let [over, under] = self.k.map(|k| {
+            let [a, b, c] = k.map(R::new);
+            [
+                R::ONE + s * (a + s * (b + s * c)),
+                a + s * (R::TWO * b + s * R::new(3.0) * c),
+            ]
+        });
+        let inverse = R::ONE / under[0];
+        let q = over[0] * inverse;
+        [q, (over[1] - q * under[1]) * inverse]
+    }
+
+    #[inline(always)]
+    fn mapped<R: Real>(self, [x, y]: [R; 2]) -> Mapped<R> {
+        let [p1, p2] = self.p.map(R::new);
+        let (two, six) = (R::TWO, R::new(6.0));
+        let (xx, xy, yy) = (x * x, x * y, y * y);
+        let s = xx + yy;
+        let [q, bend] = self.radial(s);
+        let bend = two * bend;
+        Mapped {
+            point: [
+                q * x + two * p1 * xy + p2 * (s + two * xx),
+                q * y + p1 * (s + two * yy) + two * p2 * xy,
+            ],
+            slope: [
+                q + bend * xx + two * p1 * y + six * p2 * x,
+                bend * xy + two * p1 * x + two * p2 * y,
+                q + bend * yy + six * p1 * y + two * p2 * x,
+            ],
+        }
+    }
+
+    /// The largest radius that is mapped.
+    pub fn end(self) -> f64 {
+        self.limit.sqrt()
+    }
+
+    /// What is mapped of a circle, at some places of it; without tangential terms one stands for all.
+    fn circle(self, r: f64) -> impl Iterator<Item = ([f64; 2], Mapped<f64>)> {
+        let places = if self.p == [0.0; 2] { 1 } else { AZIMUTHS };
+        (0..places).map(move |k| {
+            let angle = 2.0 * PI * k as f64 / AZIMUTHS as f64;
+            let at = [r * angle.cos(), r * angle.sin()];
+            (at, self.mapped(at))
+        })
+    }
+
+    /// Whether a circle stays around its center and is not turned inside out.
+    fn one_to_one(self, r: f64) -> bool {
+        let turns = self.radial(r * r)[0] <= 0.0
+            || 1.0 + r * r * (self.k[1][0] + r * r * (self.k[1][1] + r * r * self.k[1][2])) <= 0.0;
+        !turns
+            && self.circle(r).all(|([x, y], there)| {
+                let ([a, b], [xx, xy, yy]) = (there.point, there.slope);
+                let chord = (a * a + b * b) / (r * r);
+                // The image of the circle's tangent (-y, x).
+                let (da, db) = (x * xy - y * xx, x * yy - y * xy);
+                xx * yy - xy * xy > LEAST_SLOPE * chord
+                    && a * db - b * da > LEAST_SLOPE * chord * r * r
+            })
+    }
+
+    /// How near to the axis a circle comes.
+    fn nearest(self, r: f64) -> f64 {
+        self.circle(r)
+            .map(|(_, there)| there.point[0].hypot(there.point[1]))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Where a point of the plane goes, and whether it lies in the disk.
+    #[inline(always)]
+    pub fn distort<R: Real>(self, [x, y]: [R; 2]) -> ([R; 2], R::Mask) {
+        let inside = (x * x + y * y).at_most(R::new(self.limit * (1.0 + 4.0 * f64::EPSILON)));
+        (self.mapped([x, y]).point, inside)
+    }
+
+    /// A step of Newton's method toward the point.
+    #[inline(always)]
+    fn newton<R: Real>(self, [x, y]: [R; 2], [a, b]: [R; 2]) -> [R; 2] {
+        let Mapped {
+            point,
+            slope: [xx, xy, yy],
+        } = self.mapped([x, y]);
+        let (da, db) = (a - point[0], b - point[1]);
+        let inverse = R::ONE / (xx * yy - xy * xy);
+        [
+            x + (yy * da - xy * db) * inverse,
+            y + (xx * db - xy * da) * inverse,
+        ]
+    }
+
+    #[inline(always)]
+    fn inverse<R: Real>(self, known: [R; 2], steps: usize) -> [R; 2] {
+        let [a, b] = known;
+        let ratio = self.guess.at(a * a + b * b);
+        let mut at = within([a * ratio, b * ratio], self.start);
+        for _ in 0..steps {
+            at = within(self.newton(at, known), self.limit);
+        }
+        at
+    }
+
+    /// What comes to a point that is [held](Distortion::holds).
+    #[inline(always)]
+    pub fn undistort<R: Real>(self, point: [R; 2]) -> [R; 2] {
+        let known = point.map(R::value);
+        let at = self.inverse::<R::Value>(known, STEPS - 1);
+        // The last step's derivative is that of the solution.
+        self.newton(at.map(R::constant), point)
+    }
+
+    /// Whether a point is that of one in the disk.
+    #[inline(always)]
+    pub fn holds<R: Real>(self, [a, b]: [R; 2]) -> R::Mask {
+        let [x, y] = self.undistort([a, b]);
+        let there = self.mapped([x, y]).point;
+        let (da, db) = (there[0] - a, there[1] - b);
+        let near = R::new(RESIDUE * RESIDUE) * (R::ONE + a * a + b * b);
+        (x * x + y * y).at_most(R::new(self.limit * (1.0 + LET_OUT)))
+            & (da * da + db * db).at_most(near)
+    }
+}
+
+/// The point, or where it lies outside of a disk of this squared radius, the one on its rim.
+#[inline(always)]
+fn within<R: Real>([x, y]: [R; 2], limit: f64) -> [R; 2] {
+    let s = max(x * x + y * y, R::new(limit));
+    let shrink = (R::new(limit) / s).sqrt();
+    [x * shrink, y * shrink]
+}

@@ -1,0 +1,191 @@
+"""Files of calibration programs, as the programs write them, and what is refused by name."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+import spheremap as sm
+
+K = np.array([[700.5, 0, 639.25], [0, 701.5, 358.75], [0, 0, 1]])
+D = np.array([-0.1, 0.03, 1e-3, -2e-3, 0.01])
+
+
+def is_camera(view, distortion, model, size=(720, 1280)):
+    want = sm.camera(K, size, distortion=distortion, model=model)
+    assert view.camera == want and view.size == size
+
+
+def store(path, **values):
+    """Write as OpenCV's samples do."""
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    for name, value in values.items():
+        storage.write(name, value)
+    storage.release()
+
+
+@pytest.mark.parametrize("suffix", [".yml", ".yaml", ".xml"])
+def test_opencv(tmp_path, suffix):
+    path = tmp_path / f"out{suffix}"
+    both = {"image_width": 1280, "image_height": 720, "camera_matrix": K}
+    store(path, **both, distortion_coefficients=D.reshape(5, 1))
+    (view,) = sm.cameras.read(path)
+    is_camera(view, D, "brown_conrady")
+    assert view.pose is None
+    store(path, **both, fisheye_model=1, distortion_coefficients=D[:4])
+    is_camera(sm.cameras.read(path)[0], D[:4], "kannala_brandt")
+    store(path, **both, xi=np.array([[1.2]]), distortion_coefficients=D[:4])
+    is_camera(sm.cameras.read(path)[0], [1.2, *D[:4]], "unified")
+    store(path, **both, distortion_coefficients=np.zeros(5))
+    is_camera(sm.cameras.read(path)[0], None, "pinhole")
+    store(path, **both, distortion_coefficients=np.arange(12) / 1e3)
+    with pytest.raises(ValueError, match="thin prism"):
+        sm.cameras.read(path)
+    store(path, camera_matrix=K)
+    with pytest.raises(ValueError, match="image_width"):
+        sm.cameras.read(path)
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_colmap(tmp_path, binary):
+    ours = sm.cameras.rig(64, n=6)
+    sm.cameras.write(ours, tmp_path, format="colmap")
+    theirs = pycolmap.Reconstruction(str(tmp_path))
+    theirs.add_camera_with_trivial_rig(
+        pycolmap.Camera(
+            model="OPENCV",
+            width=1280,
+            height=720,
+            params=[700.5, 701.5, 639.75, 359.25, *D[:4]],
+            camera_id=9,
+        )
+    )
+    folder = tmp_path / "theirs"
+    folder.mkdir()
+    (theirs.write_binary if binary else theirs.write_text)(str(folder))
+    back = sm.cameras.read(folder)
+    assert sorted(view.name for view in back) == [f"{view.name}/0001.png" for view in ours]
+    for a, b in zip(ours, back, strict=True):
+        # Through a quaternion: a few ε.
+        assert np.abs(a.pose - b.pose).max() < 1e-14
+        assert b.camera == a.camera
+    for name in ("images.txt", "images.bin", "frames.txt", "frames.bin"):
+        (folder / name).unlink(missing_ok=True)
+    cameras = {view.name: view for view in sm.cameras.read(folder)}
+    is_camera(cameras["9"], D[:4], "brown_conrady")
+
+
+def test_colmap_models_without_a_formula_are_named(tmp_path):
+    theirs = pycolmap.Reconstruction()
+    params = [700, 700, 640, 360, *[0.01] * 8]
+    theirs.add_camera_with_trivial_rig(
+        pycolmap.Camera(
+            model="THIN_PRISM_FISHEYE", width=1280, height=720, params=params, camera_id=1
+        )
+    )
+    theirs.write_text(str(tmp_path))
+    with pytest.raises(ValueError, match="THIN_PRISM_FISHEYE"):
+        sm.cameras.read(tmp_path / "cameras.txt")
+    theirs.write_binary(str(tmp_path))
+    with pytest.raises(ValueError, match="THIN_PRISM_FISHEYE"):
+        sm.cameras.read(tmp_path / "cameras.bin")
+    data = (tmp_path / "cameras.bin").read_bytes()
+    (tmp_path / "cameras.bin").write_bytes(data[:20])
+    with pytest.raises(ValueError, match="ends early"):
+        sm.cameras.read(tmp_path / "cameras.bin")
+
+
+CHAIN = """\
+cam0:
+  cam_overlaps: [1]
+  camera_model: pinhole
+  distortion_coeffs: [-0.1, 0.03, 0.001, -0.002]
+  distortion_model: radtan
+  intrinsics: [700.5, 701.5, 639.25, 358.75]
+  resolution: [1280, 720]
+  rostopic: /cam0/image_raw
+cam1:
+  T_cn_cnm1:
+  - [0.0, -1.0, 0.0, 0.1]
+  - [1.0, 0.0, 0.0, 0.2]
+  - [0.0, 0.0, 1.0, 0.3]
+  - [0.0, 0.0, 0.0, 1.0]
+  camera_model: ds
+  distortion_coeffs: []
+  distortion_model: none
+  intrinsics: [-0.2, 0.6, 700.5, 701.5, 639.25, 358.75]
+  resolution: [1280, 720]
+cam2:
+  T_cn_cnm1:
+  - [1.0, 0.0, 0.0, 1.0]
+  - [0.0, 1.0, 0.0, 0.0]
+  - [0.0, 0.0, 1.0, 0.0]
+  - [0.0, 0.0, 0.0, 1.0]
+  camera_model: omni
+  distortion_coeffs: [-0.1, 0.03, 0.001, -0.002]
+  distortion_model: radtan
+  intrinsics: [1.2, 700.5, 701.5, 639.25, 358.75]
+  resolution: [1280, 720]
+"""
+
+
+def test_kalibr(tmp_path):
+    path = tmp_path / "camchain.yaml"
+    path.write_text(CHAIN)
+    rig = sm.cameras.read(path)
+    assert [view.name for view in rig] == ["cam0", "cam1", "cam2"]
+    is_camera(rig[0], D[:4], "brown_conrady")
+    is_camera(rig[1], [-0.2, 0.6], "double_sphere")
+    is_camera(rig[2], [1.2, *D[:4]], "unified")
+    assert np.array_equal(rig[0].pose, np.eye(3)) and not rig[0].position.any()
+    # A point of the first camera's frame goes through each matrix in turn.
+    point = np.array([0.3, -0.4, 2.0])
+    first = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]) @ point + [0.1, 0.2, 0.3]
+    for view, want in ((rig[1], first), (rig[2], first + np.array([1, 0, 0]))):
+        # A dozen roundings of numbers below 4.
+        assert np.abs((point - view.position) @ view.pose - want).max() < 1e-14
+    path.write_text(CHAIN.replace("radtan", "fov"))
+    with pytest.raises(ValueError, match="pinhole-fov"):
+        sm.cameras.read(path)
+
+
+ROS = """\
+image_width: 1280
+image_height: 720
+camera_name: narrow_stereo
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [700.5, 0, 639.25, 0, 701.5, 358.75, 0, 0, 1]
+distortion_model: plumb_bob
+distortion_coefficients:
+  rows: 1
+  cols: 5
+  data: [-0.1, 0.03, 0.001, -0.002, 0.01]
+"""
+
+
+def test_ros(tmp_path):
+    path = tmp_path / "head_camera.yaml"
+    path.write_text(ROS)
+    (view,) = sm.cameras.read(path)
+    assert view.name == "narrow_stereo"
+    is_camera(view, D, "brown_conrady")
+    path.write_text(ROS.replace("plumb_bob", "thin_prism"))
+    with pytest.raises(ValueError, match="thin_prism"):
+        sm.cameras.read(path)
+
+
+def test_files_that_are_none_of_these(tmp_path):
+    path = tmp_path / "notes.txt"
+    path.write_text("nothing")
+    with pytest.raises(ValueError, match="looks like none"):
+        sm.cameras.read(path)
+    for format in ("opencv", "kalibr", "ros", "nerfstudio"):
+        with pytest.raises(ValueError, match="Expected"):
+            sm.cameras.read(path, format=format)
+    with pytest.raises(ValueError, match="`format` to be one of"):
+        sm.cameras.read(path, format="zip")
+    with pytest.raises(FileNotFoundError):
+        sm.cameras.read(tmp_path / "missing.json")

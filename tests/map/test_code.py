@@ -1,0 +1,159 @@
+"""Printed code does what the library does: compiled as C, run as NumPy, to the bit."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import subprocess
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import spheremap as sm
+from printed import BOUNDS, CASES, LANGUAGES, VERBS, Array, assert_alike, directions, made
+
+
+@pytest.fixture(scope="session")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Callable[[type], ctypes.CDLL]:
+    """Return every case as one library of C, by width."""
+
+    @cache
+    def compiled(dtype: type) -> ctypes.CDLL:
+        number = "float" if dtype is np.float32 else "double"
+        parts = []
+        for k, case in enumerate(CASES):
+            p = made(case)
+            width = p.encode(np.zeros(3)).shape[-1]
+            parts.append(sm.code(p, "c", verbs=VERBS, name=f"m{k}", dtype=dtype.__name__))
+            for verb, call in {
+                "encode": (f"m{k}_encode(in + 3 * i, out + {width} * i)"),
+                "decode": (f"m{k}_decode(in + {width} * i, out + 3 * i)"),
+                "density": (f"out[i] = m{k}_density(in + {width} * i)"),
+                "valid": (f"out[i] = m{k}_valid(in + {width} * i)"),
+                "jacobian": (f"m{k}_jacobian(in + {width} * i, out + 6 * i, out + 6 * i + 3)"),
+            }.items():
+                parts.append(
+                    f"void all{k}_{verb}(const {number}* in, {number}* out, long n) {{\n"
+                    f"    for (long i = 0; i < n; i++) {call};\n}}\n"
+                )
+        folder = tmp_path_factory.mktemp("code")
+        source, target = folder / f"{number}.c", folder / f"{number}.so"
+        source.write_text("\n".join(parts))
+        flags = ["-O1", "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-parameter"]
+        command = ["cc", *flags, "-ffp-contract=off", "-shared", "-fPIC", source, "-o", target]
+        subprocess.run([*command, "-lm"], check=True)
+        return ctypes.CDLL(str(target))
+
+    return compiled
+
+
+def run_c(library: ctypes.CDLL, number: int, p: sm.Projection) -> Callable[[str, Array], Array]:
+    """Return the verbs of a case as compiled."""
+    width = p.encode(np.zeros(3)).shape[-1]
+    gives = {"encode": width, "decode": 3, "density": 1, "valid": 1, "jacobian": 6}
+
+    def verb(name: str, data: Array) -> Array:
+        out = np.empty((len(data), gives[name]), data.dtype)
+        pointers = (ctypes.c_void_p(data.ctypes.data), ctypes.c_void_p(out.ctypes.data))
+        getattr(library, f"all{number}_{name}")(*pointers, ctypes.c_long(len(data)))
+        return out[:, 0] if gives[name] == 1 else out
+
+    return verb
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
+@pytest.mark.parametrize("case", CASES)
+def test_compiled_c_has_the_bits_of_the_library(
+    case: str, dtype: type, library: Callable[[type], ctypes.CDLL]
+) -> None:
+    p = made(case)
+    assert_alike(p, dtype, run_c(library(dtype), CASES.index(case), p))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
+@pytest.mark.parametrize("case", CASES)
+def test_numpy_has_the_bits_of_the_library(case: str, dtype: type) -> None:
+    p = made(case)
+    text = sm.code(p, "numpy", verbs=VERBS, name="m", dtype=dtype.__name__)
+    names: dict[str, Any] = {}
+    exec(text, names)
+
+    def verb(name: str, data: Array) -> Array:
+        with np.errstate(all="ignore"):
+            out: Array = names[f"m_{name}"](data)
+        assert name == "valid" or out.dtype == dtype
+        if name == "jacobian":
+            return np.swapaxes(out, -1, -2).reshape(-1, 6)
+        return out
+
+    assert_alike(p, dtype, verb)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_native_functions_are_those_of_the_language(case: str) -> None:
+    """Round trips by NumPy's own functions, in f64."""
+    p = made(case)
+    names: dict[str, Any] = {}
+    exec(sm.code(p, "numpy", name="m", precision="native", dtype="float64"), names)
+    d = directions(np.float64)
+    d = d[p.covers(d)]
+    with np.errstate(all="ignore"):
+        back = names["m_decode"](names["m_encode"](d))
+    # They round a few hundred times; what loses digits loses them in the map.
+    bound = max(2 * BOUNDS[p.name][1], 1e-13)
+    assert np.nanmax(np.linalg.norm(back - d, axis=-1)) <= bound
+
+
+@pytest.mark.parametrize("language", [entry["name"] for entry in LANGUAGES])
+@pytest.mark.parametrize("case", CASES)
+def test_every_map_prints_in_every_language(case: str, language: str) -> None:
+    text = sm.code(made(case), language, verbs=VERBS, name="some_name")
+    for verb in VERBS:
+        assert re.search(rf"\bsome_name_{verb}\(", text)
+    # Nothing of Rust's own way to write numbers, and no name without the prefix at the top.
+    assert not re.search(r"\b(inf|NaN)\b", re.sub(r"(//|#).*", "", text))
+    opened = re.findall(r"^\w[\w ]* (\w+)\(", text, re.M)
+    assert opened and all(name.startswith("some_name_") for name in opened)
+    assert "spheremap" in text and made(case).source.split()[0] in text
+
+
+def test_names_and_options_are_checked() -> None:
+    code: Any = sm.code
+    for arguments, options, says in [
+        (("latlong", "glls"), {}, "did you mean 'glsl'"),
+        (("latlong", "glsl"), {"verbs": ["encod"]}, "did you mean 'encode'"),
+        (("latlong", "glsl"), {"verbs": []}, "at least one verb"),
+        (("latlong", "glsl"), {"name": "1st"}, "a letter"),
+        (("latlong", "glsl"), {"name": "gl_map"}, "word of GLSL"),
+        (("latlong", "glsl"), {"name": "a__b"}, "single underscores"),
+        (("latlong", "c"), {"name": "union"}, "word of C99"),
+        (("latlong", "wgsl"), {"dtype": "float64"}, "64 bits"),
+        (("latlong", "glsl"), {"dtype": "float16"}, "did you mean 'float"),
+        (("latlong", "glsl"), {"precision": "fast"}, "exact, native"),
+        (("latlongs", "glsl"), {}, "did you mean 'latlong'"),
+    ]:
+        with pytest.raises(ValueError, match=re.escape(says)):
+            code(*arguments, **options)
+    for options in ({"verbs": "encode"}, {"verbs": 3}, {"name": 3}, {"dtype": np.float32}):
+        with pytest.raises(TypeError, match=r"Expected"):
+            code("latlong", "glsl", **options)
+
+
+def test_rotation_turns_the_map_as_it_does_elsewhere() -> None:
+    turn = sm.rotation(30, 20, 10)
+    turned = sm.projection("octahedral").turned(turn)
+    assert sm.code("octahedral", "c", rotation=turn) == sm.code(turned, "c")
+
+
+def test_only_what_is_used_is_printed() -> None:
+    text = sm.code("octahedral", "glsl", verbs=["encode"])
+    assert "decode" not in text and "sin_cos" not in text
+    assert "sin_cos_pi" in sm.code("latlong", "glsl", verbs=["decode"])
+
+
+def test_the_same_text_each_time(tmp_path: Path) -> None:
+    first = sm.code("icosahedral", "hlsl", verbs=VERBS)
+    assert sm.code("icosahedral", "hlsl", verbs=VERBS) == first

@@ -1,0 +1,169 @@
+"""Printed code, run: GLSL by OpenGL, dialects of C++ by a C++ compiler."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+import spheremap as sm
+from printed import CASES, VERBS, Array, assert_alike, made
+
+from oracles import opengl_oracle
+
+SHADER = """#version 430
+{text}
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer In {{ float given[]; }};
+layout(std430, binding = 1) buffer Out {{ float made[]; }};
+uniform uint count;
+void main() {{
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= count) return;
+    {call}
+}}
+"""
+
+
+def calls(width: int, vector: str, matrix: str) -> dict[str, tuple[str, int]]:
+    """Return what calls each verb on numbers in a row, and how many numbers it gives."""
+    direction = f"{vector}3(given[3 * i], given[3 * i + 1], given[3 * i + 2])"
+    parts = ", ".join(f"given[{width} * i + {k}]" for k in range(width))
+    place = f"{vector}{width}({parts})"
+    store = "made[{n} * i + {k}] = r.{c};"
+
+    def stores(n: int) -> str:
+        return " ".join(store.format(n=n, k=k, c="xyz"[k]) for k in range(n))
+
+    columns = " ".join(
+        f"made[6 * i + {3 * column + row}] = r[{column}][{row}];"
+        for column in range(2)
+        for row in range(3)
+    )
+    return {
+        "encode": (f"{vector}{width} r = m_encode({direction}); {stores(width)}", width),
+        "decode": (f"{vector}3 r = m_decode({place}); {stores(3)}", 3),
+        "density": (f"made[i] = m_density({place});", 1),
+        "valid": (f"made[i] = m_valid({place}) ? 1.0 : 0.0;", 1),
+        "jacobian": (f"{matrix} r = m_jacobian({place}); {columns}", 6),
+    }
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_opengl_has_the_bits_of_the_library(case: str) -> None:
+    gl = opengl_oracle.context()
+    p = made(case)
+    text = sm.code(p, "glsl", verbs=VERBS, name="m")
+    of = calls(p.encode(np.zeros(3)).shape[-1], "vec", "mat2x3")
+
+    def verb(name: str, data: Array) -> Array:
+        call, width = of[name]
+        shader = gl.compute_shader(SHADER.format(text=text, call=call))
+        shader["count"] = len(data)
+        source = gl.buffer(data.tobytes())
+        target = gl.buffer(reserve=4 * width * len(data))
+        source.bind_to_storage_buffer(0)
+        target.bind_to_storage_buffer(1)
+        shader.run(-(-len(data) // 64))
+        out = np.frombuffer(target.read(), np.float32).reshape(-1, width)
+        return out[:, 0] if width == 1 else out
+
+    assert_alike(p, np.float32, verb)
+
+
+# What makes C++ of a language: its vectors, its names of functions, its qualifiers. The printed
+# text itself is compiled as it is.
+SHIM = """
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#define precise
+#define __host__
+#define __device__
+struct float2 { float x, y; float2(float a, float b) : x(a), y(b) {} };
+struct float3 {
+    float x, y, z;
+    float3() {}
+    float3(float a, float b, float c) : x(a), y(b), z(c) {}
+    float operator[](int k) const { return k == 0 ? x : k == 1 ? y : z; }
+};
+struct float2x3 {
+    float3 rows[2];
+    float2x3(float3 a, float3 b) { rows[0] = a; rows[1] = b; }
+    float2x3(float a, float b, float c, float d, float e, float f) {
+        rows[0] = float3(a, b, c); rows[1] = float3(d, e, f);
+    }
+    const float3& operator[](int k) const { return rows[k]; }
+};
+using std::abs; using std::sqrt; using std::floor; using std::ldexp; using std::ilogb;
+static inline float2 make_float2(float a, float b) { return float2(a, b); }
+static inline float3 make_float3(float a, float b, float c) { return float3(a, b, c); }
+static inline float asfloat(int32_t x) { float y; std::memcpy(&y, &x, 4); return y; }
+static inline int32_t asint(float x) { int32_t y; std::memcpy(&y, &x, 4); return y; }
+static inline float min(float a, float b) { return b < a ? b : a; }
+static inline float max(float a, float b) { return b > a ? b : a; }
+"""
+DIALECTS = {
+    # HLSL rounds halves to even.
+    "hlsl": "static inline float round(float x) { return std::rint(x); }\n",
+    "cuda": "",
+    # Functions of floats, which the header of Metal would bring.
+    "msl": "using std::fabs; using std::rint;\n",
+}
+
+
+@pytest.fixture(scope="session")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], ctypes.CDLL]:
+    """Return every case of a language as one library."""
+
+    @cache
+    def build(language: str) -> ctypes.CDLL:
+        parts = [SHIM, DIALECTS[language]]
+        for k, case in enumerate(CASES):
+            p = made(case)
+            text = sm.code(p, language, verbs=VERBS, name=f"m{k}")
+            text = text.replace("#include <metal_stdlib>\nusing namespace metal;", "")
+            parts.append(text)
+            of = calls(p.encode(np.zeros(3)).shape[-1], "float", "float2x3")
+            if language == "cuda":
+                place = of["density"][0].removeprefix("made[i] = m_density(").removesuffix(");")
+                columns = of["jacobian"][0].partition("; ")[2]
+                call = f"float3 r[2]; m_jacobian({place}, &r[0], &r[1]); {columns}"
+                of["jacobian"] = (call, 6)
+            for verb, (call, _) in of.items():
+                named = call.replace(" m_", f" m{k}_")
+                parts.append(
+                    f'extern "C" void all{k}_{verb}(const float* given, float* made, long n) {{\n'
+                    f"    for (long i = 0; i < n; i++) {{ {named} }}\n}}\n"
+                )
+        folder = tmp_path_factory.mktemp(language)
+        source, target = folder / "all.cpp", folder / "all.so"
+        source.write_text("\n".join(parts))
+        command = ["c++", "-std=c++17", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]
+        subprocess.run([*command, source, "-o", target], check=True)
+        return ctypes.CDLL(str(target))
+
+    return build
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", DIALECTS)
+def test_dialects_of_cpp_have_the_bits_of_the_library(
+    language: str, compiled: Callable[[str], ctypes.CDLL]
+) -> None:
+    library = compiled(language)
+    for k, case in enumerate(CASES):
+        p = made(case)
+        of = calls(p.encode(np.zeros(3)).shape[-1], "float", "float2x3")
+
+        def verb(name: str, data: Array, k: int = k, of: dict[str, tuple[str, int]] = of) -> Array:
+            width = of[name][1]
+            out = np.empty((len(data), width), np.float32)
+            pointers = (ctypes.c_void_p(data.ctypes.data), ctypes.c_void_p(out.ctypes.data))
+            getattr(library, f"all{k}_{name}")(*pointers, ctypes.c_long(len(data)))
+            return out[:, 0] if width == 1 else out
+
+        assert_alike(p, np.float32, verb)

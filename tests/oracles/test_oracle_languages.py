@@ -1,0 +1,155 @@
+"""Printed code, run by what is long to install: JAX, PyTorch, WebGPU, OpenCL."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import spheremap as sm
+from printed import CASES, VERBS, Array, assert_alike, made
+
+from oracles import need
+
+pytestmark = pytest.mark.programs
+
+
+def arrays_of(language: str, p: sm.Projection, dtype: type) -> dict[str, Any]:
+    """Return the functions of a language of Python."""
+    names: dict[str, Any] = {}
+    exec(sm.code(p, language, verbs=VERBS, name="m", dtype=dtype.__name__), names)
+    return names
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
+@pytest.mark.parametrize("case", CASES)
+def test_torch_is_within_the_bounds(case: str, dtype: type) -> None:
+    torch = need("torch")
+    p = made(case)
+    names = arrays_of("torch", p, dtype)
+
+    def verb(name: str, data: Array) -> Array:
+        out: Array = names[f"m_{name}"](torch.from_numpy(data)).numpy()
+        return np.swapaxes(out, -1, -2).reshape(-1, 6) if name == "jacobian" else out
+
+    assert_alike(p, dtype, verb, exact=False)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_jax_is_within_the_bounds(case: str) -> None:
+    jax = need("jax")
+    p = made(case)
+    names = arrays_of("jax", p, np.float32)
+
+    def verb(name: str, data: Array) -> Array:
+        out = np.asarray(jax.jit(names[f"m_{name}"])(data))
+        return np.swapaxes(out, -1, -2).reshape(-1, 6) if name == "jacobian" else out
+
+    assert_alike(p, np.float32, verb, exact=False)
+
+
+WGSL = """{text}
+@group(0) @binding(0) var<storage, read> given: array<f32>;
+@group(0) @binding(1) var<storage, read_write> made: array<f32>;
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
+    let i = id.x;
+    if (i >= {count}u) {{ return; }}
+    {call}
+}}
+"""
+
+
+@cache
+def gpu() -> Any:
+    wgpu = need("wgpu")
+    adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
+    return adapter.request_device_sync()
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_webgpu_is_within_the_bounds(case: str) -> None:
+    need("wgpu")
+    from wgpu.utils.compute import compute_with_buffers
+
+    p = made(case)
+    width = p.encode(np.zeros(3)).shape[-1]
+    text = sm.code(p, "wgsl", verbs=VERBS, name="m")
+    d = "vec3<f32>(given[3u * i], given[3u * i + 1u], given[3u * i + 2u])"
+    parts = ", ".join(f"given[{width}u * i + {k}u]" for k in range(width))
+    place = f"vec{width}<f32>({parts})"
+
+    def stores(n: int) -> str:
+        return " ".join(f"made[{n}u * i + {k}u] = r[{k}];" for k in range(n))
+
+    columns = " ".join(
+        f"made[6u * i + {3 * c + k}u] = r[{c}][{k}];" for c in range(2) for k in range(3)
+    )
+    of = {
+        "encode": (f"let r = m_encode({d}); {stores(width)}", width),
+        "decode": (f"let r = m_decode({place}); {stores(3)}", 3),
+        "density": (f"made[i] = m_density({place});", 1),
+        "valid": (f"made[i] = select(0.0, 1.0, m_valid({place}));", 1),
+        "jacobian": (f"let r = m_jacobian({place}); {columns}", 6),
+    }
+
+    def verb(name: str, data: Array) -> Array:
+        call, n = of[name]
+        shader = WGSL.format(text=text, count=len(data), call=call)
+        out = compute_with_buffers(
+            {0: data}, {1: (n * len(data), "f")}, shader, n=(-(-len(data) // 64), 1, 1)
+        )
+        out = np.frombuffer(out[1], np.float32).reshape(-1, n)
+        return out[:, 0] if n == 1 else out
+
+    assert_alike(p, np.float32, verb, exact=False)
+
+
+KERNEL = """{text}
+__kernel void run(__global const {number}* given, __global {number}* made) {{
+    size_t i = get_global_id(0);
+    {call}
+}}
+"""
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
+@pytest.mark.parametrize("case", CASES)
+def test_opencl_has_the_bits_of_the_library(case: str, dtype: type) -> None:
+    cl = need("pyopencl")
+    context = cl.create_some_context(interactive=False)
+    queue = cl.CommandQueue(context)
+    p = made(case)
+    width = p.encode(np.zeros(3)).shape[-1]
+    number = "float" if dtype is np.float32 else "double"
+    text = sm.code(p, "opencl", verbs=VERBS, name="m", dtype=dtype.__name__)
+    d = f"({number}3)(given[3 * i], given[3 * i + 1], given[3 * i + 2])"
+    parts = ", ".join(f"given[{width} * i + {k}]" for k in range(width))
+    place = f"({number}{width})({parts})"
+
+    def stores(n: int, at: int = 0, name: str = "r", total: int | None = None) -> str:
+        return " ".join(f"made[{total or n} * i + {at + k}] = {name}.{'xyz'[k]};" for k in range(n))
+
+    columns = f"{stores(3, 0, 'r', 6)} {stores(3, 3, 's', 6)}"
+    of = {
+        "encode": (f"{number}{width} r = m_encode({d}); {stores(width)}", width),
+        "decode": (f"{number}3 r = m_decode({place}); {stores(3)}", 3),
+        "density": (f"made[i] = m_density({place});", 1),
+        "valid": (f"made[i] = m_valid({place}) ? 1 : 0;", 1),
+        "jacobian": (f"{number}3 r, s; m_jacobian({place}, &r, &s); {columns}", 6),
+    }
+    flags = cl.mem_flags
+
+    def verb(name: str, data: Array) -> Array:
+        call, n = of[name]
+        program = cl.Program(context, KERNEL.format(text=text, number=number, call=call))
+        kernel = program.build(["-cl-fp32-correctly-rounded-divide-sqrt"]).run
+        out = np.empty((len(data), n), dtype)
+        source = cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=data)
+        target = cl.Buffer(context, flags.WRITE_ONLY, out.nbytes)
+        kernel(queue, (len(data),), None, source, target)
+        cl.enqueue_copy(queue, out, target)
+        return out[:, 0] if n == 1 else out
+
+    assert_alike(p, dtype, verb)

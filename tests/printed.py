@@ -1,0 +1,125 @@
+"""What printed code is tried on: cases of maps, directions, places; and what it is held to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import spheremap as sm
+from conftest import NAMES, REGISTRY
+from hard_directions import SPECIAL, near_planes, near_special_points, signed_zeros
+from spheremap import _core
+
+Array = np.ndarray
+VERBS = ("encode", "decode", "density", "jacobian", "valid")
+# What f32 kernels compute in f64, where printed f32 cannot have their bits.
+IN_DOUBLE = {entry["name"] for entry in REGISTRY if entry["in_double"]}
+BOUNDS = {entry["name"]: entry["round_trip"] for entry in REGISTRY}
+LANGUAGES: list[dict[str, Any]] = _core.code_languages()
+
+MORE = {
+    "cube:unreal": {},
+    "cube:directxtex-h-cross": {},
+    "octahedral:unreal": {},
+    "latlong:mitsuba": {},
+    "angular(fov=180)": {},
+    "perspective(fov=60)": {},
+    "dual_fisheye(fov=200)": {},
+}
+CASES = [*NAMES, *MORE, "turned", "cross"]
+
+
+def made(case: str) -> sm.Projection:
+    """Return the map of a case."""
+    if case == "turned":
+        return sm.projection("latlong").turned(sm.rotation(30, 20, 10))
+    if case == "cross":
+        return sm.projection("cube", layout="cross")
+    return sm.projection(case)
+
+
+@cache
+def directions(dtype: type) -> Array:
+    """Unit vectors: ties, poles, seams, creases, signs of zeros, and all over."""
+    rng = np.random.default_rng(3)
+    parts = [
+        SPECIAL,
+        signed_zeros(np.float64),
+        near_special_points(np.float64),
+        near_planes(np.float64),
+        rng.normal(size=(16_000, 3)),
+    ]
+    d = np.concatenate(parts)
+    d = (d / np.linalg.norm(d, axis=-1, keepdims=True)).astype(dtype)
+    # What is smaller counts as zero in printed code, which scales nothing.
+    kept = np.all((d == 0) | (np.abs(d) > 1e-16), axis=-1)
+    return np.ascontiguousarray(d[kept])
+
+
+def places(p: sm.Projection, dtype: type) -> Array:
+    """Image coordinates: what directions encode to, edges, corners, the middle."""
+    encoded = p.encode(directions(dtype))
+    encoded = encoded[~np.isnan(encoded[:, 0])]
+    steps = np.array([0, 1e-6, 0.25, 0.5, 0.75, 1 - 2.0**-24, 1])
+    grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    if encoded.shape[1] == 3:
+        grid = np.concatenate([np.insert(grid, 2, face, axis=1) for face in range(p.faces)])
+    return np.ascontiguousarray(np.concatenate([encoded, grid]).astype(dtype))
+
+
+def same_bits(a: Array, b: Array) -> Array:
+    """Tell where numbers are equal; NaN are, and zeros of both signs."""
+    return (a == b) | (np.isnan(a) & np.isnan(b))
+
+
+def assert_alike(
+    p: sm.Projection, dtype: type, verb: Callable[[str, Array], Array], *, exact: bool = True
+) -> None:
+    """Hold a language's verbs to the library's, on all directions and places.
+
+    To the bit, where the library does not compute in f64 what the language does in f32.
+    """
+    d, uv = directions(dtype), places(p, dtype)
+    exact = exact and (dtype is np.float64 or p.name not in IN_DOUBLE)
+    encoded = verb("encode", d)
+    wanted = p.encode(d)
+    outside = np.isnan(wanted[:, 0])
+    inside = np.ascontiguousarray(uv[p.valid(uv)])
+    decoded = verb("decode", inside)
+    if exact:
+        # (n, 3, 2) from both columns, one after the other.
+        jacobian = np.swapaxes(verb("jacobian", inside).reshape(-1, 2, 3), 1, 2)
+        valid, density = verb("valid", uv).astype(bool), verb("density", inside)
+        assert np.array_equal(outside, np.isnan(encoded[:, 0]))
+        assert same_bits(encoded, wanted)[~outside].all()
+        assert np.array_equal(valid, p.valid(uv))
+        assert same_bits(decoded, p.decode(inside)).all()
+        assert same_bits(density, p.density(inside)).all()
+        assert same_bits(jacobian, p.jacobian(inside)).all()
+        return
+    # The claim of the registry, in both ways: of a direction through the image, and of a place.
+    # Twice of it, as languages may contract and divide less exactly.
+    bound = 2 * BOUNDS[p.name][dtype is np.float64]
+    back = p.decode(encoded[~outside])
+    off = np.linalg.norm(back.astype(np.float64) - d[~outside], axis=-1)
+    # What lies on a rim may be taken for outside, by a rounding.
+    assert np.isnan(off).mean() < 0.01
+    assert np.nanmax(off) <= bound
+    off = np.linalg.norm(decoded.astype(np.float64) - p.decode(inside), axis=-1)
+    assert off.max() <= bound
+    # Far from singular points a wrong operand shows; rounding does not, some hundred times of f32.
+    rows = np.random.default_rng(5).uniform(0.2, 0.8, (500, uv.shape[1]))
+    rows[:, 2:] = np.floor(rows[:, 2:] * p.faces)
+    rows = np.ascontiguousarray(rows.astype(dtype))
+    assert (verb("valid", rows).astype(bool) == p.valid(rows)).mean() > 0.99
+    rows = np.ascontiguousarray(rows[p.valid(rows)])
+    wanted = p.density(rows.astype(np.float64))
+    # A thousand roundings.
+    enough = 1e-4
+    assert np.abs(verb("density", rows) / wanted - 1).max() <= enough
+    wanted = p.jacobian(rows.astype(np.float64))
+    found = np.swapaxes(verb("jacobian", rows).reshape(-1, 2, 3), 1, 2)
+    size = np.linalg.norm(wanted, axis=(1, 2), keepdims=True)
+    assert np.abs((found - wanted) / size).max() <= enough

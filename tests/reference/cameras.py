@@ -1,0 +1,210 @@
+"""The NumPy reference of calibrated cameras, from their papers and OpenCV's pages.
+
+Only cameras whose lens holds the whole image: `tests/map/test_cameras.py` has the others. Inverses
+are bisections, and Newton's method along a ray from the axis for what has no symmetry.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .atlas import Array, Parameters, World, azimuth, pi, within
+
+# A lens ends where its slope has fallen to this part of its chord's.
+LEAST_SLOPE = 0.01
+
+
+def sensor(k: Parameters) -> tuple[float, float, float, float]:
+    """Focal lengths and principal point in p and q."""
+    return (
+        2 * k.get("fx", 0.5),
+        2 * k.get("fy", 0.5),
+        2 * k.get("cx", 0.0),
+        2 * k.get("cy", 0.0),
+    )
+
+
+@dataclass(frozen=True)
+class Radial:
+    """The image radius of an angle from the axis, and how far it may be asked."""
+
+    radius: Callable[[Array, Parameters], Array]
+
+    def slope(self, theta: Array, k: Parameters) -> Array:
+        """Differences of sixth order over a thousandth: 1e-15 or so in longdouble."""
+        h = 1e-3
+        r = lambda n: self.radius(theta + n * h, k) - self.radius(theta - n * h, k)  # noqa: E731
+        return (45 * r(1) - 9 * r(2) + r(3)) / (60 * h)
+
+    def end(self, k: Parameters) -> float:
+        theta = np.linspace(0, math.pi, 20_001)[1:].astype(np.longdouble)
+        with np.errstate(all="ignore"):
+            r = self.radius(theta, k)
+            good = (r > 0) & (self.slope(theta, k) * theta > LEAST_SLOPE * r)
+        return float(theta[-1] if good.all() else theta[max(np.argmin(good) - 1, 0)])
+
+    def theta(self, r: Array, k: Parameters) -> Array:
+        low, high = np.zeros_like(r), np.full_like(r, self.end(k))
+        for _ in range(75):
+            middle = (low + high) / 2
+            less = self.radius(middle, k) < r
+            low, high = np.where(less, middle, low), np.where(less, high, middle)
+        return (low + high) / 2
+
+
+def _plane(theta: Array, _: Parameters) -> Array:
+    return np.where(theta < pi(theta.dtype) / 2, np.tan(theta), np.nan)
+
+
+def _polynomial(theta: Array, k: Parameters) -> Array:
+    a, b, c, d = (k.get(name, 0.0) for name in ("k1", "k2", "k3", "k4"))
+    return theta + a * theta**3 + b * theta**5 + c * theta**7 + d * theta**9
+
+
+def _mei(theta: Array, k: Parameters) -> Array:
+    depth = np.cos(theta) + k.get("xi", 1.0)
+    return np.where(depth > 0, np.sin(theta) / depth, np.nan)
+
+
+def _two_spheres(theta: Array, k: Parameters) -> Array:
+    xi, alpha = k.get("xi", -0.2), k.get("alpha", 0.6)
+    x, z = np.sin(theta), np.cos(theta)
+    depth = alpha * np.sqrt(x * x + (xi + z) ** 2) + (1 - alpha) * (xi + z)
+    return np.where(depth > 0, x / depth, np.nan)
+
+
+def _ellipsoid(theta: Array, k: Parameters) -> Array:
+    alpha, beta = k.get("alpha", 0.5), k.get("beta", 1.0)
+    x, z = np.sin(theta), np.cos(theta)
+    depth = alpha * np.sqrt(beta * x * x + z * z) + (1 - alpha) * z
+    return np.where(depth > 0, x / depth, np.nan)
+
+
+RADIAL = {
+    "camera_pinhole": Radial(_plane),
+    "camera_brown_conrady": Radial(_plane),
+    "camera_kannala_brandt": Radial(_polynomial),
+    "camera_unified": Radial(_mei),
+    "camera_double_sphere": Radial(_two_spheres),
+    "camera_eucm": Radial(_ellipsoid),
+}
+DISTORTED = ("camera_brown_conrady", "camera_unified")
+
+
+def distort(x: Array, y: Array, k: Parameters) -> tuple[Array, Array]:
+    """OpenCV's x'' and y'' of x' and y'."""
+    c = {name: k.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")}
+    r2 = x * x + y * y
+    over = 1 + c["k1"] * r2 + c["k2"] * r2**2 + c["k3"] * r2**3
+    q = over / (1 + c["k4"] * r2 + c["k5"] * r2**2 + c["k6"] * r2**3)
+    return (
+        x * q + 2 * c["p1"] * x * y + c["p2"] * (r2 + 2 * x * x),
+        y * q + c["p1"] * (r2 + 2 * y * y) + 2 * c["p2"] * x * y,
+    )
+
+
+def distortion_slopes(x: Array, y: Array, k: Parameters) -> tuple[Array, Array, Array, Array]:
+    """∂x''/∂x', ∂x''/∂y', ∂y''/∂x', ∂y''/∂y', by steps into the imaginary, which lose nothing."""
+    h = np.asarray(1e-30, x.dtype)
+    step = np.asarray(1j, np.result_type(x, np.complex64)) * h
+    (xx, yx), (xy, yy) = distort(x + step, y, k), distort(x, y + step, k)
+    return xx.imag / h, xy.imag / h, yx.imag / h, yy.imag / h
+
+
+def undistort(a: Array, b: Array, k: Parameters) -> tuple[Array, Array]:
+    x, y = np.zeros_like(a), np.zeros_like(b)
+    steps = 8
+    for n in range(1, steps + 1):
+        part = n / np.asarray(steps, a.dtype)
+        for _ in range(8 if n == steps else 2):
+            u, v = distort(x, y, k)
+            xx, xy, yx, yy = distortion_slopes(x, y, k)
+            da, db, det = a * part - u, b * part - v, xx * yy - xy * yx
+            x, y = x + (yy * da - xy * db) / det, y + (xx * db - yx * da) / det
+    return x, y
+
+
+def _camera(name: str) -> World:
+    radial = RADIAL[name]
+
+    def bent(k: Parameters) -> bool:
+        names = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+        return name in DISTORTED and any(k.get(c, 0.0) for c in names)
+
+    def encode(x: Array, y: Array, z: Array, k: Parameters) -> Any:
+        fx, fy, cx, cy = sensor(k)
+        c, s, h = azimuth(x, y)
+        theta = np.arctan2(h, z)
+        if name == "camera_pinhole":
+            r, seen = h / z, z > 0
+        else:
+            r, seen = radial.radius(theta, k), theta <= radial.end(k)
+        a, b = r * c, r * s
+        if bent(k):
+            # Whole images alone: what the lens bends back lies beyond this angle, and outside.
+            seen = seen & (r <= _reach(k))
+            a, b = distort(a, b, k)
+        return *within(a * fx + cx, b * fy + cy, seen), np.zeros_like(x)
+
+    def _reach(k: Parameters) -> float:
+        """The undistorted radius of the farthest place of the image's border."""
+        t = np.linspace(-1, 1, 401)
+        one = np.ones_like(t)
+        p, q = np.concatenate([t, t, one, -one]), np.concatenate([one, -one, t, t])
+        fx, fy, cx, cy = sensor(k)
+        x, y = undistort((p - cx) / fx, (q - cy) / fy, k)
+        return float(np.hypot(x, y).max()) * (1 + 1e-12)
+
+    def place(p: Array, q: Array, k: Parameters) -> tuple[Array, Array, Array, Array]:
+        """Cosine and sine of the azimuth, the undistorted radius, and its angle."""
+        fx, fy, cx, cy = sensor(k)
+        a, b = (p - cx) / fx, (q - cy) / fy
+        if bent(k):
+            a, b = undistort(a, b, k)
+        c, s, r = azimuth(a, b)
+        if name in ("camera_pinhole", "camera_brown_conrady"):
+            return c, s, r, np.arctan(r)
+        return c, s, r, radial.theta(r, k)
+
+    def decode(p: Array, q: Array, _f: Array, k: Parameters) -> Array:
+        bad = np.isnan(p) | np.isnan(q)
+        c, s, _r, theta = place(np.where(bad, 0, p), np.where(bad, 0, q), k)
+        d = np.stack([c * np.sin(theta), s * np.sin(theta), np.cos(theta)], -1)
+        return np.where(bad[..., None], np.nan, d)
+
+    def density(p: Array, q: Array, k: Parameters) -> Array:
+        bad = np.isnan(p) | np.isnan(q)
+        fx, fy, _, _ = sensor(k)
+        c, s, r, theta = place(np.where(bad, 0, p), np.where(bad, 0, q), k)
+        slope = radial.slope(theta, k)
+        if name in ("camera_pinhole", "camera_brown_conrady"):
+            slope = 1 + r * r
+        # On the axis sin θ and r are one.
+        near = r < 1e-9
+        ratio = np.where(near, 1 / slope, np.sin(theta) / np.where(near, 1, r))
+        out = ratio / slope / (fx * fy)
+        if bent(k):
+            xx, xy, yx, yy = distortion_slopes(r * c, r * s, k)
+            out = out / (xx * yy - xy * yx)
+        return np.where(bad, np.nan, out)
+
+    def covered(k: Parameters) -> float:
+        """Gauss's rule over eight parts of the image each way."""
+        x, w = np.polynomial.legendre.leggauss(12)
+        parts = 8
+        edges = np.linspace(-1, 1, parts + 1)
+        half = 1 / parts
+        at = ((edges[:-1, None] + edges[1:, None]) / 2 + half * x).ravel().astype(np.longdouble)
+        weight = np.tile(w, parts) * half
+        p, q = np.meshgrid(at, at)
+        return float(weight @ density(p, q, k) @ weight)
+
+    return World(encode, decode, density, "+x -y -z", covered, lambda k: k.get("aspect", 1.0))
+
+
+CAMERAS: dict[str, World] = {name: _camera(name) for name in RADIAL}

@@ -5,11 +5,12 @@ from __future__ import annotations
 import copy
 import pickle
 import re
+from functools import cache
 
 import numpy as np
 import pytest
 import spheremap as sm
-from conftest import CASES, DEFAULTS, LAYOUTS, each, random_directions
+from conftest import CASES, DEFAULTS, LAYOUTS, Case, each, random_directions
 
 ATTRIBUTES = (
     "name",
@@ -77,14 +78,18 @@ def test_frozen(case):
     assert p == case.make() and p.parameters == case.make().parameters
 
 
+@cache
+def every_case() -> list[tuple[Case, sm.Projection]]:
+    return [(c, c.make()) for c in CASES]
+
+
 @each(CASES)
 def test_equality_and_hash(case):
     p, q = case.make(), case.make()
     assert p == q and hash(p) == hash(q) and (p != q) is False
     assert len({p, q}) == 1
-    others = [c.make() for c in CASES if c != case]
-    for other in others:
-        if p == other:
+    for c, other in every_case():
+        if c != case and p == other:
             # Two ways to say the same thing must hash alike and act alike.
             assert hash(p) == hash(other)
             d = random_directions(50, 150)

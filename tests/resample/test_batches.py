@@ -113,6 +113,49 @@ def test_channels_may_lie_before_the_rows(name, source):
     assert_same_bits(verb(gray, p, channels_first=True), verb(gray, p))
 
 
+# Options of which none is the default: each image of a batch has them, too.
+OPTIONS = {
+    "sample": lambda x, **o: sm.sample(
+        x, PLACES, "latlong", filter="mitchell", axes="+x -y +z", fill=9, alpha=-1, **o
+    ),
+    "convert": lambda x, **o: sm.convert(
+        x,
+        "latlong:blender",
+        "angular:debevec",
+        filter="nearest",
+        antialias=False,
+        fill=[7, 8],
+        world="literal",
+        **o,
+    ),
+    "pad": lambda x, **o: sm.pad(x, "octahedral", 3, filter="nearest", any_aspect=True, **o),
+    "mean": lambda x, **o: sm.light.mean(x - 0.5, "latlong", negative="clip", **o),
+    "average_direction": lambda x, **o: sm.light.average_direction(
+        x, "latlong", axes="+y +z +x", **o
+    ),
+    "convolve": lambda x, **o: sm.light.convolve(
+        x, "latlong:blender", "cube", lobe="cone", half_angle=20, size=2, world="literal", **o
+    ),
+    "prefilter": lambda x, **o: sm.light.prefilter(
+        x, "latlong", "cube", roughness=0.9, method="sampled", samples=8, size=2, **o
+    ),
+    "sh.project": lambda x, **o: sm.sh.project(x, "latlong", order=1, texels="points", **o),
+}
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_each_image_of_a_batch_has_all_options(name):
+    images, verb = batch("latlong"), OPTIONS[name]
+    assert_same_bits(verb(images), np.stack([verb(image) for image in images]))
+
+
+def test_an_error_in_a_batch_is_not_far_from_its_call():
+    with pytest.raises(ValueError, match="unknown filter 'cubik'") as caught:
+        sm.convert(batch("latlong"), "latlong", "cube", size=2, filter="cubik")
+    # This file, the verb, what calls it for each image (two frames), the verb, and its own help.
+    assert len(caught.traceback) <= 6
+
+
 def test_a_single_channel_stays_an_axis():
     image = batch("latlong", channels=1)
     assert sm.convert(image, "latlong", "cube", size=4).shape == (3, 6, 4, 4, 1)
@@ -160,6 +203,19 @@ def test_mipmaps_and_chains_of_a_batch():
         for got, level in zip(verb(first[1], channels_first=True), want, strict=True):
             assert_same_bits(got, np.moveaxis(level[1], -1, -3))
         assert [level.shape for level in verb(images[:0])] == [(0, *x.shape[1:]) for x in want]
+
+
+def test_chains_of_many_rotations():
+    def verb(x, **o):
+        return sm.light.prefilter_chain(x, "latlong", "cube", size=4, levels=2, samples=16, **o)
+
+    images = batch("latlong")
+    one_by_one = [verb(x, rotation=turn) for x, turn in zip(images, TURNS, strict=True)]
+    want = [np.stack(level) for level in zip(*one_by_one, strict=True)]
+    for got, level in zip(verb(images, rotation=TURNS), want, strict=True):
+        assert_same_bits(got, level)
+    for got, level in zip(verb(images[0], rotation=TURNS[:1]), want, strict=True):
+        assert_same_bits(got, level[:1])
 
 
 def test_depth_and_embedding():

@@ -118,11 +118,7 @@ def integrate(
     resolved = resolve(projection)
     several = images(image, resolved, any_aspect=any_aspect, channels_first=channels_first)
     if several is not None:
-
-        def one(image: Any, *_: Any) -> NDArray[np.float64]:
-            return integrate(image, resolved, skipna=skipna, negative=negative, any_aspect=True)
-
-        return several.each(one, result="numbers")  # type: ignore[no-any-return]
+        return several.each(integrate, locals(), "numbers")
     pixels = checked_image(image, skipna=skipna, negative=negative)
     return _shaped(_core.moments(pixels, resolved)[:-1, 0], pixels, resolved)
 
@@ -167,11 +163,7 @@ def mean(
     resolved = resolve(projection)
     several = images(image, resolved, any_aspect=any_aspect, channels_first=channels_first)
     if several is not None:
-
-        def one(image: Any, *_: Any) -> NDArray[np.float64]:
-            return mean(image, resolved, skipna=skipna, negative=negative, any_aspect=True)
-
-        return several.each(one, result="numbers")  # type: ignore[no-any-return]
+        return several.each(mean, locals(), "numbers")
     pixels = checked_image(image, skipna=skipna, negative=negative)
     moments = _core.moments(pixels, resolved)
     total: Any = moments[-1, 0]
@@ -226,18 +218,7 @@ def average_direction(
         image, resolved, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
     )
     if several is not None:
-
-        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.float64]:
-            return average_direction(
-                image,
-                resolved,
-                rotation=rotation,
-                skipna=skipna,
-                negative=negative,
-                any_aspect=True,
-            )
-
-        return several.each(one, rotation, result="numbers")  # type: ignore[no-any-return]
+        return several.each(average_direction, locals(), "numbers")
     resolved = resolve(resolved, rotation=rotation)
     pixels = checked_image(image, skipna=skipna, negative=negative)
     moments = _core.moments(pixels, resolved)[:-1]

@@ -12,7 +12,9 @@ both poles, are no more than that. Stretched by more, a picture shows things whe
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from functools import cache
+from inspect import signature
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -21,7 +23,7 @@ from .._arrays import as_array, as_size, expect_apart, spatial_axes
 from .._scalars import as_flag
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
@@ -37,6 +39,12 @@ __all__ = [
     "is_chain",
     "target_shape",
 ]
+
+T = TypeVar("T")
+
+# What a verb of one image returns: an image, values at places (the channels last), numbers of the
+# whole image, or levels that are images.
+Result: TypeAlias = Literal["image", "values", "numbers", "levels"]
 
 # Past the method of the subclass, which would call no other.
 _Core = _core.Projection
@@ -122,7 +130,7 @@ def images(
             "images."
         )
     moved = first and array.ndim > axes
-    return Several(array, turns, is_batch, moved)
+    return Several(array, turns, is_batch, moved, name)
 
 
 def channels_last(array: NDArray[Any], p: Projection) -> NDArray[Any]:
@@ -138,77 +146,99 @@ class Several:
     turns: NDArray[np.float64] | None
     is_batch: bool
     channels_first: bool
+    # That of the verb's parameter.
+    name: str
 
-    def each(
-        self,
-        verb: Callable[[Any, Any, Any], Any],
-        rotation: Any = None,
-        out: Any = None,
-        *,
-        result: Literal["image", "values", "numbers"] = "image",
-    ) -> Any:
-        """Return the results of a verb of (image, rotation, out), stacked.
+    def each(self, verb: Callable[..., T], given: dict[str, Any], result: Result = "image") -> T:
+        """Return what a verb makes of each image alone, put together as `result` says.
 
-        With `channels_first` they lie right before the rows of images and first in values at
-        places. Numbers of a whole image stay as they are.
+        The verb says ``return several.each(verb, locals())`` and is called again for each image,
+        with everything else that it was given itself, or has made of that by then. Aspects are
+        checked already. With `channels_first` channels lie right before the rows of images and
+        first in values at places. Numbers of a whole image stay as they are.
         """
+        calls = self._calls(verb, given)
+        if result not in ("image", "values", "numbers"):
+            return cast("T", self._joined([verb(*data, **rest) for data, rest in calls], result))
+        out = given.get("out")
         if isinstance(out, np.ndarray):
             expect_apart(self.array, out)
         if not self.channels_first or result == "numbers":
-            return self._stacked(verb, rotation, out)
-        found = self._stacked(verb, rotation, None)
+            return cast("T", self._stacked(verb, calls, out))
+        found = self._stacked(verb, calls, None)
         found = np.moveaxis(found, -1, -3 if result == "image" else int(self._many))
         if out is None:
-            return np.ascontiguousarray(found)
+            return cast("T", np.ascontiguousarray(found))
         _expect_same(out, found)
         out[...] = found
-        return out
-
-    def lists(self, verb: Callable[[Any], list[Any]]) -> list[Any]:
-        """Return the levels of all images, those of one level stacked."""
-        if not self.is_batch:
-            return [self._moved(level) for level in verb(self.array)]
-        found = [verb(one) for one in self._every()]
-        levels = [np.stack(level) for level in zip(*found, strict=True)]
-        return [self._moved(level[: len(self.array)]) for level in levels]
+        return cast("T", out)
 
     @property
     def _many(self) -> bool:
         return self.is_batch or self.turns is not None
 
-    def _moved(self, level: Any) -> Any:
+    @property
+    def _count(self) -> int:
+        return len(self.array if self.is_batch or self.turns is None else self.turns)
+
+    def _calls(
+        self, verb: Callable[..., Any], given: dict[str, Any]
+    ) -> Iterator[tuple[list[Any], dict[str, Any]]]:
+        """Yield the arguments of each call; of no image, some that say what it would result in."""
+        data, rest = _parameters(verb)
+        count = self._count if self._many else 1
+        # What each call has of its own is put in place of these.
+        options = {name: given[name] for name in rest} | {"any_aspect": True}
+        for name in {"channels_first", "out"}.intersection(rest):
+            del options[name]
+        for k in range(max(count, 1)):
+            image = self.array
+            if self.is_batch:
+                image = image[k] if count else np.zeros_like(image, shape=image.shape[1:])
+            if self.turns is not None:
+                options["rotation"] = self.turns[k] if count else None
+            yield [image if name == self.name else given[name] for name in data], options
+
+    def _joined(self, found: list[Any], result: Result) -> Any:
+        if result == "levels":
+            return [self._joined(list(level), "image") for level in zip(*found, strict=True)]
+        image = np.stack(found)[: self._count] if self._many else found[0]
         if self.channels_first:
-            level = np.ascontiguousarray(np.moveaxis(level, -1, -3))
-        return level
+            image = np.ascontiguousarray(np.moveaxis(image, -1, -3))
+        return image
 
-    def _every(self) -> Any:
-        """Return the images, and of none one that says what the result would be."""
-        return self.array if len(self.array) else np.zeros_like(self.array, shape=_one(self.array))
-
-    def _stacked(self, verb: Callable[[Any, Any, Any], Any], rotation: Any, out: Any) -> Any:
+    def _stacked(
+        self,
+        verb: Callable[..., Any],
+        calls: Iterator[tuple[list[Any], dict[str, Any]]],
+        out: Any,
+    ) -> Any:
         if not self._many:
-            return verb(self.array, rotation, out)
-        count = len(self.array) if self.turns is None or self.is_batch else len(self.turns)
+            [(data, rest)] = calls
+            return verb(*data, **rest) if out is None else verb(*data, **rest, out=out)
+        count = self._count
         if out is not None and (not isinstance(out, np.ndarray) or out.shape[:1] != (count,)):
             got = getattr(out, "shape", type(out).__name__)
             raise ValueError(f"Expected `out` to have shape ({count}, ...), got {got}.")
-        every = self._every() if self.is_batch else self.array
-        for k in range(max(count, 1)):
-            one = every[k] if self.is_batch else every
-            turn = rotation if self.turns is None else self.turns[k] if count else None
-            into = out[k] if out is not None and k < count else None
-            found = verb(one, turn, into)
-            if out is None:
-                found = np.asarray(found)
-                out = np.empty((count, *found.shape), found.dtype)
-            # A verb that takes no `out` has a result of its own.
-            if found is not into and k < count:
-                out[k] = found
-        return out
+        result = out
+        for k, (data, rest) in enumerate(calls):
+            if out is not None and count:
+                verb(*data, **rest, out=out[k])
+                continue
+            found = np.asarray(verb(*data, **rest))
+            if result is None:
+                result = np.empty((count, *found.shape), found.dtype)
+            if count:
+                result[k] = found
+        return result
 
 
-def _one(array: NDArray[Any]) -> tuple[int, ...]:
-    return (1, *array.shape[1:])
+@cache
+def _parameters(verb: Callable[..., Any]) -> tuple[list[str], list[str]]:
+    """Return the names of the data of a verb, which are given by place, and of all others."""
+    known = signature(verb).parameters.values()
+    data = [each.name for each in known if each.kind is each.POSITIONAL_ONLY]
+    return data, [each.name for each in known if each.name not in data]
 
 
 def _expect_same(out: object, found: NDArray[Any]) -> None:

@@ -92,7 +92,9 @@ def convert_depth(
     single = given.dtype.kind == "f" and given.dtype.itemsize <= 4
     dtype = np.dtype(np.float32 if single else np.float64)
     dimensions = spatial_axes(p)
-    shaped = channels_last(given, p) if as_flag(channels_first, "channels_first") else given
+    shaped = (
+        channels_last(given, dimensions) if as_flag(channels_first, "channels_first") else given
+    )
     held = shaped.shape[1:] if shaped.ndim == dimensions + 2 else shaped.shape
     if len(held) > dimensions and held[-1] == 1:
         held = held[:-1]

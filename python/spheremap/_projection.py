@@ -610,15 +610,11 @@ class Projection(_core.Projection):
         ----------
         directions : array_like, shape (..., 3)
             World directions of any length.
-        axes, rotation
-            As for `encode`.
-        size : int or tuple of int
-            Of the image, as for `solid_angle`.
+        axes, rotation, size, any_aspect
+            As for `pixels_to_directions`.
         centers : {"half", "integer"}
             As for `pixels_to_directions`: the center of the first pixel is (0.5, 0.5), or (0, 0),
             as OpenCV counts and as ``cv2.remap`` wants it.
-        any_aspect : bool
-            As for `solid_angle`.
 
         Returns
         -------
@@ -629,10 +625,8 @@ class Projection(_core.Projection):
 
         Raises
         ------
-        ValueError
-            For a wrong shape, an unknown name, or a size that the projection cannot have.
-        TypeError
-            For complex numbers and objects.
+        ValueError, TypeError
+            As for `pixels_to_directions`.
 
         See Also
         --------
@@ -1181,11 +1175,8 @@ class Projection(_core.Projection):
 
         Raises
         ------
-        ValueError
-            For a kind of depth that is unknown, a wrong shape, or a size that the projection cannot
-            have.
-        TypeError
-            For complex numbers and objects.
+        ValueError, TypeError
+            As for `depth_to_points`, and for a size that the projection cannot have.
 
         See Also
         --------

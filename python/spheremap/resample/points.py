@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arrays import as_array, as_doubles, spatial_axes
-from .._scalars import as_number, as_text
+from .._scalars import as_number
 from ..map.images import images, target_shape
 from ..map.named import resolve
 from ..map.pixels import directions_to_pixels
-from .depth import convert_depth
+from .depth import convert_depth, expect_kind
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from ..map.named import ProjectionLike
 
 __all__ = ["depth_to_points", "points_to_depth"]
-
-_KINDS = ("distance", "z")
 
 
 def depth_to_points(
@@ -94,7 +92,8 @@ def depth_to_points(
     if given.ndim != spatial_axes(p):
         wanted = "(H, W)" if spatial_axes(p) == 2 else "(F, N, N)"
         raise ValueError(f"Expected `depth` to have shape {wanted}, got {given.shape}.")
-    distance = convert_depth(given, p, source=_checked(kind), target="distance", any_aspect=True)
+    expect_kind(kind, "kind")
+    distance = convert_depth(given, p, source=kind, target="distance", any_aspect=True)
     points = p.directions(given.shape, dtype=distance.dtype, any_aspect=True)
     known = np.isfinite(distance) & (distance > 0)
     points *= np.where(known, distance, np.nan)[..., None]
@@ -140,11 +139,8 @@ def points_to_depth(
 
     Raises
     ------
-    ValueError
-        For a kind of depth that is unknown, a wrong shape, or a size that the projection cannot
-        have.
-    TypeError
-        For complex numbers and objects.
+    ValueError, TypeError
+        As for `depth_to_points`, and for a size that the projection cannot have.
 
     Notes
     -----
@@ -161,7 +157,7 @@ def points_to_depth(
     """
     p = resolve(projection, axes, rotation)
     shape = target_shape(p, size, any_aspect)
-    _checked(kind)
+    expect_kind(kind, "kind")
     one = isinstance(fill, Sequence) and len(fill) == 1
     filling = as_number(fill[0] if one else fill, "fill")  # type: ignore[index]
     given = as_doubles(points, "points")
@@ -186,9 +182,3 @@ def points_to_depth(
     depth[empty] = filling
     with np.errstate(over="ignore"):
         return depth.astype(np.float32 if single else np.float64)
-
-
-def _checked(kind: Literal["distance", "z"]) -> Literal["distance", "z"]:
-    if as_text(kind, "kind") not in _KINDS:
-        raise ValueError(f"unknown kind '{kind}'; there are distance, z")
-    return kind

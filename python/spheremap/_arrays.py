@@ -153,7 +153,10 @@ def as_lookups(
         common_shape(levels.shape)
         arrays.append((levels[..., None], "lod"))
     if derivatives is not None:
-        if not isinstance(derivatives, Sequence | np.ndarray) or len(derivatives) != 2:
+        if isinstance(derivatives, np.ndarray):
+            # One without axes has no length.
+            derivatives = tuple(derivatives) if derivatives.shape[:1] == (2,) else None
+        if not isinstance(derivatives, Sequence) or len(derivatives) != 2:
             raise ValueError(
                 "Expected `derivatives` to be a pair of arrays, to the right and down."
             )

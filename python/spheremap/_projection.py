@@ -610,15 +610,11 @@ class Projection(_core.Projection):
         ----------
         directions : array_like, shape (..., 3)
             World directions of any length.
-        axes, rotation
-            As for `encode`.
-        size : int or tuple of int
-            Of the image, as for `solid_angle`.
+        axes, rotation, size, any_aspect
+            As for `pixels_to_directions`.
         centers : {"half", "integer"}
             As for `pixels_to_directions`: the center of the first pixel is (0.5, 0.5), or (0, 0),
             as OpenCV counts and as ``cv2.remap`` wants it.
-        any_aspect : bool
-            As for `solid_angle`.
 
         Returns
         -------
@@ -629,10 +625,8 @@ class Projection(_core.Projection):
 
         Raises
         ------
-        ValueError
-            For a wrong shape, an unknown name, or a size that the projection cannot have.
-        TypeError
-            For complex numbers and objects.
+        ValueError, TypeError
+            As for `pixels_to_directions`.
 
         See Also
         --------
@@ -1091,23 +1085,25 @@ class Projection(_core.Projection):
         axes: str | None = None,
         rotation: Any | None = None,
         any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> NDArray[np.floating[Any]]:
         """Return the point of space that each texel of a depth image sees, the eye at the origin.
 
         Parameters
         ----------
-        depth : array_like, shape (H, W) or (F, N, N)
-            Of real numbers.
+        depth : array_like, shape (H, W) or (F, N, N), or either with one channel (..., 1)
+            Of real numbers. A batch, as for `convert`, has one channel.
         kind : {"distance", "z"}
             What `depth` is, as `source` of `convert_depth`.
         axes, rotation
-            As for `encode`. A camera is turned by `Projection.turned`.
-        any_aspect : bool
-            As for `convert`.
+            As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`. A camera is
+            turned by `Projection.turned`.
+        any_aspect, channels_first : bool
+            As for `convert`; the channels of the result are x, y and z.
 
         Returns
         -------
-        points : ndarray, shape (H, W, 3) or (F, N, N, 3)
+        points : ndarray, shape (H, W, 3) or (F, N, N, 3), and of a batch (N, H, W, 3)
             In the world and the units of `depth`. float32 for float16 and float32, else float64.
             NaN where the image holds no sphere, where the depth is not finite, and where it is 0 or
             below, as nothing was measured there.
@@ -1133,7 +1129,13 @@ class Projection(_core.Projection):
         from .resample import depth_to_points
 
         return depth_to_points(
-            depth, self, kind=kind, axes=axes, rotation=rotation, any_aspect=any_aspect
+            depth,
+            self,
+            kind=kind,
+            axes=axes,
+            rotation=rotation,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
         )
 
     def points_to_depth(
@@ -1173,11 +1175,8 @@ class Projection(_core.Projection):
 
         Raises
         ------
-        ValueError
-            For a kind of depth that is unknown, a wrong shape, or a size that the projection cannot
-            have.
-        TypeError
-            For complex numbers and objects.
+        ValueError, TypeError
+            As for `depth_to_points`, and for a size that the projection cannot have.
 
         See Also
         --------
@@ -1255,14 +1254,16 @@ class Projection(_core.Projection):
         Parameters
         ----------
         view : array_like, shape (H, W) or (H, W, C)
-            The image to put in.
+            The image to put in. With one more axis in front it is a batch, as for `convert`.
         image : array_like
             The image that it is put into, of any projection, with as many channels and the same
-            dtype.
+            dtype; or a batch. Of two batches each view is put into its own image; else each into
+            the one, or the one into each.
         dst : Projection or str
             That image's projection.
         rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-            Turns the view in the world: what it shows at d goes to ``rotation @ d``.
+            Turns the view in the world: what it shows at d goes to ``rotation @ d``. Of shape
+            (N, 3, 3) as for `convert`.
         mask : array_like, shape (H, W), optional
             How much of each texel of the view counts: bool, numbers from 0 to 1, or uint8 from 0 to
             255.
@@ -1278,7 +1279,7 @@ class Projection(_core.Projection):
 
         Returns
         -------
-        image : ndarray, of the shape and dtype of `image`
+        image : ndarray, of the shape and dtype of `image`; a batch if there is one
             Texels that the view does not cover are those of `image`, to the bit.
 
         Raises
@@ -1837,15 +1838,16 @@ class Projection(_core.Projection):
         skipna: bool = False,
         negative: Negative = "keep",
         any_aspect: bool = False,
-    ) -> Lights:
+        channels_first: bool = False,
+    ) -> Lights | Any:
         """Approximate an image by directional lights.
 
         Parameters
         ----------
         image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-            Linear radiance.
+            Linear radiance. With one more axis in front it is a batch, as for `convert`.
         axes, rotation
-            As for `encode`.
+            As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`.
         count : int
             How many lights, at least 1. There are fewer where the light comes from fewer places.
         method : {"median", "variance"}
@@ -1856,14 +1858,14 @@ class Projection(_core.Projection):
             As for `Distribution`.
         negative : {"keep", "clip", "raise"}
             What numbers below 0 count as: what they are, 0, or an error.
-        any_aspect : bool
+        any_aspect, channels_first : bool
             As for `convert`.
 
         Returns
         -------
         lights : Lights
             Their irradiances sum to the image's ∫ L dω, negative texels included, and their solid
-            angles to the coverage.
+            angles to the coverage. Of a batch, or with many rotations, a list of them.
 
         Raises
         ------
@@ -1896,6 +1898,7 @@ class Projection(_core.Projection):
             skipna=skipna,
             negative=negative,
             any_aspect=any_aspect,
+            channels_first=channels_first,
         )
 
     def mean(
@@ -2103,19 +2106,20 @@ class Projection(_core.Projection):
         skipna: bool = False,
         negative: Negative = "keep",
         any_aspect: bool = False,
-    ) -> Sun | None:
+        channels_first: bool = False,
+    ) -> Sun | Any | None:
         """Find the sun of an image: its brightest source, if that is small and far above the rest.
 
         Parameters
         ----------
-        image, axes, rotation, luminance, skipna, negative, any_aspect
+        image, axes, rotation, luminance, skipna, negative, any_aspect, channels_first
             As for `lights`.
 
         Returns
         -------
         sun : Sun or None
             None where the brightest texel is not 10 times brighter than what surrounds it, or its
-            like reach further than 10 degrees.
+            like reach further than 10 degrees. Of a batch, or with many rotations, a list of them.
 
         Raises
         ------
@@ -2144,6 +2148,7 @@ class Projection(_core.Projection):
             skipna=skipna,
             negative=negative,
             any_aspect=any_aspect,
+            channels_first=channels_first,
         )
 
     def weights(

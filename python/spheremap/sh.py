@@ -101,19 +101,7 @@ def project(
         image, resolved, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
     )
     if several is not None:
-
-        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.float64]:
-            return project(
-                image,
-                resolved,
-                order=order,
-                texels=texels,
-                rotation=rotation,
-                skipna=skipna,
-                any_aspect=True,
-            )
-
-        return several.each(one, rotation, result="numbers")  # type: ignore[no-any-return]
+        return several.each(project, locals(), "numbers")
     resolved = resolve(resolved, rotation=rotation)
     pixels = checked_image(image, skipna=skipna)
     if as_text(texels, "texels") not in ("means", "points"):

@@ -284,3 +284,11 @@ def test_the_rows_are_those_that_convert_makes(a, b):
     back = sm.convert(image, best.projection, a, size=60, rotation=best.rotation)
     want = sm.convert(source, a, a, size=60)
     assert np.corrcoef(np.log1p(want).ravel(), np.log1p(back).ravel())[0, 1] > 0.97
+
+
+def test_a_batch_is_answered_by_what_to_write():
+    images = np.ones((3, 8, 16, 3))
+    with pytest.raises(
+        ValueError, match=r"`image_b` to be one image, got a batch .*identify\(a, b\)"
+    ):
+        sm.align.identify(images[0], images, "latlong", "latlong")

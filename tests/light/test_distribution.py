@@ -483,8 +483,8 @@ def test_what_lies_outside_the_disk_does_not_count():
 def test_wrong_shapes_and_types():
     with pytest.raises(ValueError, match=r"shape \(6, N, N\), got \(8, 16\)"):
         sm.light.Distribution(np.ones((8, 16)), "cube")
-    with pytest.raises(ValueError, match=r"shape \(H, W\) or \(H, W, C\), got \(2, 4, 3, 1\)"):
-        sm.light.Distribution(np.ones((2, 4, 3, 1)), "latlong")
+    with pytest.raises(ValueError, match=r"shape \(H, W\) or \(H, W, C\), got \(5, 2, 4, 3, 1\)"):
+        sm.light.Distribution(np.ones((5, 2, 4, 3, 1)), "latlong")
     with pytest.raises(ValueError, match="shape"):
         sm.light.Distribution(np.ones((2, 4, 0)), "latlong")
     for bad in (1.0, np.ones(3), np.ones((0, 4))):

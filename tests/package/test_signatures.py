@@ -114,6 +114,8 @@ def test_every_verb_of_an_image_checks_aspects(name):
     if shaped and name not in FREE:
         # `remap_plan` hands it to `convert` with all the rest.
         assert "any_aspect" in given or "options" in given
+        if {"image", "view", "depth"} & set(given):
+            assert "channels_first" in given
         for word in {"any_aspect", "channels_first"} & set(given):
             assert given[word].default is False and given[word].kind is given[word].KEYWORD_ONLY
 

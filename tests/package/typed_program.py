@@ -45,4 +45,11 @@ def views(
         sm.convert(batch, "latlong", "cube", rotation=turns, channels_first=True, any_aspect=True),
         Floats,
     )
+    # Of one image, one, and of many, a list.
+    lamps: sm.light.Lights = sm.light.lights(light, "latlong", count=4)
+    many: Any = camera.lights(batch, count=4, rotation=turns)
+    dull, sun = sm.light.remove_sun(light, "latlong")
+    again = sm.light.add_sun(dull, sun, "latlong")
+    print(lamps.irradiance, many[0].directions, again.shape)
+    print(sm.light.energy(light, "latlong").peak, sm.light.ws_psnr(light, light, "latlong") + 1.0)
     print(total, sm.ball.render(light, "latlong", filter=filter).shape)

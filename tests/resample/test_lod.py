@@ -308,7 +308,7 @@ def test_bad_input():
             sm.sample(image, d, "latlong", filter=filter)
         with pytest.raises(ValueError, match="has to know how much a lookup sees"):
             sm.sample_uv(image, d[:, :2], filter=filter)
-    for pair in (d, (d,), (d, d, d), 3, (d[:, :2], d)):
+    for pair in (d, (d,), (d, d, d), 3, np.array(3.0), (d[:, :2], d)):
         with pytest.raises(ValueError, match="`derivatives` to"):
             sm.sample(image, d, "latlong", derivatives=pair if pair is not d else d[:1])
     with pytest.raises(ValueError, match="broadcast"):

@@ -66,8 +66,8 @@ def test_errors_of_points():
     ):
         with pytest.raises(ValueError, match="unknown kind 'depth'; there are distance, z"):
             verb(kind="depth")
-    with pytest.raises(ValueError, match=r"`depth` to have shape \(H, W\), got \(4, 8, 1\)"):
-        sm.depth_to_points(np.ones((4, 8, 1)), "latlong")
+    with pytest.raises(ValueError, match=r"`depth` to have shape \(H, W\), got \(4, 8, 3\)"):
+        sm.depth_to_points(np.ones((4, 8, 3)), "latlong")
     with pytest.raises(ValueError, match="twice as wide as high"):
         sm.depth_to_points(np.ones((8, 8)), "latlong")
     with pytest.raises(ValueError, match=r"shape \(\.\.\., 3\), got \(4, 2\)"):

@@ -170,7 +170,7 @@ def test_bad_input():
     for pair in (("wrap",), ("wrap", "clamp", "wrap")):
         with pytest.raises(ValueError, match="one mode or a pair"):
             sm.sample_uv(image, [0, 0], address=pair)  # type: ignore[arg-type]
-    for shape in ((4,), (2, 4, 4, 3), (0, 4), (4, 4, 0)):
+    for shape in ((4,), (2, 2, 4, 4, 3), (0, 4), (4, 4, 0)):
         with pytest.raises(ValueError, match="Expected"):
             sm.sample_uv(np.zeros(shape), [0, 0])
     with pytest.raises(ValueError, match=r"`uv` to have shape \(..., 2\), got \(3,\)"):

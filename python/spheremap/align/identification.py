@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._arrays import spatial_axes
 from .._progress import counted, part
 from .._scalars import as_whole
 from .._show import short
@@ -362,7 +363,13 @@ class _Image:
             self.map, channels = _guess(name, values.shape)
         else:
             self.map = resolve(projection)
-            channels = values.ndim > (3 if self.map.faces > 1 else 2)
+            axes = spatial_axes(self.map)
+            channels = values.ndim > axes
+            if values.ndim == axes + 2:
+                raise ValueError(
+                    f"Expected `{name}` to be one image, got a batch of shape {values.shape}: "
+                    "[sm.align.identify(a, b) for a, b in zip(images_a, images_b)]."
+                )
         values = values.astype(np.float32)
         if not channels:
             values = values[..., None]

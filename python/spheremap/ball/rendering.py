@@ -9,7 +9,7 @@ import numpy as np
 
 from .._arrays import as_image, expect_room, spatial_shape
 from .._scalars import as_text
-from ..map.images import expect_aspect
+from ..map.images import images
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..resample.verbs import sample
@@ -52,13 +52,15 @@ def render(
     background: Literal["environment", "black", "alpha"] = "environment",
     filter: Filter | str = "bilinear",
     any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[Any]:
     """Return the photo that a camera would take of a mirrored ball in an environment.
 
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces
-        Linear radiance of the environment, infinitely far away.
+        Linear radiance of the environment, infinitely far away. With one more axis in front it is a
+        batch, as for `convert`.
     projection : Projection or str
         Its projection.
     size : int or (height, width)
@@ -77,12 +79,13 @@ def render(
         ball covers. The colors are multiplied by it, as compositing wants them.
     filter : str
         How the environment is looked up, as for `sample`.
-    any_aspect : bool
-        As for `convert`, of the environment.
+    any_aspect, channels_first : bool
+        As for `convert`, of the environment; channels then come first in the photo, too.
 
     Returns
     -------
     photo : ndarray of float32 or float64, shape (height, width) or (height, width, C)
+        Of a batch as many.
 
     Raises
     ------
@@ -107,9 +110,11 @@ def render(
             f"Expected `background` to be 'environment', 'black' or 'alpha', got {background!r}."
         )
     source = resolve(projection)
+    several = images(image, source, any_aspect=any_aspect, channels_first=channels_first)
+    if several is not None:
+        return several.each(render, locals())
     light = as_image(image, None)
     held = spatial_shape(light, source, "image")
-    expect_aspect(source, light.shape, any_aspect)
     if light.dtype not in (np.float32, np.float64):
         light = light.astype(np.float32)
     scalar = light.ndim == len(held)

@@ -15,7 +15,8 @@ rounding moves it by, may be given to either of them, here as there. At a pole i
 that of longitude 0, whatever the signs of zeros.
 
 What a map does not know is NaN, what healpy marks by ``UNSEEN`` (-1.6375e30), or masked in a masked
-array: it becomes NaN in images and has no weight in means.
+array: it becomes NaN in images and has no weight in means. A part of the sky is the numbers of its
+pixels with a value for each; `whole_map` and `seen_pixels` go there and back.
 
 References
 ----------
@@ -30,7 +31,7 @@ Examples
 """
 
 from .frames import frame_rotation
-from .maps import from_image, reorder, to_image, ud_grade
+from .maps import UNSEEN, from_image, reorder, to_image, ud_grade
 from .numbers import (
     ang2pix,
     boundaries,
@@ -45,9 +46,11 @@ from .numbers import (
     ring2nest,
     vec2pix,
 )
+from .parts import seen_pixels, whole_map
 from .regions import interpolation_weights, query_disc, query_polygon
 
 __all__ = [
+    "UNSEEN",
     "ang2pix",
     "boundaries",
     "frame_rotation",
@@ -65,9 +68,11 @@ __all__ = [
     "query_polygon",
     "reorder",
     "ring2nest",
+    "seen_pixels",
     "to_image",
     "ud_grade",
     "vec2pix",
+    "whole_map",
 ]
 
 

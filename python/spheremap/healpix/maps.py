@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .. import _core
-from .._arrays import as_array, expect_room
+from .._arrays import as_array, as_integers, expect_room
 from .._scalars import as_flag, as_text
-from .numbers import as_nside, npix2nside
+from .numbers import as_nside, cells, npix2nside, nside2npix
 
 if TYPE_CHECKING:
     from typing import SupportsIndex
 
     from numpy.typing import ArrayLike, NDArray
+
+# What healpy has where nothing was seen.
+UNSEEN = -1.6375e30
 
 
 def reorder(values: ArrayLike, /, *, nest: bool) -> NDArray[Any]:
@@ -46,7 +49,7 @@ def reorder(values: ArrayLike, /, *, nest: bool) -> NDArray[Any]:
     True
     """
     was, becomes = ("nested", "ring") if as_flag(nest, "nest") else ("ring", "nested")
-    array, nside = _map(values)
+    array, nside = as_map(values)
     out = _arranged(array, nside, was, becomes)
     if isinstance(values, np.ma.MaskedArray):
         mask = _arranged(np.ma.getmaskarray(values), nside, was, becomes)
@@ -54,15 +57,27 @@ def reorder(values: ArrayLike, /, *, nest: bool) -> NDArray[Any]:
     return out
 
 
-def to_image(values: ArrayLike, /, nest: bool = False) -> NDArray[Any]:
-    """Return a whole map as an image of the projection ``"healpix"``.
+def to_image(
+    values: ArrayLike,
+    /,
+    nest: bool = False,
+    *,
+    pixels: ArrayLike | None = None,
+    nside: SupportsIndex | None = None,
+) -> NDArray[Any]:
+    """Return a map, or a part of one, as an image of the projection ``"healpix"``.
 
     Parameters
     ----------
     values : array_like, shape (12 * nside²,) or (12 * nside², C)
-        A value, or several channels, for each pixel, any nside.
+        A value, or several channels, for each pixel, any nside. With `pixels`, of shape (K,) or
+        (K, C).
     nest : bool
         They are in nested order; else in ring order.
+    pixels : array_like of int, shape (K,), optional
+        The numbers of the pixels that are seen, where the values are those of a part of the sky.
+    nside : int, optional
+        That of a part; a whole map has one by its length.
 
     Returns
     -------
@@ -74,9 +89,9 @@ def to_image(values: ArrayLike, /, nest: bool = False) -> NDArray[Any]:
     Raises
     ------
     ValueError
-        For a length that is not 12 nside².
+        For a length that is not 12 nside²; for a part as for `whole_map`.
     TypeError
-        For masked integers, among which there is no NaN.
+        For masked integers, and those of a part: there is no NaN among them.
 
     Notes
     -----
@@ -90,14 +105,40 @@ def to_image(values: ArrayLike, /, nest: bool = False) -> NDArray[Any]:
     >>> picture = sm.convert(healpix.to_image(z), "healpix:healpy", "latlong", size=32)
     >>> picture.shape, bool(picture[0].min() > 0.99)
     ((32, 64), True)
+
+    Of a part of the sky, as in a file of explicit indexing:
+
+    >>> disc = healpix.query_disc(16, [0, 0, 1], 0.4)
+    >>> image = healpix.to_image(np.ones(len(disc)), pixels=disc, nside=16)
+    >>> int((image == 1).sum()) == len(disc), int(np.isnan(image).sum()) + len(disc)
+    (True, 3072)
     """
     nest = as_flag(nest, "nest")
-    array, nside = _map(_filled(values))
-    return _faces(array, nside, nest)
+    if pixels is None:
+        if nside is not None:
+            raise TypeError("`nside` is that of `pixels`: a whole map has one by its length.")
+        array, n = as_map(_filled(values))
+        return _faces(array, n, nest)
+    if nside is None:
+        raise TypeError("Expected the `nside` of `pixels`.")
+    n = as_nside(nside)
+    numbers, array = as_part(n, pixels, _filled(values))
+    if array.dtype.kind not in "fc":
+        raise TypeError(
+            f"Values of dtype {array.dtype} have no NaN for what is not seen: pass floats "
+            "(`values.astype(float)`)."
+        )
+    shape = (12, n, n, *array.shape[1:])
+    expect_room(shape, array.dtype)
+    image = np.full(shape, np.nan, array.dtype)
+    image[_places(n, numbers, nest)] = np.where(is_unseen(array), array.dtype.type(np.nan), array)
+    return image
 
 
-def from_image(image: ArrayLike, /, nest: bool = False) -> NDArray[Any]:
-    """Return an image of the projection ``"healpix"`` as a map.
+def from_image(
+    image: ArrayLike, /, nest: bool = False, *, pixels: ArrayLike | None = None
+) -> NDArray[Any]:
+    """Return an image of the projection ``"healpix"`` as a map, or a part of it.
 
     Parameters
     ----------
@@ -105,17 +146,19 @@ def from_image(image: ArrayLike, /, nest: bool = False) -> NDArray[Any]:
         Twelve faces, as `to_image` makes them.
     nest : bool
         The map shall be in nested order; else in ring order.
+    pixels : array_like of int, shape (K,), optional
+        The numbers of the only pixels that are wanted, in that order.
 
     Returns
     -------
     values : ndarray, shape (12 * nside²,) or (12 * nside², C)
-        A value, or several channels, for each pixel. NaN stays NaN; healpy's functions want
-        ``np.where(np.isnan(values), healpy.UNSEEN, values)``.
+        A value, or several channels, for each pixel; with `pixels` of shape (K,) or (K, C). NaN
+        stays NaN; healpy's functions want ``np.where(np.isnan(values), healpy.UNSEEN, values)``.
 
     Raises
     ------
     ValueError
-        For another shape.
+        For another shape, or a number that no pixel has.
     TypeError
         As for `to_image`.
 
@@ -135,6 +178,8 @@ def from_image(image: ArrayLike, /, nest: bool = False) -> NDArray[Any]:
             f"got {array.shape}."
         )
     nside = as_nside(array.shape[1])
+    if pixels is not None:
+        return np.asarray(array[_places(nside, as_pixels(nside, pixels), nest)])
     flat = array.reshape(12 * nside * nside, *array.shape[3:])
     return _arranged(flat, nside, "faces", _order(nest))
 
@@ -192,7 +237,7 @@ def ud_grade(
     nest, pess = as_flag(nest, "nest"), as_flag(pess, "pess")
     if as_text(statistic, "statistic") not in ("mean", "sum"):
         raise ValueError(f"`statistic` must be 'mean' or 'sum', got {statistic!r:.40}.")
-    array, n = _map(_filled(values))
+    array, n = as_map(_filled(values))
     if array.dtype.kind not in "fiub":
         raise TypeError(f"Expected `values` to be real numbers, got dtype {array.dtype}.")
     m = as_nside(nside)
@@ -278,7 +323,8 @@ def _filled(values: ArrayLike) -> ArrayLike:
     return values.filled(np.nan)
 
 
-def _map(values: ArrayLike) -> tuple[NDArray[Any], int]:
+def as_map(values: ArrayLike) -> tuple[NDArray[Any], int]:
+    """Return a whole map as an array, and its nside, or raise."""
     array = as_array(values, "values")
     if array.ndim == 0:
         raise ValueError("Expected `values` to have shape (12 nside², ...), got ().")
@@ -291,6 +337,52 @@ def _map(values: ArrayLike) -> tuple[NDArray[Any], int]:
         f"Expected `values` to have shape (12 nside², C), got {array.shape}: channels come last "
         "here, so pass `values.T`."
     )
+
+
+def as_pixels(nside: int, pixels: ArrayLike) -> NDArray[np.int64]:
+    """Return the numbers of pixels, (K,), or raise where there is no such pixel."""
+    numbers = as_integers(pixels, "pixels")
+    if numbers.ndim != 1:
+        raise ValueError(f"Expected `pixels` to have shape (K,), got {numbers.shape}.")
+    count = nside2npix(nside)
+    wrong = (numbers < 0) | (numbers >= count)
+    if wrong.any():
+        raise ValueError(
+            f"Pixels of nside {nside} have numbers from 0 to {count - 1}, got "
+            f"{np.asarray(pixels)[wrong][0]}."
+        )
+    return numbers
+
+
+def as_part(
+    nside: int, pixels: ArrayLike, values: ArrayLike
+) -> tuple[NDArray[np.int64], NDArray[Any]]:
+    """Return the numbers of pixels, each once, and as many values in native byte order."""
+    numbers, array = as_pixels(nside, pixels), as_array(values, "values")
+    if array.shape[:1] != numbers.shape:
+        raise ValueError(
+            f"Expected `values` to have shape ({len(numbers)}, ...), one for each of `pixels`, "
+            f"got {array.shape}."
+        )
+    found, times = np.unique(numbers, return_counts=True)
+    if len(found) != len(numbers):
+        raise ValueError(f"Expected each pixel once, got {found[times > 1][0]} twice.")
+    return numbers, array.astype(array.dtype.newbyteorder("="), copy=False)
+
+
+def is_unseen(array: NDArray[Any]) -> NDArray[np.bool_]:
+    """Tell what is NaN, or what healpy takes for ``UNSEEN``."""
+    if array.dtype.kind not in "fc":
+        return np.zeros(array.shape, np.bool_)
+    # The core's rule, and healpy's: the mark may have been through float32.
+    with np.errstate(all="ignore"):
+        return np.asarray(np.isnan(array) | (np.abs(array - UNSEEN) <= -1e-5 * UNSEEN))
+
+
+def _places(nside: int, pixels: NDArray[np.int64], nest: bool) -> tuple[NDArray[np.intp], ...]:
+    """Return where pixels are in an image: their faces, rows and columns."""
+    face, cell, _ = cells(nside, pixels, nest)
+    return face.astype(np.intp), cell[:, 1].astype(np.intp), cell[:, 0].astype(np.intp)
 
 
 def _is_map(count: int) -> bool:

@@ -167,9 +167,7 @@ def ang2pix(
     (183, 682)
     """
     nest, lonlat = as_flag(nest, "nest"), as_flag(lonlat, "lonlat")
-    a, b = as_doubles(theta, "theta"), as_doubles(phi, "phi")
-    angles = np.empty((*common_shape(a.shape, b.shape), 2))
-    angles[..., 0], angles[..., 1] = a, b
+    angles = as_angles(theta, phi)
 
     def numbers(angles: NDArray[np.float64]) -> Pixels:
         if _is_one(nside):
@@ -183,12 +181,20 @@ def ang2pix(
         )
 
     pixels = numbers(angles)
-    if np.min(pixels, initial=0) < 0 and _bring_into_range(angles, lonlat):
+    if np.min(pixels, initial=0) < 0 and bring_into_range(angles, lonlat):
         return numbers(angles)
     return pixels
 
 
-def _bring_into_range(angles: NDArray[np.float64], lonlat: bool) -> bool:
+def as_angles(theta: ArrayLike, phi: ArrayLike) -> NDArray[np.float64]:
+    """Return two angles, broadcast, as an array of their own of shape (..., 2)."""
+    a, b = as_doubles(theta, "theta"), as_doubles(phi, "phi")
+    angles = np.empty((*common_shape(a.shape, b.shape), 2))
+    angles[..., 0], angles[..., 1] = a, b
+    return angles
+
+
+def bring_into_range(angles: NDArray[np.float64], lonlat: bool) -> bool:
     """Raise for a polar angle out of its range; round one that is so by rounding, and say so."""
     tilt = angles[..., 1] if lonlat else angles[..., 0]
     name, least, most = ("latitude", -90.0, 90.0) if lonlat else ("theta", 0.0, math.pi)

@@ -8,10 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._arrays import as_doubles, as_unit_vectors, common_shape, expect_room
+from .._arrays import as_unit_vectors, expect_room
 from .._scalars import as_flag, as_number, as_whole
 from ..map.named import resolve
-from .numbers import MAX_NSIDE, as_nside, cells, nside2npix, pix2vec, ring2nest
+from .numbers import (
+    MAX_NSIDE,
+    as_angles,
+    as_nside,
+    bring_into_range,
+    cells,
+    nside2npix,
+    pix2vec,
+    ring2nest,
+)
 
 if TYPE_CHECKING:
     from typing import SupportsIndex
@@ -158,9 +167,7 @@ def interpolation_weights(
     ----------
     nside : int
         As for `vec2pix`.
-    theta, phi : array_like
-        As for `ang2pix`.
-    nest, lonlat : bool
+    theta, phi, nest, lonlat
         As for `ang2pix`.
 
     Returns
@@ -190,16 +197,12 @@ def interpolation_weights(
     """
     n, nest = _division(nside, nest)
     lonlat = as_flag(lonlat, "lonlat")
-    a, b = as_doubles(theta, "theta"), as_doubles(phi, "phi")
-    shape = common_shape(a.shape, b.shape)
-    a, b = np.broadcast_to(a, shape), np.broadcast_to(b, shape)
+    given = as_angles(theta, phi)
+    bring_into_range(given, lonlat)
+    shape, a, b = given.shape[:-1], given[..., 0], given[..., 1]
     tilt, turn = (np.radians(90 - b), np.radians(a)) if lonlat else (a, b)
     known = np.isfinite(tilt) & np.isfinite(turn)
-    wrong = known & ((tilt < -1e-5) | (tilt > math.pi + 1e-5))
-    if wrong.any():
-        name, ends = ("latitude", "-90 to 90 degrees") if lonlat else ("theta", "0 to π")
-        raise ValueError(f"`{name}` must be from {ends}, got {(b if lonlat else a)[wrong][0]:g}.")
-    tilt = np.clip(np.where(known, tilt, 1.0), 0, math.pi)
+    tilt = np.where(known, tilt, 1.0)
     turn = np.where(known, turn, 0.0) % (2 * math.pi)
 
     above = _rings_above(n, tilt)

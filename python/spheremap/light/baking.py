@@ -16,7 +16,7 @@ from .._scalars import as_flag
 from .._show import line
 from ..io.textures import write_dds, write_ktx2
 from ..io.whole import write_bytes
-from ..map.images import expect_aspect
+from ..map.images import images
 from ..map.named import resolve, resolve_pair
 from ..sh import convert as sh_convert
 from ..sh import project as sh_project
@@ -119,7 +119,8 @@ def bake(
     world: Worlds = "match",
     negative: Negative = "keep",
     any_aspect: bool = False,
-) -> Bake:
+    channels_first: bool = False,
+) -> Bake | Any:
     """Make the set of maps that image-based lighting needs.
 
     Parameters
@@ -135,17 +136,18 @@ def bake(
     order : int
         Of the spherical harmonics.
     axes, rotation
-        As for `encode`.
+        As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`.
     world : {"match", "literal"}
         What is made lives in the world of plain names, +y up and -z ahead, right-handed, harmonics
         as well. ``"match"``: what is up in the world of `projection` is so there, as for `convert`.
-    negative, any_aspect
+    negative, any_aspect, channels_first
         As for `integrate`.
 
     Returns
     -------
     Bake
-        With ``write`` to put it into a folder.
+        With ``write`` to put it into a folder; channels are last in it. Of a batch, or with many
+        rotations, a list of them.
 
     Raises
     ------
@@ -160,13 +162,17 @@ def bake(
     >>> baked.diffuse.shape, len(baked.specular), baked.sh.shape
     ((6, 4, 4, 3), 3, (9, 3))
     """
-    pixels = checked_image(image, skipna=skipna, negative=negative)
     kinds = (("diffuse", diffuse), ("specular", specular), ("sh", sh))
     for name, wanted in kinds:
         as_flag(wanted, name)
-    given = resolve(projection, axes, rotation)
-    expect_aspect(given, pixels.shape, any_aspect)
-    cube, p = resolve_pair("cube", given, None, world)
+    given = resolve(projection, axes)
+    several = images(
+        image, given, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
+    )
+    if several is not None:
+        return several.each(bake, locals(), "object")
+    pixels = checked_image(image, skipna=skipna, negative=negative)
+    cube, p = resolve_pair("cube", resolve(given, rotation=rotation), None, world)
     made = Bake(None, None, None, None)
     for kind in counted([kind for kind, wanted in kinds if wanted]):
         if kind == "diffuse":

@@ -9,6 +9,7 @@ import numpy as np
 from .. import _core
 from .._arrays import as_real, spatial_axes
 from .._scalars import as_flag, as_text
+from ..map.images import images
 from ..map.named import resolve
 from .image import as_light, coefficients, luminance_of, texel_weights
 
@@ -46,14 +47,15 @@ class Distribution:
     negative : {"clip", "raise"}
         What numbers below 0 count as: 0, or an error. No density is below 0, so that they cannot be
         kept here.
-    any_aspect : bool
-        As for `convert`.
+    any_aspect, channels_first : bool
+        As for `convert`. What is drawn has its channels last.
 
     Raises
     ------
     ValueError
         For an image that is black, or holds NaN or infinite numbers (the message counts them and
-        names the first positions), or has a shape that the projection cannot have.
+        names the first positions), or has a shape that the projection cannot have; and for a batch,
+        or many rotations: one distribution is of one image.
     TypeError
         For an unfit dtype.
 
@@ -108,11 +110,23 @@ class Distribution:
         skipna: bool = False,
         negative: Literal["clip", "raise"] = "clip",
         any_aspect: bool = False,
+        channels_first: bool = False,
     ) -> None:
-        p = resolve(projection, axes, rotation)
+        p = resolve(projection, axes)
+        several = images(
+            image, p, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
+        )
+        if several is not None:
+            if several.is_many:
+                raise ValueError(
+                    "One Distribution is of one image: [sm.light.Distribution(one, ...) for one in "
+                    "images]."
+                )
+            image = several.array
+        p = resolve(p, rotation=rotation)
         if as_text(negative, "negative") not in ("clip", "raise"):
             raise ValueError(f"Expected `negative` to be 'clip' or 'raise', got {negative!r}.")
-        light = as_light(image, p, skipna=skipna, negative=negative, any_aspect=any_aspect)
+        light = as_light(image, p, skipna=skipna, negative=negative)
         n = spatial_axes(p)
         weights = coefficients(light, n, luminance)
         density = luminance_of(light, n, weights)

@@ -12,7 +12,6 @@ import numpy as np
 
 from .. import _core
 from .._arrays import as_doubles, as_image, checked_image, spatial_axes
-from ..map.images import expect_aspect
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -30,11 +29,12 @@ def as_light(
     *,
     skipna: bool = False,
     negative: Negative = "keep",
-    any_aspect: bool = False,
 ) -> NDArray[np.floating[Any]]:
-    """Return an image as contiguous float32 or float64, 0 where it holds no sphere."""
+    """Return an image as contiguous float32 or float64, 0 where it holds no sphere.
+
+    Whether its aspect fits was asked before.
+    """
     array = as_image(image, None)
-    expect_aspect(projection, array.shape, any_aspect)
     spatial = array.shape[: spatial_axes(projection)]
     projection.shape(spatial)
     if array.ndim > len(spatial) + 1 or array.shape[len(spatial) :] == (0,):

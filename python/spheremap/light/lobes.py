@@ -107,24 +107,8 @@ def irradiance(
         rotation=rotation,
     )
     if several is not None:
-
-        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.floating[Any]]:
-            return irradiance(
-                image,
-                src,
-                dst,
-                size=size,
-                rotation=rotation,
-                method=method,
-                order=order,
-                skipna=skipna,
-                world=world,
-                negative=negative,
-                any_aspect=True,
-            )
-
         target_shape(resolve(dst), size, any_aspect)
-        return several.each(one, rotation)  # type: ignore[no-any-return]
+        return several.each(irradiance, locals())
     source, target = resolve_pair(src, dst, rotation, world)
     shape = target_shape(target, size, any_aspect)
     pixels = checked_image(image, skipna=skipna, negative=negative)
@@ -184,19 +168,7 @@ def irradiance_at(
         image, resolved, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
     )
     if several is not None:
-
-        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.floating[Any]]:
-            return irradiance_at(
-                image,
-                normals,
-                resolved,
-                rotation=rotation,
-                skipna=skipna,
-                negative=negative,
-                any_aspect=True,
-            )
-
-        return several.each(one, rotation, result="values")  # type: ignore[no-any-return]
+        return several.each(irradiance_at, locals(), "values")
     resolved = resolve(resolved, rotation=rotation)
     pixels = checked_image(image, skipna=skipna, negative=negative)
     unit, leading = as_unit_vectors(normals, "normals")
@@ -291,26 +263,8 @@ def convolve(
         rotation=rotation,
     )
     if several is not None:
-
-        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.floating[Any]]:
-            return convolve(
-                image,
-                src,
-                dst,
-                lobe=lobe,
-                half_angle=half_angle,
-                exponent=exponent,
-                kappa=kappa,
-                size=size,
-                rotation=rotation,
-                skipna=skipna,
-                world=world,
-                negative=negative,
-                any_aspect=True,
-            )
-
         target_shape(resolve(dst), size, any_aspect)
-        return several.each(one, rotation)  # type: ignore[no-any-return]
+        return several.each(convolve, locals())
     source, target = resolve_pair(src, dst, rotation, world)
     pixels = checked_image(image, skipna=skipna, negative=negative)
     shape = target_shape(target, size, any_aspect)

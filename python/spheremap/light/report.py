@@ -9,6 +9,8 @@ import numpy as np
 
 from .. import _core
 from .._show import line
+from ..map.images import images
+from ..map.named import resolve
 from .sources import as_sun, light_of
 
 if TYPE_CHECKING:
@@ -102,23 +104,25 @@ def energy(
     skipna: bool = False,
     negative: Negative = "keep",
     any_aspect: bool = False,
-) -> Energy:
+    channels_first: bool = False,
+) -> Energy | Any:
     """Report the light that an image holds: energy, peak, dynamic range, sun.
 
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-        Linear radiance.
+        Linear radiance. With one more axis in front it is a batch, as for `convert`.
     projection, axes, rotation
-        As for `encode`.
+        As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`.
     luminance, skipna
         As for `Distribution`.
-    negative, any_aspect
+    negative, any_aspect, channels_first
         As for `lights`.
 
     Returns
     -------
     report : Energy
+        Of a batch, or with many rotations, a list of them.
 
     Raises
     ------
@@ -144,7 +148,13 @@ def energy(
     sun       toward (-0.772, 0.535, -0.342), 2.92° wide (0.00204 sr)
               irradiance 8.3365
     """
-    light = light_of(image, projection, axes, rotation, luminance, skipna, negative, any_aspect)
+    p = resolve(projection, axes)
+    several = images(
+        image, p, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
+    )
+    if several is not None:
+        return several.each(energy, locals(), "object")
+    light = light_of(image, resolve(p, rotation=rotation), luminance, skipna, negative)
     found = _core.energy(*light)
     solid_angle, integral, mean, peak, peak_direction, darkest, below, sun = found
     return Energy(

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._arrays import as_doubles, as_image, common_shape, spatial_shape
 from .._scalars import as_flag, as_number, as_text, as_whole
-from ..map.images import expect_aspect
+from ..map.images import images
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..map.verbs import reflect
@@ -45,13 +45,15 @@ def bake_matcap(
     pose: Any | None = None,
     fill: float | Sequence[float] = 0.0,
     any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the picture of a ball of some material in an environment: a MatCap.
 
     Parameters
     ----------
     image : array_like, shape (H, W, C) or with faces
-        Linear radiance of the environment.
+        Linear radiance of the environment. With one more axis in front it is a batch, as for
+        `convert`.
     projection : Projection or str
         How it maps the sphere.
     material : {"mirror", "diffuse", "rough"}
@@ -66,12 +68,12 @@ def bake_matcap(
         The camera's orientation in the world. Without it, the camera looks along -z.
     fill : float or sequence of float
         The value beside the ball, or one for each channel.
-    any_aspect : bool
+    any_aspect, channels_first : bool
         As for `convert`.
 
     Returns
     -------
-    matcap : ndarray of float32 or float64, shape (size, size, C)
+    matcap : ndarray of float32 or float64, shape (size, size, C), or (N, size, size, C) of a batch
         In the projection `matcap`, linear.
 
     Raises
@@ -102,24 +104,27 @@ def bake_matcap(
     if size < 1:
         raise ValueError(f"`size` must be a whole number above 0, got {size}.")
     source = resolve(projection)
+    several = images(image, source, any_aspect=any_aspect, channels_first=channels_first)
+    if several is not None:
+        return several.each(bake_matcap, locals())
     light = as_image(image, None)
     held = spatial_shape(light, source, "image")
-    expect_aspect(source, light.shape, any_aspect)
     if light.dtype not in (np.float32, np.float64):
         light = light.astype(np.float32)
     turn = pose_matrix(pose)
+    is_rough = material == "rough" and as_number(roughness, "roughness") > 0
     # In the camera's frame; the mirror's ball has the normals of the MatCap where it shows the
-    # directions of the sphere map.
+    # directions of the sphere map. A mirror's pixels are means of what is known, all other light
+    # that is not known is none.
+    unknown = 0.0 if is_rough or material == "diffuse" else math.nan
     if material != "mirror" or pose is not None:
-        seen = convert(
-            light, source, source.turned(turn), size=held, fill=math.nan, any_aspect=True
-        )
+        seen = convert(light, source, source.turned(turn), size=held, fill=unknown, any_aspect=True)
     else:
         seen = light
     if material == "diffuse":
         diffuse = irradiance(seen, source, "matcap", size=size, world="literal", any_aspect=True)
         baked = np.asarray(diffuse) / math.pi
-    elif material == "rough" and as_number(roughness, "roughness") > 0:
+    elif is_rough:
         baked = np.asarray(
             prefilter(
                 seen,
@@ -171,6 +176,7 @@ def shade_matcap(
     filter: SampleFilter | str | None = None,
     lod: ArrayLike | None = None,
     mipmaps: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[Any]:
     """Shade a surface with a MatCap: the color is that of the normal, as the viewer sees it.
 
@@ -179,7 +185,7 @@ def shade_matcap(
     normals : array_like, shape (..., 3)
         In the world, of any length.
     matcap : array_like, shape (N, N) or (N, N, C)
-        In the projection `matcap`.
+        In the projection `matcap`. With one more axis in front it is a batch, as for `convert`.
     positions : array_like, shape (..., 3), optional
         Of the surface. With `eye`, each point has its own frame, so that a ball looks the same
         anywhere in the picture; without, all have that of the camera.
@@ -195,10 +201,12 @@ def shade_matcap(
         Whether each point is a pixel that shows all that it sees of the MatCap, by the differences
         to its neighbors; `normals` then has shape (H, W, 3). By default each is one lookup, and
         pixels that see many texels flicker.
+    channels_first : bool
+        As for `sample`.
 
     Returns
     -------
-    color : ndarray, shape (...) or (..., C)
+    color : ndarray, shape (...) or (..., C), or (N, ..., C) of a batch
         Normals that point away from the viewer get the color of the rim.
 
     Raises
@@ -227,6 +235,9 @@ def shade_matcap(
     """
     if (positions is None) != (eye is None):
         raise ValueError("Give both `positions` and `eye`, or neither.")
+    several = images(matcap, None, any_aspect=True, channels_first=channels_first, name="matcap")
+    if several is not None:
+        return several.each(shade_matcap, locals(), "values")
     # Infinity times 0 is no number, and a normal that is none shows nothing.
     with np.errstate(invalid="ignore"):
         n = _unit(_vectors(normals, "normals") @ pose_matrix(pose))
@@ -273,6 +284,7 @@ def shade_environment(
     lod: ArrayLike | None = None,
     mipmaps: bool = False,
     any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[Any]:
     """Shade a surface as a mirror of an environment: reflect, then look up.
 
@@ -284,18 +296,22 @@ def shade_environment(
         Where the camera is.
     image : array_like
         The environment, in `projection`; prefiltered, it makes a rough mirror. With `lod` it may be
-        a list of levels, as from `prefilter_chain`.
+        a list of levels, as from `prefilter_chain`. With one more axis in front it is a batch, as
+        for `convert`.
     projection : Projection or str
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        Turns the environment in the world: what is at d goes to ``rotation @ d``.
+        Turns the environment in the world: what is at d goes to ``rotation @ d``. Of shape
+        (N, 3, 3) as for `convert`.
     filter, lod, mipmaps
         As for `shade_matcap`.
     any_aspect : bool
         As for `convert`.
+    channels_first : bool
+        As for `sample`.
 
     Returns
     -------
-    color : ndarray, shape (...) or (..., C)
+    color : ndarray, shape (...) or (..., C), or (N, ..., C) of a batch
 
     Raises
     ------
@@ -334,6 +350,7 @@ def shade_environment(
         lod=lod,
         derivatives=_derivatives(directions) if as_flag(mipmaps, "mipmaps") else None,
         any_aspect=any_aspect,
+        channels_first=channels_first,
     )
 
 

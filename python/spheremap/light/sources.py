@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -11,6 +12,7 @@ from .. import _core
 from .._arrays import as_doubles, spatial_axes
 from .._scalars import as_number, as_text
 from .._show import line
+from ..map.images import images
 from ..map.named import resolve
 from ..map.picture import figure
 from .image import as_light, coefficients
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Negative
-    from .._core import Projection
+    from .._projection import Projection
     from ..map.named import ProjectionLike
 
     Array: TypeAlias = NDArray[np.float64]
@@ -150,17 +152,13 @@ def _drawn(shown: Lights | Sun, directions: Array, irradiance: Array) -> str:
 
 def light_of(
     image: ArrayLike,
-    projection: ProjectionLike,
-    axes: str | None,
-    rotation: Any | None,
+    p: Projection,
     luminance: ArrayLike | None,
     skipna: bool,
     negative: Negative,
-    any_aspect: bool,
 ) -> tuple[NDArray[np.floating[Any]], Projection, Array]:
     """Return an image as light, its projection, and what makes luminance of its channels."""
-    p = resolve(projection, axes, rotation)
-    array = as_light(image, p, skipna=skipna, negative=negative, any_aspect=any_aspect)
+    array = as_light(image, p, skipna=skipna, negative=negative)
     return array, p, coefficients(array, spatial_axes(p), luminance)
 
 
@@ -177,15 +175,16 @@ def lights(
     skipna: bool = False,
     negative: Negative = "keep",
     any_aspect: bool = False,
-) -> Lights:
+    channels_first: bool = False,
+) -> Lights | Any:
     """Approximate an image by directional lights.
 
     Parameters
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-        Linear radiance.
+        Linear radiance. With one more axis in front it is a batch, as for `convert`.
     projection, axes, rotation
-        As for `encode`.
+        As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`.
     count : int
         How many lights, at least 1. There are fewer where the light comes from fewer places.
     method : {"median", "variance"}
@@ -196,14 +195,14 @@ def lights(
         As for `Distribution`.
     negative : {"keep", "clip", "raise"}
         What numbers below 0 count as: what they are, 0, or an error.
-    any_aspect : bool
+    any_aspect, channels_first : bool
         As for `convert`.
 
     Returns
     -------
     lights : Lights
         Their irradiances sum to the image's ∫ L dω, negative texels included, and their solid
-        angles to the coverage.
+        angles to the coverage. Of a batch, or with many rotations, a list of them.
 
     Raises
     ------
@@ -235,10 +234,14 @@ def lights(
     count = _count(count)
     if as_text(method, "method") not in ("median", "variance"):
         raise ValueError(f"unknown method {method!r}; there are 'median' and 'variance'")
-    array, p, weights = light_of(
-        image, projection, axes, rotation, luminance, skipna, negative, any_aspect
+    p = resolve(projection, axes)
+    several = images(
+        image, p, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
     )
-    return Lights(*_core.lights(array, p, weights, count, method))
+    if several is not None:
+        return several.each(lights, locals(), "object")
+    light = light_of(image, resolve(p, rotation=rotation), luminance, skipna, negative)
+    return Lights(*_core.lights(*light, count, method))
 
 
 def _count(given: object) -> int:
@@ -269,19 +272,20 @@ def sun(
     skipna: bool = False,
     negative: Negative = "keep",
     any_aspect: bool = False,
-) -> Sun | None:
+    channels_first: bool = False,
+) -> Sun | Any | None:
     """Find the sun of an image: its brightest source, if that is small and far above the rest.
 
     Parameters
     ----------
-    image, projection, axes, rotation, luminance, skipna, negative, any_aspect
+    image, projection, axes, rotation, luminance, skipna, negative, any_aspect, channels_first
         As for `lights`.
 
     Returns
     -------
     sun : Sun or None
         None where the brightest texel is not 10 times brighter than what surrounds it, or its
-        like reach further than 10 degrees.
+        like reach further than 10 degrees. Of a batch, or with many rotations, a list of them.
 
     Raises
     ------
@@ -303,7 +307,13 @@ def sun(
     >>> bool(np.allclose(found.direction, sm.directions("latlong", 64)[20, 40]))
     True
     """
-    light = light_of(image, projection, axes, rotation, luminance, skipna, negative, any_aspect)
+    p = resolve(projection, axes)
+    several = images(
+        image, p, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
+    )
+    if several is not None:
+        return several.each(sun, locals(), "object")
+    light = light_of(image, resolve(p, rotation=rotation), luminance, skipna, negative)
     return as_sun(_core.sun(*light))
 
 
@@ -318,12 +328,13 @@ def remove_sun(
     skipna: bool = False,
     negative: Negative = "keep",
     any_aspect: bool = False,
-) -> tuple[NDArray[np.floating[Any]], Sun | None]:
+    channels_first: bool = False,
+) -> tuple[NDArray[np.floating[Any]], Sun | Any | None]:
     """Return the image with its sun painted over by the surround, and the sun.
 
     Parameters
     ----------
-    image, projection, axes, rotation, luminance, skipna, negative, any_aspect
+    image, projection, axes, rotation, luminance, skipna, negative, any_aspect, channels_first
         As for `lights`.
 
     Returns
@@ -331,7 +342,7 @@ def remove_sun(
     image : ndarray
         A copy, float32 or float64. What it lost is the sun's irradiance.
     sun : Sun or None
-        As `sun` finds it. Without one the image is as it was.
+        As `sun` finds it. Without one the image is as it was. Of a batch, a list of them.
 
     Raises
     ------
@@ -349,14 +360,20 @@ def remove_sun(
     >>> bool(np.allclose(sm.light.add_sun(dull, found, "latlong"), sky))
     True
     """
-    light = light_of(image, projection, axes, rotation, luminance, skipna, negative, any_aspect)
+    p = resolve(projection, axes)
+    several = images(
+        image, p, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
+    )
+    if several is not None:
+        return several.each(remove_sun, locals(), ("image", "object"))
+    light = light_of(image, resolve(p, rotation=rotation), luminance, skipna, negative)
     result, found = _core.remove_sun(*light)
     return result, as_sun(found)
 
 
 def add_sun(
     image: ArrayLike,
-    sun: Sun,
+    sun: Sun | Sequence[Sun | None] | None,
     /,
     projection: ProjectionLike,
     *,
@@ -365,16 +382,18 @@ def add_sun(
     skipna: bool = False,
     negative: Negative = "keep",
     any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the image with a sun added: a disc of its solid angle and irradiance.
 
     Parameters
     ----------
-    image, projection, axes, rotation, skipna, negative, any_aspect
+    image, projection, axes, rotation, skipna, negative, any_aspect, channels_first
         As for `lights`.
-    sun : Sun
+    sun : Sun or None
         From `sun` or `remove_sun`, of this image or another. Its `solid_angle` may be anything: a
-        disc narrower than a texel fills the texel that it is in, to the same irradiance.
+        disc narrower than a texel fills the texel that it is in, to the same irradiance. None adds
+        nothing. For a batch it is one, or a sequence with one for each image.
 
     Returns
     -------
@@ -396,8 +415,17 @@ def add_sun(
     >>> bool(np.isclose(np.vdot(sky, sm.solid_angle("latlong", 64)), 1.5))
     True
     """
-    p = resolve(projection, axes, rotation)
-    array = as_light(image, p, skipna=skipna, negative=negative, any_aspect=any_aspect)
+    p = resolve(projection, axes)
+    several = images(
+        image, p, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
+    )
+    if several is not None:
+        own = {"sun": sun} if several.is_many and isinstance(sun, Sequence) else {}
+        return several.each(add_sun, locals(), "image", **own)
+    p = resolve(p, rotation=rotation)
+    array = as_light(image, p, skipna=skipna, negative=negative)
+    if sun is None:
+        return np.array(array)
     if not isinstance(sun, Sun):
         raise TypeError(f"Expected `sun` to be a Sun, got {type(sun).__name__}.")
     toward = as_doubles(sun.direction, "sun.direction")

@@ -99,26 +99,8 @@ def prefilter(
         rotation=rotation,
     )
     if several is not None:
-
-        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.floating[Any]]:
-            return prefilter(
-                image,
-                src,
-                dst,
-                roughness=roughness,
-                size=size,
-                rotation=rotation,
-                distribution=distribution,
-                method=method,
-                samples=samples,
-                skipna=skipna,
-                world=world,
-                negative=negative,
-                any_aspect=True,
-            )
-
         target_shape(resolve(dst), size, any_aspect)
-        return several.each(one, rotation)  # type: ignore[no-any-return]
+        return several.each(prefilter, locals())
     source, target = resolve_pair(src, dst, rotation, world)
     pixels = checked_image(image, skipna=skipna, negative=negative)
     shape = target_shape(target, size, any_aspect)
@@ -205,27 +187,15 @@ def prefilter_chain(
         raise ValueError(f"Expected `roughness` to have {levels} numbers, got {len(values)}.")
     for value in values:
         _check(distribution, value, samples)
-    several = images(image, resolve(src), any_aspect=any_aspect, channels_first=channels_first)
+    several = images(
+        image,
+        resolve(src),
+        any_aspect=any_aspect,
+        channels_first=channels_first,
+        rotation=rotation,
+    )
     if several is not None:
-
-        def one(image: Any) -> list[NDArray[np.floating[Any]]]:
-            return prefilter_chain(
-                image,
-                src,
-                dst,
-                size=size,
-                levels=levels,
-                rotation=rotation,
-                roughness=values,
-                distribution=distribution,
-                samples=samples,
-                skipna=skipna,
-                world=world,
-                negative=negative,
-                any_aspect=True,
-            )
-
-        return several.lists(one)
+        return several.each(prefilter_chain, locals(), "levels")
     source, target = resolve_pair(src, dst, rotation, world)
     pixels = checked_image(image, skipna=skipna, negative=negative)
     shapes = [target.shape(size >> k) for k in range(levels)]

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .._arrays import checked_image, has_channels
+from .._arrays import as_array, checked_image, has_channels, spatial_axes
 from .._scalars import as_flag, as_number
-from ..map.images import images, target_shape
+from ..map.images import channels_last, images, target_shape
 from ..map.named import resolve
 
 if TYPE_CHECKING:
@@ -118,11 +118,7 @@ def integrate(
     resolved = resolve(projection)
     several = images(image, resolved, any_aspect=any_aspect, channels_first=channels_first)
     if several is not None:
-
-        def one(image: Any, *_: Any) -> NDArray[np.float64]:
-            return integrate(image, resolved, skipna=skipna, negative=negative, any_aspect=True)
-
-        return several.each(one, result="numbers")  # type: ignore[no-any-return]
+        return several.each(integrate, locals(), "numbers")
     pixels = checked_image(image, skipna=skipna, negative=negative)
     return _shaped(_core.moments(pixels, resolved)[:-1, 0], pixels, resolved)
 
@@ -167,11 +163,7 @@ def mean(
     resolved = resolve(projection)
     several = images(image, resolved, any_aspect=any_aspect, channels_first=channels_first)
     if several is not None:
-
-        def one(image: Any, *_: Any) -> NDArray[np.float64]:
-            return mean(image, resolved, skipna=skipna, negative=negative, any_aspect=True)
-
-        return several.each(one, result="numbers")  # type: ignore[no-any-return]
+        return several.each(mean, locals(), "numbers")
     pixels = checked_image(image, skipna=skipna, negative=negative)
     moments = _core.moments(pixels, resolved)
     total: Any = moments[-1, 0]
@@ -226,18 +218,7 @@ def average_direction(
         image, resolved, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
     )
     if several is not None:
-
-        def one(image: Any, rotation: Any, _: Any) -> NDArray[np.float64]:
-            return average_direction(
-                image,
-                resolved,
-                rotation=rotation,
-                skipna=skipna,
-                negative=negative,
-                any_aspect=True,
-            )
-
-        return several.each(one, rotation, result="numbers")  # type: ignore[no-any-return]
+        return several.each(average_direction, locals(), "numbers")
     resolved = resolve(resolved, rotation=rotation)
     pixels = checked_image(image, skipna=skipna, negative=negative)
     moments = _core.moments(pixels, resolved)[:-1]
@@ -254,7 +235,8 @@ def ws_psnr(
     *,
     peak: float | None = None,
     any_aspect: bool = False,
-) -> float:
+    channels_first: bool = False,
+) -> float | Any:
     """Return the weighted-to-spherically-uniform peak signal-to-noise ratio, in decibels.
 
     Parameters
@@ -265,12 +247,12 @@ def ws_psnr(
         Of both.
     peak : float, optional
         The largest possible value: by default that of the integer type, or 1 for floats.
-    any_aspect : bool
+    any_aspect, channels_first : bool
         As for `convert`.
 
     Returns
     -------
-    psnr : float
+    psnr : float, or ndarray of float64, shape (N,), of two batches
         10 log10(peak² / MSE), the squared error averaged over channels and, by solid angle, over
         the sphere. Infinite for equal images.
 
@@ -289,9 +271,18 @@ def ws_psnr(
     >>> round(sm.light.ws_psnr(np.full((8, 16), 0.5), np.full((8, 16), 0.6), "latlong"), 6)
     20.0
     """
+    p = resolve(projection)
+    several = images(image, p, any_aspect=any_aspect, channels_first=channels_first)
+    if several is not None:
+        against = as_array(reference, "reference")
+        if channels_first:
+            against = channels_last(against, spatial_axes(p))
+        _expect_one_shape(several.array, against)
+        own = {"reference": against} if several.is_many else {}
+        reference = against
+        return several.each(ws_psnr, locals(), "numbers", **own)
     a, b = checked_image(image), checked_image(reference, name="reference")
-    if a.shape != b.shape:
-        raise ValueError(f"Expected two images of one shape, got {a.shape} and {b.shape}.")
+    _expect_one_shape(a, b)
     if peak is None:
         peak = float(np.iinfo(a.dtype).max) if a.dtype.kind == "u" else 1.0
     elif not (0 < as_number(peak, "peak") < math.inf):
@@ -299,8 +290,13 @@ def ws_psnr(
     # Differences beyond the squares that float64 holds are infinite.
     with np.errstate(over="ignore", invalid="ignore"):
         squared = np.square(a.astype(np.float64) - b.astype(np.float64))
-    error = float(np.mean(mean(squared, projection, any_aspect=any_aspect)))
+    error = float(np.mean(mean(squared, p, any_aspect=True)))
     return math.inf if error == 0 else 20.0 * math.log10(peak) - 10.0 * math.log10(error)
+
+
+def _expect_one_shape(a: NDArray[Any], b: NDArray[Any]) -> None:
+    if a.shape != b.shape:
+        raise ValueError(f"Expected two images of one shape, got {a.shape} and {b.shape}.")
 
 
 def _shaped(

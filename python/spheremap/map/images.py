@@ -3,7 +3,8 @@
 Every verb of an image asks here, so that one rule holds in all of them. What an image is follows
 from how many axes it has, never from how long they are: (H, W) is gray, (H, W, C) has channels,
 (N, H, W, C) is a batch, whose channels are spelled out. With `channels_first` channels lie right
-before the rows instead of last. An array of faces has one axis more in each case.
+before the rows instead of last. An array of faces has one axis more in each case. Of a batch a verb
+gives what it gives of each image alone, stacked, or in a list where it is no array.
 
 The aspect is right where each side is within a texel of what the map says: rounding, and rows on
 both poles, are no more than that. Stretched by more, a picture shows things where they are not.
@@ -11,8 +12,10 @@ both poles, are no more than that. Stretched by more, a picture shows things whe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, replace
+from functools import cache
+from inspect import signature
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -21,7 +24,7 @@ from .._arrays import as_array, as_size, expect_apart, spatial_axes
 from .._scalars import as_flag
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
@@ -37,6 +40,12 @@ __all__ = [
     "is_chain",
     "target_shape",
 ]
+
+T = TypeVar("T")
+
+# What a verb of one image returns: an image, values at places (the channels last), numbers of the
+# whole image, levels that are images, or anything else, of which a list is made.
+Result: TypeAlias = Literal["image", "values", "numbers", "levels", "object"]
 
 # Past the method of the subclass, which would call no other.
 _Core = _core.Projection
@@ -93,7 +102,7 @@ def target_shape(p: Projection, size: Size, any_aspect: object) -> tuple[int, ..
 
 def images(
     image: Any,
-    p: Projection,
+    p: Projection | None,
     *,
     any_aspect: object,
     channels_first: object = False,
@@ -102,32 +111,37 @@ def images(
 ) -> Several | None:
     """Return None for one image that is as the core takes it, else what makes such images of it.
 
-    The aspect is checked in both cases.
+    The aspect is checked in both cases. A picture that maps no sphere has no projection.
     """
     first = as_flag(channels_first, "channels_first")
     shape = _shape(image, name)
     turns = _rotations(rotation)
-    axes = spatial_axes(p)
+    axes = 2 if p is None else spatial_axes(p)
     is_batch = len(shape) == axes + 2
     if not (is_batch or turns is not None or (first and len(shape) > axes)):
-        expect_aspect(p, shape, any_aspect, name)
+        if p is not None:
+            expect_aspect(p, shape, any_aspect, name)
         return None
     array = as_array(image, name)
     if first:
-        array = channels_last(array, p)
-    expect_aspect(p, array.shape[1:] if is_batch else array.shape, any_aspect, name)
+        array = channels_last(array, axes)
+    if p is not None:
+        expect_aspect(p, array.shape[1:] if is_batch else array.shape, any_aspect, name)
     if is_batch and turns is not None and len(turns) != len(array):
         raise ValueError(
             f"Expected one rotation, or one for each image: got {len(turns)} for {len(array)} "
             "images."
         )
     moved = first and array.ndim > axes
-    return Several(array, turns, is_batch, moved)
+    return Several(array, turns, is_batch, moved, name)
 
 
-def channels_last(array: NDArray[Any], p: Projection) -> NDArray[Any]:
-    """Return a view of an image, or a batch, whose channels lie right before the rows."""
-    return np.moveaxis(array, -3, -1) if array.ndim > spatial_axes(p) else array
+def channels_last(array: NDArray[Any], axes: int) -> NDArray[Any]:
+    """Return a view of an image, or a batch, whose channels lie right before the rows.
+
+    `axes` is how many it has without channels.
+    """
+    return np.moveaxis(array, -3, -1) if array.ndim > axes else array
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,77 +152,138 @@ class Several:
     turns: NDArray[np.float64] | None
     is_batch: bool
     channels_first: bool
+    # That of the verb's parameter.
+    name: str
 
     def each(
         self,
-        verb: Callable[[Any, Any, Any], Any],
-        rotation: Any = None,
-        out: Any = None,
-        *,
-        result: Literal["image", "values", "numbers"] = "image",
-    ) -> Any:
-        """Return the results of a verb of (image, rotation, out), stacked.
+        verb: Callable[..., T],
+        given: dict[str, Any],
+        result: Result | tuple[Result, ...] = "image",
+        **along: Any,
+    ) -> T:
+        """Return what a verb makes of each image alone, put together as `result` says.
 
-        With `channels_first` they lie right before the rows of images and first in values at
-        places. Numbers of a whole image stay as they are.
+        The verb says ``return several.each(verb, locals())`` and is called again for each image,
+        with everything else that it was given itself, or has made of that by then. Aspects are
+        checked already. What goes `along` is one for each image as well. With `channels_first`
+        channels lie right before the rows of images and first in values at places. Numbers of a
+        whole image stay as they are.
         """
+        for name, values in along.items():
+            if len(values) != self.count:
+                raise ValueError(
+                    f"Expected one `{name}`, or one for each image: got {len(values)} for "
+                    f"{self.count} images."
+                )
+        calls = self._calls(verb, given, along)
+        if result not in ("image", "values", "numbers"):
+            return cast("T", self._joined([verb(*data, **rest) for data, rest in calls], result))
+        out = given.get("out")
         if isinstance(out, np.ndarray):
             expect_apart(self.array, out)
         if not self.channels_first or result == "numbers":
-            return self._stacked(verb, rotation, out)
-        found = self._stacked(verb, rotation, None)
-        found = np.moveaxis(found, -1, -3 if result == "image" else int(self._many))
+            return cast("T", self._stacked(verb, calls, out))
+        found = self._stacked(verb, calls, None)
+        found = np.moveaxis(found, -1, -3 if result == "image" else int(self.is_many))
         if out is None:
-            return np.ascontiguousarray(found)
+            return cast("T", np.ascontiguousarray(found))
         _expect_same(out, found)
         out[...] = found
-        return out
+        return cast("T", out)
 
-    def lists(self, verb: Callable[[Any], list[Any]]) -> list[Any]:
-        """Return the levels of all images, those of one level stacked."""
-        if not self.is_batch:
-            return [self._moved(level) for level in verb(self.array)]
-        found = [verb(one) for one in self._every()]
-        levels = [np.stack(level) for level in zip(*found, strict=True)]
-        return [self._moved(level[: len(self.array)]) for level in levels]
+    def repeated(self, count: int) -> Several:
+        """Return one image so many times; of many, themselves."""
+        if self.is_many:
+            return self
+        array = np.broadcast_to(self.array, (count, *self.array.shape))
+        return replace(self, array=array, is_batch=True)
 
     @property
-    def _many(self) -> bool:
+    def is_many(self) -> bool:
+        """Whether there is a result for each image, or for each rotation of one."""
         return self.is_batch or self.turns is not None
 
-    def _moved(self, level: Any) -> Any:
+    @property
+    def count(self) -> int:
+        """How many results there are."""
+        if not self.is_many:
+            return 1
+        return len(self.array if self.turns is None else self.turns)
+
+    def _calls(
+        self, verb: Callable[..., Any], given: dict[str, Any], along: dict[str, Any]
+    ) -> Iterator[tuple[list[Any], dict[str, Any]]]:
+        """Yield the arguments of each call; of no image, some that say what it would result in."""
+        data, rest, more = _parameters(verb)
+        options = {name: given[name] for name in (*data, *rest)} | (given[more] if more else {})
+        # Each image has the channels last, and an `out` of its own.
+        options = {k: v for k, v in options.items() if k not in ("channels_first", "out")}
+        if "any_aspect" in options:
+            options["any_aspect"] = True
+        options[self.name] = self.array
+        several = along | ({self.name: self.array} if self.is_batch else {})
+        for k in range(max(self.count, 1)):
+            options |= {name: _one(values, k) for name, values in several.items()}
+            if self.turns is not None:
+                options["rotation"] = self.turns[k] if self.count else None
+            named = {name: value for name, value in options.items() if name not in data}
+            yield [options[name] for name in data], named
+
+    def _joined(self, found: list[Any], result: Result | tuple[Result, ...]) -> Any:
+        if isinstance(result, tuple):
+            parts = zip(zip(*found, strict=True), result, strict=True)
+            return tuple(self._joined(list(part), kind) for part, kind in parts)
+        if result == "levels":
+            return [self._joined(list(level), "image") for level in zip(*found, strict=True)]
+        if result == "object":
+            return found[: self.count] if self.is_many else found[0]
+        image = np.stack(found)[: self.count] if self.is_many else found[0]
         if self.channels_first:
-            level = np.ascontiguousarray(np.moveaxis(level, -1, -3))
-        return level
+            image = np.ascontiguousarray(np.moveaxis(image, -1, -3))
+        return image
 
-    def _every(self) -> Any:
-        """Return the images, and of none one that says what the result would be."""
-        return self.array if len(self.array) else np.zeros_like(self.array, shape=_one(self.array))
-
-    def _stacked(self, verb: Callable[[Any, Any, Any], Any], rotation: Any, out: Any) -> Any:
-        if not self._many:
-            return verb(self.array, rotation, out)
-        count = len(self.array) if self.turns is None or self.is_batch else len(self.turns)
+    def _stacked(
+        self,
+        verb: Callable[..., Any],
+        calls: Iterator[tuple[list[Any], dict[str, Any]]],
+        out: Any,
+    ) -> Any:
+        if not self.is_many:
+            [(data, rest)] = calls
+            return verb(*data, **rest) if out is None else verb(*data, **rest, out=out)
+        count = self.count
         if out is not None and (not isinstance(out, np.ndarray) or out.shape[:1] != (count,)):
             got = getattr(out, "shape", type(out).__name__)
             raise ValueError(f"Expected `out` to have shape ({count}, ...), got {got}.")
-        every = self._every() if self.is_batch else self.array
-        for k in range(max(count, 1)):
-            one = every[k] if self.is_batch else every
-            turn = rotation if self.turns is None else self.turns[k] if count else None
-            into = out[k] if out is not None and k < count else None
-            found = verb(one, turn, into)
-            if out is None:
-                found = np.asarray(found)
-                out = np.empty((count, *found.shape), found.dtype)
-            # A verb that takes no `out` has a result of its own.
-            if found is not into and k < count:
-                out[k] = found
-        return out
+        result = out
+        for k, (data, rest) in enumerate(calls):
+            if out is not None and count:
+                verb(*data, **rest, out=out[k])
+                continue
+            found = np.asarray(verb(*data, **rest))
+            if result is None:
+                result = np.empty((count, *found.shape), found.dtype)
+            if count:
+                result[k] = found
+        return result
 
 
-def _one(array: NDArray[Any]) -> tuple[int, ...]:
-    return (1, *array.shape[1:])
+def _one(values: Any, k: int) -> Any:
+    """Return one of several; of none, an image that is black, or nothing."""
+    if len(values):
+        return values[k]
+    is_array = isinstance(values, np.ndarray)
+    return np.zeros_like(values, shape=values.shape[1:]) if is_array else None
+
+
+@cache
+def _parameters(verb: Callable[..., Any]) -> tuple[list[str], list[str], str]:
+    """Return the names of the data of a verb, which are given by place, of others, and of more."""
+    known = signature(verb).parameters.values()
+    data = [each.name for each in known if each.kind is each.POSITIONAL_ONLY]
+    more = "".join(each.name for each in known if each.kind is each.VAR_KEYWORD)
+    return data, [each.name for each in known if each.name not in (*data, more)], more
 
 
 def _expect_same(out: object, found: NDArray[Any]) -> None:

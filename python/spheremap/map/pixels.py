@@ -136,15 +136,11 @@ def directions_to_pixels(
     ----------
     directions : array_like, shape (..., 3)
         World directions of any length.
-    projection, axes, rotation
-        As for `encode`.
-    size : int or tuple of int
-        Of the image, as for `solid_angle`.
+    projection, axes, rotation, size, any_aspect
+        As for `pixels_to_directions`.
     centers : {"half", "integer"}
         As for `pixels_to_directions`: the center of the first pixel is (0.5, 0.5), or (0, 0), as
         OpenCV counts and as ``cv2.remap`` wants it.
-    any_aspect : bool
-        As for `solid_angle`.
 
     Returns
     -------
@@ -154,10 +150,8 @@ def directions_to_pixels(
 
     Raises
     ------
-    ValueError
-        For a wrong shape, an unknown name, or a size that the projection cannot have.
-    TypeError
-        For complex numbers and objects.
+    ValueError, TypeError
+        As for `pixels_to_directions`.
 
     See Also
     --------

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["convert_depth"]
 
-_KINDS = ("distance", "z")
-
 
 def convert_depth(
     depth: ArrayLike,
@@ -82,8 +80,7 @@ def convert_depth(
     """
     p = resolve(projection)
     for name, kind in (("source", source), ("target", source if target is None else target)):
-        if as_text(kind, name) not in _KINDS:
-            raise ValueError(f"unknown {name} '{kind}'; there are distance, z")
+        expect_kind(kind, name)
     if target is None:
         target = "z" if source == "distance" else "distance"
     given = np.asarray(depth)
@@ -92,7 +89,9 @@ def convert_depth(
     single = given.dtype.kind == "f" and given.dtype.itemsize <= 4
     dtype = np.dtype(np.float32 if single else np.float64)
     dimensions = spatial_axes(p)
-    shaped = channels_last(given, p) if as_flag(channels_first, "channels_first") else given
+    shaped = (
+        channels_last(given, dimensions) if as_flag(channels_first, "channels_first") else given
+    )
     held = shaped.shape[1:] if shaped.ndim == dimensions + 2 else shaped.shape
     if len(held) > dimensions and held[-1] == 1:
         held = held[:-1]
@@ -113,3 +112,9 @@ def convert_depth(
         if found is not out:
             out[...] = found
     return out
+
+
+def expect_kind(kind: object, name: str) -> None:
+    """Raise for what is no kind of depth."""
+    if as_text(kind, name) not in ("distance", "z"):
+        raise ValueError(f"unknown {name} '{kind}'; there are distance, z")

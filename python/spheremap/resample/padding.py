@@ -98,11 +98,7 @@ def pad(
         raise ValueError(f"Expected a border of 0 to {_WIDEST} texels, got {n}.")
     several = images(image, resolved, any_aspect=any_aspect, channels_first=channels_first)
     if several is not None:
-
-        def one(image: Any, *_: Any) -> NDArray[Any]:
-            return pad(image, resolved, n, filter=filter, any_aspect=True)
-
-        return several.each(one)  # type: ignore[no-any-return]
+        return several.each(pad, locals())
 
     def padded(image: Any, *_: Any) -> NDArray[Any]:
         return _core.pad(image, resolved, n, filter)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from .. import _core
 from .._arrays import keeps_dtype
 from .._scalars import as_items, as_text
-from ..map.images import is_chain
+from ..map.images import images, is_chain
 from .labels import labeled
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ def sample_uv(
     lod: ArrayLike | None = None,
     derivatives: tuple[ArrayLike, ArrayLike] | None = None,
     out: NDArray[Any] | None = None,
+    channels_first: bool = False,
 ) -> NDArray[Any]:
     """Look (u, v) up in a picture, as a sampler of a graphics API does.
 
@@ -41,7 +42,8 @@ def sample_uv(
     ----------
     image : array_like, shape (H, W) or (H, W, C)
         Of dtype uint8, uint16, float16, float32 or float64; with the filter ``"nearest"``, of any
-        integers or bool. It need not map a sphere.
+        integers or bool. It need not map a sphere. With one more axis in front it is a batch, as
+        for `convert`; the same places are looked up in each.
     uv : array_like, shape (..., 2)
         u runs to the right and v down, each from 0 to 1: the centers of n texels lie at (i + ½)/n.
     filter : str, optional
@@ -60,10 +62,12 @@ def sample_uv(
         `sample`.
     out : ndarray, optional
         Where to put the result.
+    channels_first : bool
+        As for `sample`.
 
     Returns
     -------
-    values : ndarray, shape (...) or (..., C), of the image's dtype
+    values : ndarray, shape (...) or (..., C), or (N, ..., C) of a batch, of the image's dtype
 
     Raises
     ------
@@ -104,6 +108,10 @@ def sample_uv(
     along = tuple(as_text(mode, "address") for mode in modes)
     if len(along) != 2:
         raise ValueError(f"Expected `address` to be one mode or a pair, got {address!r}.")
+
+    several = images(image, None, any_aspect=True, channels_first=channels_first)
+    if several is not None:
+        return several.each(sample_uv, locals(), "values")
 
     def looked_up(image: Any, fill: Any, out: Any) -> NDArray[Any]:
         return _core.sample_uv(

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arrays import as_array, as_doubles, spatial_axes
-from .._scalars import as_number, as_text
-from ..map.images import expect_aspect, target_shape
+from .._scalars import as_number
+from ..map.images import images, target_shape
 from ..map.named import resolve
 from ..map.pixels import directions_to_pixels
-from .depth import convert_depth
+from .depth import convert_depth, expect_kind
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from ..map.named import ProjectionLike
 
 __all__ = ["depth_to_points", "points_to_depth"]
-
-_KINDS = ("distance", "z")
 
 
 def depth_to_points(
@@ -35,25 +33,27 @@ def depth_to_points(
     axes: str | None = None,
     rotation: Any | None = None,
     any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> NDArray[np.floating[Any]]:
     """Return the point of space that each texel of a depth image sees, the eye at the origin.
 
     Parameters
     ----------
-    depth : array_like, shape (H, W) or (F, N, N)
-        Of real numbers.
+    depth : array_like, shape (H, W) or (F, N, N), or either with one channel (..., 1)
+        Of real numbers. A batch, as for `convert`, has one channel.
     projection : Projection or str
         The projection of the image.
     kind : {"distance", "z"}
         What `depth` is, as `source` of `convert_depth`.
     axes, rotation
-        As for `encode`. A camera is turned by `Projection.turned`.
-    any_aspect : bool
-        As for `convert`.
+        As for `encode`; the rotation may have shape (N, 3, 3), as for `convert`. A camera is turned
+        by `Projection.turned`.
+    any_aspect, channels_first : bool
+        As for `convert`; the channels of the result are x, y and z.
 
     Returns
     -------
-    points : ndarray, shape (H, W, 3) or (F, N, N, 3)
+    points : ndarray, shape (H, W, 3) or (F, N, N, 3), and of a batch (N, H, W, 3)
         In the world and the units of `depth`. float32 for float16 and float32, else float64. NaN
         where the image holds no sphere, where the depth is not finite, and where it is 0 or below,
         as nothing was measured there.
@@ -74,13 +74,26 @@ def depth_to_points(
     >>> points[..., 2].round(12).tolist()[0], points[0, 0].round(12).tolist()
     ([-2.0, -2.0, -2.0, -2.0], [-1.5, 1.5, -2.0])
     """
-    p = resolve(projection, axes, rotation)
+    p = resolve(projection, axes)
+    several = images(
+        depth,
+        p,
+        any_aspect=any_aspect,
+        channels_first=channels_first,
+        rotation=rotation,
+        name="depth",
+    )
+    if several is not None:
+        return several.each(depth_to_points, locals())
+    p = resolve(p, rotation=rotation)
     given = as_array(depth, "depth")
+    if given.ndim == spatial_axes(p) + 1 and given.shape[-1] == 1:
+        given = given[..., 0]
     if given.ndim != spatial_axes(p):
         wanted = "(H, W)" if spatial_axes(p) == 2 else "(F, N, N)"
         raise ValueError(f"Expected `depth` to have shape {wanted}, got {given.shape}.")
-    expect_aspect(p, given.shape, any_aspect, "depth")
-    distance = convert_depth(given, p, source=_checked(kind), target="distance", any_aspect=True)
+    expect_kind(kind, "kind")
+    distance = convert_depth(given, p, source=kind, target="distance", any_aspect=True)
     points = p.directions(given.shape, dtype=distance.dtype, any_aspect=True)
     known = np.isfinite(distance) & (distance > 0)
     points *= np.where(known, distance, np.nan)[..., None]
@@ -126,11 +139,8 @@ def points_to_depth(
 
     Raises
     ------
-    ValueError
-        For a kind of depth that is unknown, a wrong shape, or a size that the projection cannot
-        have.
-    TypeError
-        For complex numbers and objects.
+    ValueError, TypeError
+        As for `depth_to_points`, and for a size that the projection cannot have.
 
     Notes
     -----
@@ -147,7 +157,7 @@ def points_to_depth(
     """
     p = resolve(projection, axes, rotation)
     shape = target_shape(p, size, any_aspect)
-    _checked(kind)
+    expect_kind(kind, "kind")
     one = isinstance(fill, Sequence) and len(fill) == 1
     filling = as_number(fill[0] if one else fill, "fill")  # type: ignore[index]
     given = as_doubles(points, "points")
@@ -172,9 +182,3 @@ def points_to_depth(
     depth[empty] = filling
     with np.errstate(over="ignore"):
         return depth.astype(np.float32 if single else np.float64)
-
-
-def _checked(kind: Literal["distance", "z"]) -> Literal["distance", "z"]:
-    if as_text(kind, "kind") not in _KINDS:
-        raise ValueError(f"unknown kind '{kind}'; there are distance, z")
-    return kind

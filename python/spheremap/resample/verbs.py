@@ -148,25 +148,7 @@ def sample(
         image, p, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
     )
     if several is not None:
-
-        def one(image: Any, rotation: Any, out: Any) -> NDArray[Any]:
-            return sample(
-                image,
-                directions,
-                p,
-                filter=filter,
-                axes=axes,
-                rotation=rotation,
-                fill=fill,
-                out=out,
-                alpha=alpha,
-                skipna=skipna,
-                lod=lod,
-                derivatives=derivatives,
-                any_aspect=True,
-            )
-
-        return several.each(one, rotation, out, result="values")  # type: ignore[no-any-return]
+        return several.each(sample, locals(), "values")
     p = resolve(p, axes, rotation)
 
     def looked_up(image: Any, fill: Any, out: Any) -> NDArray[Any]:
@@ -326,25 +308,7 @@ def convert(
         image, source, any_aspect=any_aspect, channels_first=channels_first, rotation=rotation
     )
     if several is not None:
-
-        def one(image: Any, rotation: Any, out: Any) -> NDArray[Any]:
-            return convert(
-                image,
-                source,
-                target,
-                size=size,
-                rotation=rotation,
-                filter=filter,
-                fill=fill,
-                out=out,
-                skipna=skipna,
-                antialias=antialias,
-                alpha=alpha,
-                world=world,
-                any_aspect=True,
-            )
-
-        return several.each(one, rotation, out)  # type: ignore[no-any-return]
+        return several.each(convert, locals())
     if size is None:
         size = matching_size(np.shape(image), source, target)
     shape = target.shape(size)
@@ -442,5 +406,5 @@ def mipmaps(
     p = resolve(projection)
     several = images(image, p, any_aspect=any_aspect, channels_first=channels_first)
     if several is not None:
-        return several.lists(lambda one: mipmaps(one, p, any_aspect=True))
+        return several.each(mipmaps, locals(), "levels")
     return [np.asanyarray(image), *_core.mipmaps(image, p)]

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_array, as_image, keeps_dtype, spatial_axes, spatial_shape
-from .._scalars import as_flag, as_number
-from ..map.images import channels_last, expect_aspect
+from .._arrays import as_array, as_image, keeps_dtype, spatial_shape
+from .._scalars import as_number
+from ..map.images import Several, images
 from ..map.named import resolve
 from .verbs import convert
 
@@ -42,16 +42,18 @@ def embed(
     Parameters
     ----------
     view : array_like, shape (H, W) or (H, W, C)
-        The image to put in.
+        The image to put in. With one more axis in front it is a batch, as for `convert`.
     src : Projection or str
         Its projection, as ``sm.projection("perspective", fov=90).turned(pose)``.
     image : array_like
         The image that it is put into, of any projection, with as many channels and the same
-        dtype.
+        dtype; or a batch. Of two batches each view is put into its own image; else each into the
+        one, or the one into each.
     dst : Projection or str
         That image's projection.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        Turns the view in the world: what it shows at d goes to ``rotation @ d``.
+        Turns the view in the world: what it shows at d goes to ``rotation @ d``. Of shape
+        (N, 3, 3) as for `convert`.
     mask : array_like, shape (H, W), optional
         How much of each texel of the view counts: bool, numbers from 0 to 1, or uint8 from 0 to
         255.
@@ -67,7 +69,7 @@ def embed(
 
     Returns
     -------
-    image : ndarray, of the shape and dtype of `image`
+    image : ndarray, of the shape and dtype of `image`; a batch if there is one
         Texels that the view does not cover are those of `image`, to the bit.
 
     Raises
@@ -97,28 +99,26 @@ def embed(
     >>> edited.max(), (edited > 0).mean().round(2)
     (np.uint8(200), np.float64(0.05))
     """
-    small, large = resolve(src, rotation=rotation), resolve(dst)
-    if as_flag(channels_first, "channels_first"):
-        whole = embed(
-            channels_last(as_array(view, "view"), small),
-            small,
-            channels_last(as_array(image, "image"), large),
-            large,
-            mask=mask,
-            feather=feather,
-            out=channels_last(out, large) if isinstance(out, np.ndarray) else out,
-            any_aspect=any_aspect,
-            **options,
-        )
-        if out is not None:
-            return out
-        moved = whole.ndim > spatial_axes(large)
-        return np.ascontiguousarray(np.moveaxis(whole, -1, -3)) if moved else whole
+    small, large = resolve(src), resolve(dst)
+    views = images(
+        view,
+        small,
+        any_aspect=any_aspect,
+        channels_first=channels_first,
+        rotation=rotation,
+        name="view",
+    )
+    wholes = images(image, large, any_aspect=any_aspect, channels_first=channels_first)
+    if views is not None or wholes is not None:
+        views = views or Several(as_array(view, "view"), None, False, False, "view")
+        if wholes is None or not wholes.is_batch:
+            image = image if wholes is None else wholes.array
+            return views.each(embed, locals())
+        return views.repeated(wholes.count).each(embed, locals(), image=wholes.array)
+    small = resolve(small, rotation=rotation)
     crop, whole = as_image(view, out), as_image(image, None)
     shape = spatial_shape(crop, small, "view")
     target = spatial_shape(whole, large, "image")
-    expect_aspect(small, crop.shape, any_aspect, "view")
-    expect_aspect(large, whole.shape, any_aspect)
     channels = crop.shape[len(shape) :]
     if channels != whole.shape[len(target) :]:
         raise ValueError(

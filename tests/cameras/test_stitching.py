@@ -389,6 +389,7 @@ LENS = np.zeros((8, 8, 3), np.uint8)
         ([LENS], ["cube"], {}, "6 faces"),
         ([LENS, LENS], "dual_fisheye(fov=200)", {"blend": "bands"}, "'feather' or 'nearest'"),
         (LENS[0, 0], "dual_fisheye(fov=200)", {}, "one raw picture"),
+        (3, "dual_fisheye(fov=200)", {}, "one raw picture"),
         ([LENS], [BACK], {"exposure": "auto"}, "'match' or gains"),
         ([LENS], [BACK], {"exposure": [1.0, 2.0]}, "one gain a picture"),
         ([LENS], [BACK], {"exposure": [0.0]}, "positive and finite"),

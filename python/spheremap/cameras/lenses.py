@@ -83,7 +83,7 @@ def parts_of(image: NDArray[Any], p: Projection) -> list[NDArray[Any]]:
 
     Side by side they may be where nothing says how they lie: so cameras write them.
     """
-    if p.layout == "faces" and len(image) == 2 and image.ndim in (3, 4):
+    if p.layout == "faces" and image.ndim in (3, 4) and len(image) == 2:
         return [image[0], image[1]]
     rows, columns = (1, 2) if p.layout == "faces" else p.shape(2)
     beside = columns > rows

@@ -11,6 +11,7 @@ import numpy as np
 
 from .._arrays import as_doubles
 from .._scalars import as_flag, as_number
+from ..map.grid import row_blocks
 from .views import Rig
 from .weights import along, axis
 
@@ -95,13 +96,15 @@ def masks(
     axes = np.stack([axis(view.projection) for view in rig])
     found = []
     for k, view in enumerate(rig):
-        directions = np.asarray(view.projection.directions(view.size))
-        seen = np.asarray(~np.isnan(directions[..., 0]))
-        if only:
-            seen &= (directions @ axes.T).argmax(axis=-1) == k
-        if angle is not None:
-            seen &= directions @ (below / length) < math.cos(math.radians(angle))
-        found.append(seen)
+        mask = np.empty(view.size, bool)
+        for rows, directions in row_blocks(view.projection, view.size):
+            seen = np.asarray(~np.isnan(directions[..., 0]))
+            if only:
+                seen &= (directions @ axes.T).argmax(axis=-1) == k
+            if angle is not None:
+                seen &= directions @ (below / length) < math.cos(math.radians(angle))
+            mask[rows] = seen
+        found.append(mask)
     return found
 
 

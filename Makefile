@@ -199,6 +199,7 @@ bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/light.py
 	"$(BIN)/python" benches/packing.py
 	"$(BIN)/python" benches/healpix.py
+	"$(BIN)/python" benches/cameras.py
 
 docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/make_doc_images.py

@@ -55,13 +55,15 @@ RUST: Floors = [
 PYTHON: Floors = [
     {"_core": "the compiled py", "_names": "names as types, generated"},
     {
-        "_scalars": "numbers, words and flags of inputs, once",
+        "_scalars": "numbers, words, flags of inputs, once",
         "_show": "values as text",
+        "_srgb": "a curve",
     },
     {
         "_arrays": "shapes and dtypes of inputs, once",
         "_progress": "how far a call is",
     },
+    {"_threads": "work on blocks, by all threads"},
     {"map": "behind the core verbs that take directions"},
     {"resample": "behind the core verbs that take images"},
     {

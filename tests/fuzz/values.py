@@ -435,9 +435,27 @@ def ball(choice: Choice) -> str:
     )
 
 
+def cameras(choice: Choice) -> str:
+    return choice.of(
+        "'dual_fisheye(fov=200)'", "['angular(fov=200)'] * 2", "sm.cameras.rig(8, fov=100)[:2]",
+        "['latlong', 'camera_pinhole']", "[]", "[None]", "'x'",
+    )  # fmt: skip
+
+
+def pictures(choice: Choice) -> str:
+    """Return what two cameras see, most of them squares."""
+    return choice.of(
+        "[np.ones((8, 8, 3), 'f4')] * 2", "[np.zeros((8, 8), 'u1')] * 2",
+        "np.ones((8, 16, 3), 'u2')",
+        "np.full((2, 8, 8, 1), np.nan)", "[np.full((8, 8), np.inf), np.ones((4, 4))]",
+        photos(choice), image(choice),
+    )  # fmt: skip
+
+
 BY_NAME: dict[str, Callable[[Choice], str]] = {
     "axes": axes,
     "balls": ball,
+    "cameras": cameras,
     "center": pair,
     "codes": codes,
     "coefficients": numbers,
@@ -449,6 +467,7 @@ BY_NAME: dict[str, Callable[[Choice], str]] = {
     "image": image,
     "image_a": image,
     "image_b": image,
+    "images": pictures,
     "layout": layout,
     "levels": lambda c: c.of("None", images(c), integer(c)),
     "lobe": lobe,
@@ -467,6 +486,7 @@ BY_NAME: dict[str, Callable[[Choice], str]] = {
     "principal": pair,
     "rotation": rotation,
     "size": size,
+    "rig": lambda c: c.of("sm.cameras.rig(8, fov=100)", "sm.cameras.Rig(())", vectors(c)),
     "source_shape": lambda c: c.of("None", *SHAPES),
     "sun": sun,
     "uv": lambda c: vectors(c, 2),

@@ -524,6 +524,21 @@ OTHERS = {
         "sm.points_to_depth(d, 'latlong', size=256)",
         "sm.points_to_depth(few, 'latlong', size=8)",
     ),
+    "stitch": (
+        "i = [np.ones((1024, 1024, 3), np.uint8)] * 2; c = ['angular(fov=200)'] * 2",
+        "sm.cameras.stitch(i, c, 'latlong', size=1024)",
+        "sm.cameras.stitch([k[:64, :64] for k in i], c, 'latlong', size=64)",
+    ),
+    "gains": (
+        "i = [np.ones((1024, 1024, 3), np.uint8)] * 2; c = ['angular(fov=200)'] * 2",
+        "sm.cameras.gains(i, c)",
+        "sm.cameras.gains([k[:64, :64] for k in i], c)",
+    ),
+    "masks": (
+        "r = sm.cameras.rig(1600, n=12)",
+        "sm.cameras.masks(r)",
+        "sm.cameras.masks(sm.cameras.rig(16, n=12))",
+    ),
     "ud_grade": (
         "a = np.ones(12*256**2)",
         "sm.healpix.ud_grade(a, 32)",

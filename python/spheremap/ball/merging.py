@@ -14,6 +14,7 @@ from .._arrays import as_image
 from .._progress import counted, part
 from .._scalars import as_items, as_number
 from .._show import line
+from .._threads import on_all_threads
 from ..align.rotation_search import Match, Panorama, median, search
 from ..map.images import target_shape
 from ..map.named import resolve
@@ -26,7 +27,6 @@ from .joint import LIKELY_ANGLE, Placed, refined
 from .metals import reflectance_of
 from .photo import Shot, fitting_size
 from .supersample import Texels
-from .threads import on_all_threads
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

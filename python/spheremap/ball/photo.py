@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import as_doubles
+from .._threads import on_all_threads
 from ..map.named import projection
 from ..resample.verbs import sample
 from ..resample.views import mask_weights
 from .aiming import Aim
 from .finding import Ball
 from .supersample import Texels, counts, means, spreads
-from .threads import on_all_threads
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

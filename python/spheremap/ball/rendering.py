@@ -9,6 +9,7 @@ import numpy as np
 
 from .._arrays import as_image, expect_room, spatial_shape
 from .._scalars import as_text
+from .._threads import on_all_threads
 from ..map.images import images
 from ..map.named import resolve
 from ..map.variants import pose_matrix
@@ -17,7 +18,6 @@ from .camera import Outline, view
 from .metals import fresnel, reflectance_of
 from .photo import as_pair_of_numbers, by_hand
 from .supersample import counts, means
-from .threads import on_all_threads
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -185,8 +185,8 @@ def _binary_images(data: bytes) -> Iterator[tuple[int, list[float], list[float],
         yield key, pose[:4], pose[4:], name
 
 
-def write(rig: Rig, folder: Path, frame: str) -> None:
-    """Write cameras.txt, images.txt, points3D.txt and rig_config.json."""
+def write(rig: Rig, folder: Path, frame: str, masked: bool) -> None:
+    """Write cameras.txt, images.txt, points3D.txt and rig_config.json, which name no masks."""
     cameras: dict[str, int] = {}
     numbers = []
     for view in rig:

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from .._scalars import as_text
 from . import colmap, nerfstudio, opencv, yaml_files
-from .views import Rig
+from .masking import expect_masks, write_mask
+from .views import Rig, mask_path
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import ArrayLike
 
 __all__ = ["read", "write"]
 
@@ -82,6 +85,7 @@ def write(
     *,
     format: WrittenFormat,
     frame: str = "0001.png",
+    masks: Sequence[ArrayLike] | None = None,
 ) -> None:
     """Write a rig for structure from motion or splats.
 
@@ -96,11 +100,16 @@ def write(
         The program.
     frame : str, optional
         The file name of each view's picture, in a folder of the view's name: ``view00/0001.png``.
+    masks : sequence of array_like of bool, optional
+        A mask of each view, as `spheremap.cameras.masks` makes them. They are written as
+        ``masks/view00/0001.png.png``, white where pixels count: ``masks`` is COLMAP's
+        ``ImageReader.mask_path``, and nerfstudio's frames name them.
 
     Raises
     ------
     ValueError, TypeError
-        For a view without a pose, and a camera that the program has no model for.
+        For a view without a pose, a camera that the program has no model for, and masks of other
+        sizes.
     OSError
         If it cannot be written.
 
@@ -128,8 +137,12 @@ def write(
         raise ValueError("Expected the views of `rig` to have names of their own, got one twice.")
     frame = as_text(frame, "frame")
     folder = _path(path)
+    shapes = None if masks is None else expect_masks(masks, rig)
     folder.mkdir(parents=True, exist_ok=True)
-    WRITERS[format](rig, folder, frame)
+    WRITERS[format](rig, folder, frame, shapes is not None)
+    if shapes is not None:
+        for view, mask in zip(rig, shapes, strict=True):
+            write_mask(folder / mask_path(view, frame), mask)
 
 
 def _path(path: object) -> Path:

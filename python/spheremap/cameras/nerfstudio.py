@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .colmap import from_model, to_model
-from .views import Rig, View
+from .views import Rig, View, mask_path
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -74,7 +74,7 @@ def _view(scene: dict[str, Any], frame: dict[str, Any], k: int) -> View:
     )
 
 
-def write(rig: Rig, folder: Path, frame: str) -> None:
+def write(rig: Rig, folder: Path, frame: str, masked: bool) -> None:
     """Write a transforms.json, with the intrinsics in each frame."""
     frames = []
     for view in rig:
@@ -99,6 +99,8 @@ def write(rig: Rig, folder: Path, frame: str) -> None:
             )
         elif numbers[4:]:
             entry |= dict(zip(("k1", "k2", "p1", "p2", "k3"), numbers[4:9], strict=False))
+        if masked:
+            entry["mask_path"] = mask_path(view, frame)
         assert view.pose is not None
         transform = np.eye(4)
         transform[:3, :3] = view.pose @ FLIPPED

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .._projection import Projection
     from ..map.named import ProjectionLike
 
-__all__ = ["Rig", "View"]
+__all__ = ["Rig", "View", "mask_path"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,3 +156,8 @@ class Rig:
         return [
             convert(image, src, view.projection, size=view.size, **options) for view in self.views
         ]
+
+
+def mask_path(view: View, frame: str) -> str:
+    """Return where the mask of a view's picture lies: COLMAP's name of the picture, and .png."""
+    return f"masks/{view.name}/{frame}.png"

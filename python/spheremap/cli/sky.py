@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from spheremap.io.srgb import decoded
+from spheremap._srgb import decoded
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._arrays import as_real
 from .._scalars import as_number
-from .srgb import encoded
+from .._srgb import encoded
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

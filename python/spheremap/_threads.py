@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-from .. import _core
-from .._progress import counted
+from . import _core
+from ._progress import counted
 
 T = TypeVar("T")
 

@@ -20,7 +20,7 @@ pub use crate::code::options::CodeOptions;
 pub use crate::code::verb::Verb;
 
 use crate::code::dialect::{Dialect, Signature, Text};
-use crate::code::program::{Gives, Program, Takes, program};
+use crate::code::program::{Argument, Gives, Program, program};
 use crate::error::Error;
 use crate::map::Map;
 use crate::number::graph::{Helper, Style};
@@ -124,6 +124,16 @@ fn check_name(dialect: &dyn Dialect, name: &str) -> Result<(), Error> {
     Ok(())
 }
 
+/// What a shared function takes.
+fn helper_arguments(helper: Helper) -> Vec<Argument> {
+    let names: &[_] = if helper.arguments() == 2 {
+        &["y", "x"]
+    } else {
+        &["x"]
+    };
+    names.iter().map(|name| Argument::number(name)).collect()
+}
+
 fn written<T: Width>(
     map: &Map,
     dialect: &dyn Dialect,
@@ -160,7 +170,7 @@ fn written<T: Width>(
     for helper in helpers {
         let (graph, outputs) = trace::body::<T>(helper, style);
         let program = Program {
-            takes: Takes::Numbers(helper.arguments()),
+            takes: helper_arguments(helper),
             gives: if helper.results() == 2 {
                 Gives::Pair
             } else {
@@ -171,7 +181,7 @@ fn written<T: Width>(
         };
         let signature = Signature {
             name: printer::helper_name(prefix, helper),
-            takes: program.takes,
+            takes: program.takes.clone(),
             gives: program.gives,
             doc: vec![header::of_helper(helper).to_owned()],
         };
@@ -180,7 +190,7 @@ fn written<T: Width>(
     for (verb, program) in &programs {
         let signature = Signature {
             name: format!("{prefix}_{}", verb.name()),
-            takes: program.takes,
+            takes: program.takes.clone(),
             gives: program.gives,
             doc: header::of_verb(map, *verb),
         };

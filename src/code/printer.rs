@@ -82,12 +82,21 @@ impl Printer<'_> {
         }
     }
 
+    /// A number of all that the function takes.
+    fn input(&self, mut number: usize) -> String {
+        for argument in &self.signature.takes {
+            if number < argument.width() {
+                return self.dialect.argument(argument, number);
+            }
+            number -= argument.width();
+        }
+        unreachable!("a formula has the inputs that its signature says")
+    }
+
     fn expression(&self, node: Node) -> Expression {
         let (dialect, text) = (self.dialect, self.text);
         match node {
-            Node::Input(number) => {
-                Expression::atom(dialect.argument(self.signature, usize::from(number)))
-            }
+            Node::Input(number) => Expression::atom(self.input(usize::from(number))),
             Node::Constant(bits) => {
                 let x = f64::from_bits(bits);
                 if x.is_nan() {
@@ -139,7 +148,9 @@ impl Printer<'_> {
                 let name = helper_name(&text.prefix, helper);
                 Expression::atom(format!("{name}({})", arguments.join(", ")))
             }
-            Node::Part(pair, number) => Expression::atom(dialect.part(&self.of(pair).text, number)),
+            Node::Part(pair, number) => {
+                Expression::atom(dialect.part(&self.of(pair).text, usize::from(number)))
+            }
         }
     }
 

@@ -8,15 +8,64 @@ use crate::number::real::Real;
 use crate::number::trace::{Trace, Width, record};
 use crate::projections::projection::{Projection, Uv, Visitor};
 
-/// What a function takes.
+/// What an argument of a function is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Takes {
+pub enum Kind {
+    /// A number.
+    Number,
+    /// So many numbers.
+    Vector(usize),
+}
+
+/// An argument of a function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Argument {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is.
+    pub kind: Kind,
+    /// The names of its numbers, where they are taken apart.
+    pub parts: &'static [&'static str],
+}
+
+impl Argument {
     /// A direction.
-    Direction,
-    /// Image coordinates, so many.
-    Place(usize),
-    /// So many plain numbers.
-    Numbers(usize),
+    pub const DIRECTION: Argument = Argument {
+        name: "d",
+        kind: Kind::Vector(3),
+        parts: &["x", "y", "z"],
+    };
+
+    /// Image coordinates, two or three.
+    pub fn place(numbers: usize) -> Argument {
+        Argument {
+            name: place_name(numbers),
+            kind: Kind::Vector(numbers),
+            parts: &["u", "v", "face"],
+        }
+    }
+
+    /// A number.
+    pub fn number(name: &'static str) -> Argument {
+        Argument {
+            name,
+            kind: Kind::Number,
+            parts: &[],
+        }
+    }
+
+    /// How many numbers it is.
+    pub fn width(&self) -> usize {
+        match self.kind {
+            Kind::Number => 1,
+            Kind::Vector(n) => n,
+        }
+    }
+}
+
+/// The name of image coordinates.
+pub fn place_name(numbers: usize) -> &'static str {
+    if numbers == 2 { "uv" } else { "uvf" }
 }
 
 /// What a function gives.
@@ -28,8 +77,8 @@ pub enum Gives {
     Pair,
     /// Whether it is so.
     Truth,
-    /// A vector of so many numbers: a direction, or image coordinates.
-    Vector(usize),
+    /// A vector of so many numbers, of this name where it has one: a direction, or image coordinates.
+    Vector(usize, &'static str),
     /// Two directions.
     Columns,
 }
@@ -38,7 +87,7 @@ pub enum Gives {
 #[derive(Clone, Debug)]
 pub struct Program {
     /// What it takes.
-    pub takes: Takes,
+    pub takes: Vec<Argument>,
     /// What it gives.
     pub gives: Gives,
     /// Nodes, each behind those that it is made of.
@@ -144,14 +193,14 @@ pub fn program<T: Width>(map: &Map, verb: Verb, style: Style) -> Program {
     let (graph, outputs) = record(style, || map.visit_canonical(recorded));
     let width = map.uv_width();
     let (takes, gives) = match verb {
-        Verb::Encode => (Takes::Direction, Gives::Vector(width)),
-        Verb::Decode => (Takes::Place(width), Gives::Vector(3)),
-        Verb::Density => (Takes::Place(width), Gives::Number),
-        Verb::Valid => (Takes::Place(width), Gives::Truth),
-        Verb::Jacobian => (Takes::Place(width), Gives::Columns),
+        Verb::Encode => (Argument::DIRECTION, Gives::Vector(width, place_name(width))),
+        Verb::Decode => (Argument::place(width), Gives::Vector(3, "d")),
+        Verb::Density => (Argument::place(width), Gives::Number),
+        Verb::Valid => (Argument::place(width), Gives::Truth),
+        Verb::Jacobian => (Argument::place(width), Gives::Columns),
     };
     Program {
-        takes,
+        takes: vec![takes],
         gives,
         nodes: graph.into_nodes(),
         outputs,

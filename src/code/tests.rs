@@ -61,7 +61,7 @@ fn values<T: Width>(program: &Program, style: Style, inputs: &[f64]) -> Vec<f64>
             Node::Call(helper, a, b) => {
                 let (graph, outputs) = trace::body::<T>(helper, style);
                 let body = Program {
-                    takes: Takes::Numbers(helper.arguments()),
+                    takes: helper_arguments(helper),
                     gives: Gives::Pair,
                     nodes: graph.into_nodes(),
                     outputs,

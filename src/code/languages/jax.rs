@@ -13,7 +13,6 @@ impl Arrays for Jax {
     const PROMISE: &'static str = "Within a few units in the last place: the compiler contracts. Doubles want `jax_enable_x64`.";
     const CHECKED: &'static str = "JAX, by `make test-languages`";
     const AXIS: &'static str = "axis";
-    const OF_TWO: [&'static str; 3] = ["minimum", "maximum", "arctan2"];
 
     fn power_of_two(a: &str) -> String {
         format!("jnp.ldexp(jnp.ones_like({a}), ({a}).astype(int))")

@@ -1,6 +1,6 @@
 //! Metal's shading language.
 
-use crate::code::dialect::{Dialect, Expression, Signature, Text, plain, prefix};
+use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, prefix};
 use crate::number::graph::Unary;
 
 /// MSL.
@@ -54,26 +54,20 @@ impl Dialect for Msl {
         format!("float2x3({a}, {b})")
     }
 
-    fn literal(&self, x: f64, text: &Text) -> String {
-        format!("{}f", plain(x, text.double))
+    fn suffix(&self, _text: &Text) -> &'static str {
+        "f"
     }
 
     fn not_a_number(&self, _text: &Text) -> String {
         "NAN".to_owned()
     }
 
-    fn function(&self, operation: Unary, _text: &Text) -> String {
-        match operation {
-            Unary::Absolute => "fabs",
-            Unary::Floor => "floor",
-            Unary::Round => "rint",
-            Unary::Sine => "sin",
-            Unary::Cosine => "cos",
-            Unary::Sinh => "sinh",
-            Unary::Cosh => "cosh",
-            _ => "sqrt",
+    fn names(&self) -> Names {
+        Names {
+            absolute: "fabs",
+            round: "rint",
+            ..Names::SHADERS
         }
-        .to_owned()
     }
 
     fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {
@@ -82,9 +76,5 @@ impl Dialect for Msl {
             Unary::Exponent => Expression::atom(format!("float(ilogb({}))", a.text)),
             _ => prefix(self, operation, a, text),
         }
-    }
-
-    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
-        ["min", "max", "atan2"].map(str::to_owned)
     }
 }

@@ -1,9 +1,7 @@
 //! NumPy: arrays of directions (…, 3) and of image coordinates (…, 2) or (…, 3).
 
-use crate::code::dialect::{
-    Dialect, Expression, Local, Signature, Text, level, numbered, place_name, prefix,
-};
-use crate::code::program::{Gives, Takes};
+use crate::code::dialect::{Dialect, Expression, Local, Names, Signature, Text, level, prefix};
+use crate::code::program::{Argument, Gives, Kind};
 use crate::number::graph::Unary;
 
 /// NumPy.
@@ -25,8 +23,8 @@ pub trait Arrays: Sync {
     const CHECKED: &'static str;
     /// The name of the axis that arrays are stacked along.
     const AXIS: &'static str;
-    /// The names of the larger and the smaller number, and of the arctangent.
-    const OF_TWO: [&'static str; 3];
+    /// The name of the arctangent of two numbers.
+    const ARCTANGENT: &'static str = "arctan2";
 
     /// Whether a plain number of a choice is rounded to 32 bits, whatever the other is.
     const NARROWS: bool = false;
@@ -67,7 +65,6 @@ impl Arrays for NumPy {
     const PROMISE: &'static str = "The bits are those of the library.";
     const CHECKED: &'static str = "NumPy";
     const AXIS: &'static str = "axis";
-    const OF_TWO: [&'static str; 3] = ["minimum", "maximum", "arctan2"];
 
     fn power_of_two(a: &str) -> String {
         format!("np.ldexp(np.ones_like({a}), ({a}).astype(np.int32))")
@@ -129,10 +126,6 @@ impl<A: Arrays> Dialect for A {
         String::new()
     }
 
-    fn columns(&self, _text: &Text) -> String {
-        String::new()
-    }
-
     fn not_a_number(&self, _text: &Text) -> String {
         format!("{}.nan", A::MODULE)
     }
@@ -140,32 +133,27 @@ impl<A: Arrays> Dialect for A {
     fn open(&self, signature: &Signature, text: &Text) -> String {
         let width = if text.double { "float64" } else { "float32" };
         let module = A::MODULE;
-        let unpacked = |name: &str, parts: &[&str]| {
-            let places: Vec<_> = (0..parts.len())
-                .map(|k| format!("{name}[..., {k}]"))
-                .collect();
-            format!(
-                "def {}({name}):\n    {name} = {module}.asarray({name}, dtype={module}.{width})\n    {} = {}",
-                signature.name,
-                parts.join(", "),
-                places.join(", ")
-            )
-        };
-        match signature.takes {
-            Takes::Direction => unpacked("d", &["x", "y", "z"]),
-            Takes::Place(n) => unpacked(place_name(n), &["u", "v", "face"][..n]),
-            Takes::Numbers(n) => {
-                let names: Vec<_> = numbered(n).collect();
-                format!("def {}({}):", signature.name, names.join(", "))
-            }
+        let names: Vec<_> = signature.takes.iter().map(|a| a.name).collect();
+        let mut lines = vec![format!("def {}({}):", signature.name, names.join(", "))];
+        for argument in &signature.takes {
+            let name = argument.name;
+            let Kind::Vector(n) = argument.kind else {
+                continue;
+            };
+            let places: Vec<_> = (0..n).map(|k| format!("{name}[..., {k}]")).collect();
+            lines.push(format!(
+                "    {name} = {module}.asarray({name}, dtype={module}.{width})"
+            ));
+            let parts = argument.parts[..n].join(", ");
+            lines.push(format!("    {parts} = {}", places.join(", ")));
         }
+        lines.join("\n")
     }
 
-    fn argument(&self, signature: &Signature, number: usize) -> String {
-        match signature.takes {
-            Takes::Direction => ["x", "y", "z"][number].to_owned(),
-            Takes::Place(_) => ["u", "v", "face"][number].to_owned(),
-            Takes::Numbers(n) => numbered(n).nth(number).unwrap_or_default().to_owned(),
+    fn argument(&self, argument: &Argument, number: usize) -> String {
+        match argument.kind {
+            Kind::Number => argument.name.to_owned(),
+            Kind::Vector(_) => argument.parts[number].to_owned(),
         }
     }
 
@@ -176,7 +164,10 @@ impl<A: Arrays> Dialect for A {
     fn gives(&self, signature: &Signature, values: &[String], text: &Text) -> String {
         let module = A::MODULE;
         // A constant, such as the face of a map of one, has the shape of what came in.
-        let like = self.argument(signature, 0);
+        let like = match signature.takes.first() {
+            Some(argument) => self.argument(argument, 0),
+            None => String::new(),
+        };
         let shaped = |value: &String| {
             if value.parse::<f64>().is_ok() || value == &self.not_a_number(text) {
                 format!("{module}.full_like({like}, {value})")
@@ -193,7 +184,7 @@ impl<A: Arrays> Dialect for A {
             // A condition on constants is no array yet.
             Gives::Truth => format!("return ({}) & ({like} == {like})", values.concat()),
             Gives::Pair => format!("return {}", values.join(", ")),
-            Gives::Vector(_) => format!("return {}", stack(&values)),
+            Gives::Vector(..) => format!("return {}", stack(&values)),
             Gives::Columns => {
                 format!(
                     "du = {}\ndv = {}\nreturn {module}.stack([du, dv], {axis}=-1)",
@@ -208,21 +199,20 @@ impl<A: Arrays> Dialect for A {
         ""
     }
 
-    fn part(&self, pair: &str, number: u8) -> String {
-        format!("{pair}[{number}]")
+    fn component(&self, vector: &str, number: usize) -> String {
+        format!("{vector}[{number}]")
     }
 
-    fn function(&self, operation: Unary, _text: &Text) -> String {
-        let name = match operation {
-            Unary::Absolute => "abs",
-            Unary::Floor => "floor",
-            Unary::Round => "round",
-            Unary::Sine => "sin",
-            Unary::Cosine => "cos",
-            Unary::Sinh => "sinh",
-            Unary::Cosh => "cosh",
-            _ => "sqrt",
-        };
+    fn names(&self) -> Names {
+        Names {
+            minimum: "minimum",
+            maximum: "maximum",
+            arctangent: A::ARCTANGENT,
+            ..Names::SHADERS
+        }
+    }
+
+    fn called(&self, name: &str, _text: &Text) -> String {
         format!("{}.{name}", A::MODULE)
     }
 
@@ -232,10 +222,6 @@ impl<A: Arrays> Dialect for A {
             Unary::Exponent => Expression::atom(A::exponent(&a.text)),
             _ => prefix(self, operation, a, text),
         }
-    }
-
-    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
-        A::OF_TWO.map(|name| format!("{}.{name}", A::MODULE))
     }
 
     // They keep a NaN of either operand.

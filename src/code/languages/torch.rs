@@ -14,7 +14,7 @@ impl Arrays for Torch {
     const PROMISE: &'static str = "Within a few units in the last place: its square root, and what is divided into a constant, are not rounded correctly.";
     const CHECKED: &'static str = "PyTorch, by `make test-languages`";
     const AXIS: &'static str = "dim";
-    const OF_TWO: [&'static str; 3] = ["minimum", "maximum", "atan2"];
+    const ARCTANGENT: &'static str = "atan2";
     const NARROWS: bool = true;
 
     fn power_of_two(a: &str) -> String {

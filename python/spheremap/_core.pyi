@@ -15,6 +15,7 @@ __all__ = [
     "check_word",
     "code",
     "code_languages",
+    "code_verbs",
     "compare",
     "convention_table",
     "convert",
@@ -219,6 +220,17 @@ class Packer:
     def unpack(
         self, codes: NDArray[Any], /, single: bool, out: NDArray[Any] | None = None
     ) -> NDArray[np.floating[Any]]: ...
+    def code(
+        self,
+        language: str,
+        /,
+        *,
+        verbs: Sequence[str],
+        rounding: str,
+        name: str | None,
+        native: bool,
+        double: bool,
+    ) -> str: ...
     def canonical(self, codes: NDArray[Any], /) -> NDArray[Any]: ...
 
 def packing_table() -> list[tuple[str, str, int, str, int | None]]: ...
@@ -257,6 +269,7 @@ def code(
     double: bool,
 ) -> str: ...
 def code_languages() -> list[dict[str, Any]]: ...
+def code_verbs() -> list[str]: ...
 def compare(
     a: Projection, b: Projection, /
 ) -> tuple[list[list[int]] | None, bool | None, list[str]]: ...

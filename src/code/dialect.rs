@@ -4,7 +4,7 @@
 //! there are, what is named and what stands within another expression is the business of [`crate::code::printer`], once
 //! for all.
 
-use crate::code::program::{Argument, Gives, Kind};
+use crate::code::interface::{Argument, Gives, Kind, Words};
 use crate::number::graph::{Binary, Comparison, Unary};
 
 /// How tightly an expression holds together; what holds less stands in parentheses.
@@ -145,6 +145,8 @@ pub struct Text {
     pub header: Vec<String>,
     /// Whether some number is NaN.
     pub not_a_number: bool,
+    /// Whether some function takes or gives a word.
+    pub words: bool,
 }
 
 /// A language.
@@ -233,23 +235,74 @@ pub trait Dialect: Sync {
         ""
     }
 
-    /// What a function takes, as its signature says it.
-    fn parameter(&self, argument: &Argument, text: &Text) -> String {
-        let kind = match argument.kind {
+    /// The type of an unsigned word of so many bits; nothing where there is none.
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        (bits <= 32).then_some("uint")
+    }
+
+    /// A value as one of another type.
+    fn cast(&self, kind: &str, value: &str) -> String {
+        format!("{kind}({value})")
+    }
+
+    /// A whole number beside a word.
+    fn whole(&self, n: u64) -> String {
+        format!("{n}u")
+    }
+
+    /// One of the numbers in a word.
+    fn field(&self, word: &str, words: Words, field: usize, text: &Text) -> String {
+        if words.fields == 1 {
+            return self.cast(self.number(text), word);
+        }
+        let mask = self.whole((1 << words.bits) - 1);
+        let bits = match words.shift(field) {
+            0 => format!("{word} & {mask}"),
+            shift => format!("({word} >> {}) & {mask}", self.whole(u64::from(shift))),
+        };
+        self.cast(self.number(text), &bits)
+    }
+
+    /// Numbers as the word that they are in.
+    fn word_of(&self, values: &[String], words: Words) -> String {
+        let kind = self.word(words.all()).unwrap_or_default();
+        let part = |(field, value): (usize, &String)| match words.shift(field) {
+            0 => self.cast(kind, value),
+            shift => format!(
+                "({} << {})",
+                self.cast(kind, value),
+                self.whole(u64::from(shift))
+            ),
+        };
+        let parts: Vec<_> = values.iter().enumerate().map(part).collect();
+        parts.join(" | ")
+    }
+
+    /// The type of an argument.
+    fn kind(&self, kind: Kind, text: &Text) -> String {
+        match kind {
             Kind::Number => self.number(text).to_owned(),
             Kind::Vector(n) => self.vector(n, text),
-        };
-        format!("{kind} {}", argument.name)
+            Kind::Word(words) => self.word(words.all()).unwrap_or_default().to_owned(),
+        }
+    }
+
+    /// What a function takes, as its signature says it.
+    fn parameter(&self, argument: &Argument, text: &Text) -> String {
+        format!("{} {}", self.kind(argument.kind, text), argument.name)
     }
 
     /// What a function fills instead of returning it: the name and the parameter of each.
-    fn filled(&self, _gives: Gives, _text: &Text) -> Vec<(&'static str, String)> {
-        Vec::new()
+    fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
+        match gives {
+            Gives::Taps => filled_by(self, gives, text, ["out ", ""]),
+            _ => Vec::new(),
+        }
     }
 
     /// The statements that fill it.
     fn fill(&self, name: &str, values: &[String], text: &Text) -> String {
-        format!("*{name} = {};", self.joined(values, text))
+        format!("{name} = {};", self.joined(values, text))
     }
 
     /// A function's beginning, through its opening brace.
@@ -279,6 +332,7 @@ pub trait Dialect: Sync {
         match argument.kind {
             Kind::Number => argument.name.to_owned(),
             Kind::Vector(_) => self.component(argument.name, number),
+            Kind::Word(_) => argument.parts[number].to_owned(),
         }
     }
 
@@ -307,6 +361,8 @@ pub trait Dialect: Sync {
             Gives::Number | Gives::Truth => values.concat(),
             Gives::Pair | Gives::Vector(..) => self.joined(values, text),
             Gives::Columns => self.joined_columns(values, text),
+            Gives::Word(words) => self.word_of(values, words),
+            Gives::Taps => String::new(),
         };
         format!("return {value};")
     }
@@ -475,6 +531,8 @@ pub fn outside<D: Dialect + ?Sized>(
         Gives::Pair => dialect.vector(2, text),
         Gives::Vector(n, _) => dialect.vector(n, text),
         Gives::Columns => dialect.columns(text),
+        Gives::Word(words) => dialect.kind(Kind::Word(words), text),
+        Gives::Taps => "void".to_owned(),
     };
     let takes = signature.takes.iter();
     let arguments: Vec<_> = takes
@@ -484,19 +542,26 @@ pub fn outside<D: Dialect + ?Sized>(
     (arguments.join(", "), gives)
 }
 
-/// Two directions, each by a parameter that begins so, in languages without a type for both.
-pub fn two_filled<D: Dialect + ?Sized>(
+/// The names of several vectors that a function gives, and how many numbers each has.
+pub fn several(gives: Gives) -> (&'static [&'static str], usize) {
+    match gives {
+        Gives::Columns => (&["du", "dv"], 3),
+        Gives::Taps => (&["columns", "rows", "weights"], 4),
+        _ => (&[], 0),
+    }
+}
+
+/// Several vectors, each by a parameter whose type stands between these.
+pub fn filled_by<D: Dialect + ?Sized>(
     dialect: &D,
     gives: Gives,
     text: &Text,
     [before, after]: [&str; 2],
 ) -> Vec<(&'static str, String)> {
-    let of = dialect.vector(3, text);
-    let parameter = |name| (name, format!("{before}{of}{after} {name}"));
-    match gives {
-        Gives::Columns => vec![parameter("du"), parameter("dv")],
-        _ => Vec::new(),
-    }
+    let (names, width) = several(gives);
+    let of = dialect.vector(width, text);
+    let parameter = |&name: &&'static str| (name, format!("{before}{of}{after} {name}"));
+    names.iter().map(parameter).collect()
 }
 
 /// Powers of two and exponents by `ldexp` and `ilogb`, in languages that convert as C does.

@@ -3,7 +3,7 @@
 //! A value that is used once stands where it is used; one that is used again, or would make a line too long, gets a name.
 
 use crate::code::dialect::{Dialect, Expression, Local, Signature, Text};
-use crate::code::program::{Gives, Program};
+use crate::code::interface::{Gives, Kind, Program};
 use crate::number::graph::{Binary, Comparison, Helper, Id, Logic, Node, Unary};
 
 /// The most characters that an expression may have and still stand within another.
@@ -208,6 +208,16 @@ pub fn function(
         statements: Vec::new(),
         names: 0,
     };
+    // What lies in the bits of a word is taken out first.
+    for argument in &signature.takes {
+        if let Kind::Word(words) = argument.kind {
+            for (field, name) in argument.parts.iter().enumerate().take(words.fields) {
+                let value = dialect.field(argument.name, words, field, text);
+                let statement = dialect.local(Local::Number, name, &value, text);
+                printer.statements.push(statement);
+            }
+        }
+    }
     for (id, &node) in program.nodes.iter().enumerate() {
         if uses[id] == 0 {
             continue;

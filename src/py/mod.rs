@@ -30,7 +30,7 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
-    use super::code::{code, code_languages};
+    use super::code::{code, code_languages, code_verbs};
     #[pymodule_export]
     use super::compare::{compare, worlds};
     #[pymodule_export]

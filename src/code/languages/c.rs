@@ -1,7 +1,7 @@
 //! C, and C++ that reads it.
 
-use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, by_exponent};
-use crate::code::program::{Argument, Gives, Kind};
+use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, by_exponent, several};
+use crate::code::interface::{Argument, Gives, Kind};
 use crate::number::graph::Unary;
 
 /// C99.
@@ -45,8 +45,13 @@ impl Dialect for C {
 
     fn prelude(&self, text: &Text) -> String {
         let number = self.number(text);
+        let words = if text.words {
+            "#include <stdint.h>\n"
+        } else {
+            ""
+        };
         format!(
-            "#include <math.h>\n#include <stdbool.h>\n\ntypedef struct {{ {number} x, y; }} {}_pair;\n\n",
+            "#include <math.h>\n#include <stdbool.h>\n{words}\ntypedef struct {{ {number} x, y; }} {}_pair;\n\n",
             text.prefix
         )
     }
@@ -63,6 +68,14 @@ impl Dialect for C {
         format!("({}){{{}}}", self.vector(2, text), values.join(", "))
     }
 
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        Some(if bits <= 32 { "uint32_t" } else { "uint64_t" })
+    }
+
+    fn cast(&self, kind: &str, value: &str) -> String {
+        format!("({kind})({value})")
+    }
+
     fn suffix(&self, text: &Text) -> &'static str {
         if text.double { "" } else { "f" }
     }
@@ -76,6 +89,7 @@ impl Dialect for C {
         match argument.kind {
             Kind::Number => format!("{number} {name}"),
             Kind::Vector(n) => format!("const {number} {name}[{n}]"),
+            Kind::Word(_) => format!("{} {name}", self.kind(argument.kind, text)),
         }
     }
 
@@ -83,8 +97,11 @@ impl Dialect for C {
         let array = |name, n| (name, format!("{} {name}[{n}]", self.number(text)));
         match gives {
             Gives::Vector(n, name) => vec![array(name, n)],
-            Gives::Columns => vec![array("du", 3), array("dv", 3)],
-            Gives::Number | Gives::Truth | Gives::Pair => Vec::new(),
+            Gives::Columns | Gives::Taps => {
+                let (names, width) = several(gives);
+                names.iter().map(|&name| array(name, width)).collect()
+            }
+            Gives::Number | Gives::Truth | Gives::Pair | Gives::Word(_) => Vec::new(),
         }
     }
 

@@ -1,8 +1,8 @@
 //! CUDA C++.
 
 use super::c::math;
-use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, by_exponent, two_filled};
-use crate::code::program::Gives;
+use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, by_exponent, filled_by};
+use crate::code::interface::Gives;
 use crate::number::graph::Unary;
 
 /// CUDA.
@@ -57,7 +57,23 @@ impl Dialect for Cuda {
     }
 
     fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
-        two_filled(self, gives, text, ["", "*"])
+        filled_by(self, gives, text, ["", "*"])
+    }
+
+    fn fill(&self, name: &str, values: &[String], text: &Text) -> String {
+        format!("*{name} = {};", self.joined(values, text))
+    }
+
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        Some(if bits <= 32 {
+            "unsigned int"
+        } else {
+            "unsigned long long"
+        })
+    }
+
+    fn cast(&self, kind: &str, value: &str) -> String {
+        format!("({kind})({value})")
     }
 
     fn suffix(&self, text: &Text) -> &'static str {

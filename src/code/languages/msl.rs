@@ -1,6 +1,7 @@
 //! Metal's shading language.
 
-use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, prefix};
+use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, filled_by, prefix};
+use crate::code::interface::Gives;
 use crate::number::graph::Unary;
 
 /// MSL.
@@ -49,9 +50,20 @@ impl Dialect for Msl {
         "float2x3".to_owned()
     }
 
+    fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
+        match gives {
+            Gives::Taps => filled_by(self, gives, text, ["thread ", "&"]),
+            _ => Vec::new(),
+        }
+    }
+
     fn joined_columns(&self, values: &[String], text: &Text) -> String {
         let [a, b] = [0, 3].map(|k| self.joined(&values[k..k + 3], text));
         format!("float2x3({a}, {b})")
+    }
+
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        Some(if bits <= 32 { "uint" } else { "ulong" })
     }
 
     fn suffix(&self, _text: &Text) -> &'static str {

@@ -1,7 +1,7 @@
 //! NumPy: arrays of directions (…, 3) and of image coordinates (…, 2) or (…, 3).
 
 use crate::code::dialect::{Dialect, Expression, Local, Names, Signature, Text, level, prefix};
-use crate::code::program::{Argument, Gives, Kind};
+use crate::code::interface::{Argument, Gives, Kind};
 use crate::number::graph::Unary;
 
 /// NumPy.
@@ -15,12 +15,16 @@ pub trait Arrays: Sync {
     const TITLE: &'static str;
     /// What its functions begin with.
     const MODULE: &'static str;
+    /// Its numbers of 32 and of 64 bits.
+    const WIDTHS: [&'static str; 2];
     /// The line that brings it in.
     const IMPORT: &'static str;
     /// What is promised about bits.
     const PROMISE: &'static str;
     /// What runs it in the tests.
     const CHECKED: &'static str;
+    /// The method that makes an array of another type.
+    const CAST: &'static str = "astype";
     /// The name of the axis that arrays are stacked along.
     const AXIS: &'static str;
     /// The name of the arctangent of two numbers.
@@ -34,6 +38,9 @@ pub trait Arrays: Sync {
 
     /// The exponent of a number.
     fn exponent(a: &str) -> String;
+
+    /// The type that holds words of so many bits.
+    fn word(bits: u32) -> Option<&'static str>;
 
     /// A choice.
     fn choice(condition: &str, a: &str, b: &str, text: &Text) -> String {
@@ -61,6 +68,7 @@ impl Arrays for NumPy {
     const NAME: &'static str = "numpy";
     const TITLE: &'static str = "NumPy";
     const MODULE: &'static str = "np";
+    const WIDTHS: [&'static str; 2] = ["np.float32", "np.float64"];
     const IMPORT: &'static str = "import numpy as np";
     const PROMISE: &'static str = "The bits are those of the library.";
     const CHECKED: &'static str = "NumPy";
@@ -72,6 +80,15 @@ impl Arrays for NumPy {
 
     fn exponent(a: &str) -> String {
         format!("(np.frexp({a})[1] - 1).astype(({a}).dtype)")
+    }
+
+    fn word(bits: u32) -> Option<&'static str> {
+        Some(match bits {
+            0..=8 => "np.uint8",
+            9..=16 => "np.uint16",
+            17..=32 => "np.uint32",
+            _ => "np.uint64",
+        })
     }
 
     fn constant(x: &str, text: &Text) -> String {
@@ -126,23 +143,57 @@ impl<A: Arrays> Dialect for A {
         String::new()
     }
 
+    fn number(&self, text: &Text) -> &'static str {
+        if text.double {
+            A::WIDTHS[1]
+        } else {
+            A::WIDTHS[0]
+        }
+    }
+
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        A::word(bits)
+    }
+
+    fn cast(&self, kind: &str, value: &str) -> String {
+        // A call or a name takes the method as it is.
+        let atom = value
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || "._".contains(c))
+            || value == format!("{}.asarray(code)", A::MODULE);
+        let value = if atom {
+            value.to_owned()
+        } else {
+            format!("({value})")
+        };
+        format!("{value}.{}({kind})", A::CAST)
+    }
+
+    fn whole(&self, n: u64) -> String {
+        n.to_string()
+    }
+
     fn not_a_number(&self, _text: &Text) -> String {
         format!("{}.nan", A::MODULE)
     }
 
     fn open(&self, signature: &Signature, text: &Text) -> String {
-        let width = if text.double { "float64" } else { "float32" };
-        let module = A::MODULE;
+        let (width, module) = (self.number(text), A::MODULE);
         let names: Vec<_> = signature.takes.iter().map(|a| a.name).collect();
         let mut lines = vec![format!("def {}({}):", signature.name, names.join(", "))];
         for argument in &signature.takes {
             let name = argument.name;
+            if let Kind::Word(words) = argument.kind {
+                let array = format!("{module}.asarray({name})");
+                let word = A::word(words.all()).unwrap_or_default();
+                lines.push(format!("    {name} = {}", self.cast(word, &array)));
+            }
             let Kind::Vector(n) = argument.kind else {
                 continue;
             };
             let places: Vec<_> = (0..n).map(|k| format!("{name}[..., {k}]")).collect();
             lines.push(format!(
-                "    {name} = {module}.asarray({name}, dtype={module}.{width})"
+                "    {name} = {module}.asarray({name}, dtype={width})"
             ));
             let parts = argument.parts[..n].join(", ");
             lines.push(format!("    {parts} = {}", places.join(", ")));
@@ -153,7 +204,7 @@ impl<A: Arrays> Dialect for A {
     fn argument(&self, argument: &Argument, number: usize) -> String {
         match argument.kind {
             Kind::Number => argument.name.to_owned(),
-            Kind::Vector(_) => argument.parts[number].to_owned(),
+            Kind::Vector(_) | Kind::Word(_) => argument.parts[number].to_owned(),
         }
     }
 
@@ -184,7 +235,12 @@ impl<A: Arrays> Dialect for A {
             // A condition on constants is no array yet.
             Gives::Truth => format!("return ({}) & ({like} == {like})", values.concat()),
             Gives::Pair => format!("return {}", values.join(", ")),
+            Gives::Word(words) => format!("return {}", self.word_of(&values, words)),
             Gives::Vector(..) => format!("return {}", stack(&values)),
+            Gives::Taps => {
+                let vectors: Vec<_> = values.chunks(4).map(stack).collect();
+                format!("return {}", vectors.join(", "))
+            }
             Gives::Columns => {
                 format!(
                     "du = {}\ndv = {}\nreturn {module}.stack([du, dv], {axis}=-1)",

@@ -1,7 +1,7 @@
 //! OpenCL C.
 
-use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, by_exponent, two_filled};
-use crate::code::program::Gives;
+use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, by_exponent, filled_by};
+use crate::code::interface::Gives;
 use crate::number::graph::Unary;
 
 /// OpenCL C.
@@ -65,7 +65,19 @@ impl Dialect for OpenCl {
     }
 
     fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
-        two_filled(self, gives, text, ["", "*"])
+        filled_by(self, gives, text, ["", "*"])
+    }
+
+    fn fill(&self, name: &str, values: &[String], text: &Text) -> String {
+        format!("*{name} = {};", self.joined(values, text))
+    }
+
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        Some(if bits <= 32 { "uint" } else { "ulong" })
+    }
+
+    fn cast(&self, kind: &str, value: &str) -> String {
+        format!("({kind})({value})")
     }
 
     fn suffix(&self, text: &Text) -> &'static str {

@@ -1,8 +1,8 @@
 //! Open Shading Language, of Blender's Cycles, Arnold and others. It has no NaN that a shader may write, so that what lies
 //! outside the coverage is (-1, -1); and no way to the bits of a float.
 
-use crate::code::dialect::{Dialect, Expression, Local, Text, prefix, two_filled};
-use crate::code::program::Gives;
+use crate::code::dialect::{Dialect, Expression, Local, Text, filled_by, prefix, several};
+use crate::code::interface::Gives;
 use crate::number::graph::Unary;
 
 /// OSL.
@@ -61,11 +61,24 @@ impl Dialect for Osl {
     }
 
     fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
-        two_filled(self, gives, text, ["output ", ""])
+        // A vector has three numbers; four are an array.
+        match gives {
+            Gives::Taps => several(gives)
+                .0
+                .iter()
+                .map(|&name| (name, format!("output float {name}[4]")))
+                .collect(),
+            _ => filled_by(self, gives, text, ["output ", ""]),
+        }
     }
 
     fn fill(&self, name: &str, values: &[String], text: &Text) -> String {
-        format!("{name} = {};", self.joined(values, text))
+        if values.len() < 4 {
+            return format!("{name} = {};", self.joined(values, text));
+        }
+        let store = |(k, value): (usize, &String)| format!("{name}[{k}] = {value};");
+        let stores: Vec<_> = values.iter().enumerate().map(store).collect();
+        stores.join("\n")
     }
 
     fn component(&self, vector: &str, number: usize) -> String {
@@ -79,6 +92,15 @@ impl Dialect for Osl {
             Local::Pair => "vector",
         };
         format!("{kind} {name} = {value};")
+    }
+
+    // It has no unsigned numbers; the bits are the same.
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        (bits <= 32).then_some("int")
+    }
+
+    fn whole(&self, n: u64) -> String {
+        n.to_string()
     }
 
     fn not_a_number(&self, _text: &Text) -> String {

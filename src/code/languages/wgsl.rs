@@ -1,8 +1,10 @@
 //! WGSL: the shading language of WebGPU.
 
 use super::bits;
-use crate::code::dialect::{Dialect, Expression, Local, Signature, Text, level, outside, prefix};
-use crate::code::program::{Argument, Kind};
+use crate::code::dialect::{
+    Dialect, Expression, Local, Signature, Text, level, outside, prefix, several,
+};
+use crate::code::interface::{Argument, Gives};
 use crate::number::graph::Unary;
 
 /// WGSL.
@@ -74,17 +76,35 @@ impl Dialect for Wgsl {
         format!("bitcast<f32>({}_nan_bits)", text.prefix)
     }
 
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        (bits <= 32).then_some("u32")
+    }
+
     fn parameter(&self, argument: &Argument, text: &Text) -> String {
-        let kind = match argument.kind {
-            Kind::Number => self.number(text).to_owned(),
-            Kind::Vector(n) => self.vector(n, text),
-        };
+        let kind = self.kind(argument.kind, text);
         format!("{}: {kind}", argument.name)
     }
 
     fn open(&self, signature: &Signature, text: &Text) -> String {
         let (arguments, gives) = outside(self, signature, text);
+        if gives == "void" {
+            return format!("fn {}({arguments}) {{", signature.name);
+        }
         format!("fn {}({arguments}) -> {gives} {{", signature.name)
+    }
+
+    fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
+        let (names, width) = match gives {
+            Gives::Taps => several(gives),
+            _ => return Vec::new(),
+        };
+        let of = self.vector(width, text);
+        let parameter = |&name: &&'static str| (name, format!("{name}: ptr<function, {of}>"));
+        names.iter().map(parameter).collect()
+    }
+
+    fn fill(&self, name: &str, values: &[String], text: &Text) -> String {
+        format!("*{name} = {};", self.joined(values, text))
     }
 
     fn local(&self, _local: Local, name: &str, value: &str, _text: &Text) -> String {

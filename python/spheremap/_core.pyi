@@ -48,6 +48,7 @@ __all__ = [
     "sample_uv",
     "set_num_threads",
     "set_simd_level",
+    "sh_code",
     "sh_convention_table",
     "sh_convert",
     "sh_evaluate",
@@ -357,6 +358,7 @@ def lobe(
 def sh_project(
     object: ArrayLike, projection: Projection, order: int, points: bool, /
 ) -> NDArray[np.float64]: ...
+def sh_code(array: NDArray[np.float64], language: str, name: str, double: bool, /) -> str: ...
 def sh_evaluate(
     array: NDArray[np.float64], points: NDArray[np.float64], /
 ) -> NDArray[np.float64]: ...

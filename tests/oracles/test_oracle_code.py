@@ -134,6 +134,17 @@ def test_opengl_fetches_what_sample_mixes(case: str, size: tuple[int, int]) -> N
     assert np.abs(mixed - sm.sample(image, d.astype(np.float64), case)).max() <= rounding
 
 
+@pytest.mark.parametrize("channels", [1, 3])
+def test_opengl_sums_harmonics(channels: int) -> None:
+    c = np.random.default_rng(2).normal(size=(25, channels))
+    d = directions(np.float32)
+    call = f"vec3 r = vec3(m_evaluate({DIRECTION})); {STORE}"
+    found = run_shader(sm.sh.code(c, "glsl", name="m"), call, d, np.float32).reshape(-1, 3)
+    # As in tests/light/test_sh_code.py: ten roundings a degree, of terms up to √(9/4π) times |c|.
+    bound = 10 * 5 * 0.85 * np.abs(c).sum(axis=0).max() * float(np.finfo(np.float32).eps)
+    assert np.abs(found[:, :channels] - sm.sh.evaluate(c, d)).max() <= bound
+
+
 # What makes C++ of a language: its vectors, its names of functions, its qualifiers. The printed
 # text itself is compiled as it is.
 SHIM = """

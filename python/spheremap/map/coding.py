@@ -75,7 +75,7 @@ def code(
     Notes
     -----
     Formulas and sources are those of `projection`; docs/languages.md tells what ran where.
-    `packing.code` prints codes of unit vectors.
+    `packing.code` prints codes of unit vectors, `sh.code` spherical harmonics.
 
     Examples
     --------

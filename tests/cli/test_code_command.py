@@ -36,4 +36,5 @@ def test_it_names_its_own_options() -> None:
         bad("code", name, "wgsl", "--double", code=2, says="leave out --double")
     bad("code", "oct40", "c", code=2, says="ask for --double")
     bad("code", "oct16", "c", "--rotation", 1, 2, 3, code=2, says="leave out --rotation")
+    bad("code", "latlong", "c", "--rounding", "hex", code=2, says="leave out --rounding")
     bad("code", "oct16", "c", "--verbs", "encode", code=2, says="unknown verb")

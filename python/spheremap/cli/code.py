@@ -77,10 +77,12 @@ def code(
     precision: Literal["exact", "native"] = "native" if native else "exact"
     dtype = "float64" if double else "float32"
     turned = rotation != (0.0, 0.0, 0.0)
+    if of_packing and turned:
+        raise UsageError("a packing is not turned; leave out --rotation")
+    if not of_packing and rounding != "precise":
+        raise UsageError("a map does not round; leave out --rounding")
     with as_usage(), _in_words_of_the_command():
         if of_packing:
-            if turned:
-                raise UsageError("a packing is not turned; leave out --rotation")
             text = sm.packing.code(
                 name,
                 language,

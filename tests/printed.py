@@ -1,7 +1,8 @@
-"""What printed code is tried on: cases of maps, directions, places; and what it is held to."""
+"""What printed code is tried on, maps, packings, directions and places, and what it is held to."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -123,3 +124,120 @@ def assert_alike(
     found = np.swapaxes(verb("jacobian", rows).reshape(-1, 2, 3), 1, 2)
     size = np.linalg.norm(wanted, axis=(1, 2), keepdims=True)
     assert np.abs((found - wanted) / size).max() <= enough
+
+
+# Every scheme that is a formula, of each grid at 16 bits or the first size above, and sizes that
+# ask for other words: of one byte, of 24, 32, 48 and 64 bits.
+_SIZES = ("oct8", "oct24-centers", "oct32", "woct32", "hemioct24", "snorm10x3", "snorm16x3")
+_WIDE = ("oct64", "cube32-s2", "spherical48")
+PACKINGS = [
+    *(
+        name
+        for name in sm.packing.packings(words=True)
+        for about in [sm.packing.packing(name)]
+        if about.bits == 16 and about.family not in ("fibonacci", "rings")
+    ),
+    "snorm8x3",
+    "rgb8x3",
+    "rgb10a2",
+    "cube20",
+    *_SIZES,
+]
+PACKINGS_DOUBLE = [*PACKINGS, *_WIDE]
+# What the library computes in the width of the directions; the rest it computes in f64.
+IN_SINGLE = ("oct", "woct")
+
+
+def roundings(name: str) -> tuple[str, ...]:
+    """Return the ways that a scheme rounds."""
+    return sm.packing.packing(name).roundings
+
+
+def unit_vectors(name: str, dtype: type) -> Array:
+    """Return directions that a scheme holds."""
+    d = directions(dtype).copy()
+    if sm.packing.packing(name).hemisphere:
+        d[:, 2] = np.abs(d[:, 2])
+    return d
+
+
+def words_of(codes: Array, name: str) -> Array:
+    """Return codes as words of 64 bits, the first field in the lowest."""
+    about = sm.packing.packing(name)
+    if not about.shape:
+        return codes.astype(np.uint64)
+    bits = about.bits // about.shape[0]
+    mask = np.uint64((1 << bits) - 1)
+    words = np.zeros(codes.shape[:-1], np.uint64)
+    for k in range(about.shape[0]):
+        field = codes[..., k].astype(np.int64).view(np.uint64) & mask
+        words |= field << np.uint64(k * bits)
+    return words
+
+
+def some_words(name: str, packed: Array) -> Array:
+    """Return words to unpack: all of up to 16 bits, else what was packed and random ones."""
+    about = sm.packing.packing(name)
+    if about.bits <= 16:
+        return np.arange(about.codes, dtype=np.uint64)
+    random = np.random.default_rng(7).integers(0, about.codes - 1, 20_000, np.uint64, endpoint=True)
+    return np.concatenate([packed, random])
+
+
+def fields_of(words: Array, name: str) -> Array:
+    """Return words as the codes that the library takes."""
+    about = sm.packing.packing(name)
+    if not about.shape:
+        return words.astype(about.dtype)
+    bits = about.bits // about.shape[0]
+    shifts = np.arange(about.shape[0], dtype=np.uint64) * np.uint64(bits)
+    fields = (words[:, None] >> shifts) & np.uint64((1 << bits) - 1)
+    if about.dtype.kind == "u":
+        return fields.astype(about.dtype)
+    signed = fields.astype(np.int64)
+    signed[signed >= 1 << (bits - 1)] -= 1 << bits
+    return signed.astype(about.dtype)
+
+
+def assert_packs_alike(
+    name: str,
+    rounding: str,
+    dtype: type,
+    pack: Callable[[Array], Array],
+    unpack: Callable[[Array], Array],
+) -> None:
+    """Hold a language's `pack` and `unpack` to the library's: the same integers, the same bits.
+
+    In f32 that is so where the library computes in f32; the others are held to their bounds.
+    """
+    about = sm.packing.packing(name)
+    d = unit_vectors(name, dtype)
+    assert len(d) > 20_000
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", sm.packing.UnboundedPackingWarning)
+        wanted = words_of(sm.packing.pack(d, name, rounding), name)
+    found = pack(d).astype(np.uint64)
+    words = some_words(name, wanted)
+    back = unpack(words)
+    held = sm.packing.unpack(fields_of(words, name), name, dtype=dtype)
+    if dtype is np.float64 or about.family in IN_SINGLE:
+        assert np.array_equal(found, wanted)
+        assert same_bits(back, held).all()
+        return
+    # Decoding rounds ten times or so, each a component of up to 1, or an angle of a few half turns.
+    few = 20 * float(np.finfo(np.float32).eps)
+    nan = np.isnan(held).any(axis=-1)
+    assert np.array_equal(nan, np.isnan(back).any(axis=-1))
+    if about.family not in ROOTS:
+        assert np.abs(back[~nan] - held[~nan]).max() <= few
+    # A direction between two codes may get the other one; then nothing is lost but the rounding.
+    off = np.linalg.norm(
+        sm.packing.unpack(fields_of(found, name), name, dtype=np.float64) - d, axis=-1
+    )
+    assert off.max() <= about.bounds[rounding] + few
+    # The hard directions, a fifth of all, lie between codes by intent.
+    assert (found == wanted).mean() > 0.8
+
+
+# Near a rim or a pole they decode by the root of a difference, which takes half of the digits.
+ROOTS = ("sphere", "matcap", "z_phi")

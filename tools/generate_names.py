@@ -50,6 +50,7 @@ def render() -> str:
             literal("SampleFilter", names(lookups + mipmapped)),
             literal("ConvertFilter", names(filters)),
             literal("Language", [entry["name"] for entry in _core.code_languages()]),
+            literal("CodeVerb", _core.code_verbs()),
             literal("LayoutName", list(unique(n for entry in registry for n in entry["layouts"]))),
         ]
     )

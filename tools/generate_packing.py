@@ -236,7 +236,15 @@ def page(samples: int) -> str:
         other=table(["scheme", "rounding or program", "mean", "max", "pack, unpack ns"], other),
         published=table(["scheme", "published", "ours, max refined"], against),
         families=families(),
+        decoders=decoders(),
     )
+
+
+def decoders() -> str:
+    """Return what reads two schemes in GLSL, without what the text says about itself."""
+    texts = [sm.packing.code(name, "glsl", verbs=["unpack"]) for name in ("oct16", "woct16")]
+    functions = [text[text.index("\n\n") + 2 :].rstrip() for text in texts]
+    return "```glsl\n" + "\n\n".join(functions) + "\n```"
 
 
 def families() -> str:
@@ -295,13 +303,10 @@ the step of the snorm grid, the error of `oct` is never above (3/√2)δ with `n
 `precise`, in exact arithmetic; float32, used for fields of up to 16 bits, adds up to 5e-7 rad.
 `sm.packing.packing(name).bounds` has the bound of each scheme.
 
-`oct` in a shader (GLSL; s and t are what the fields hold, in -1 … 1), and what `woct` adds:
+In a shader ([languages](languages.md)): `sm.packing.code("oct16", "glsl")` prints both ways, with
+the integers of `pack` and the bits of `unpack`. This is the decoder, and that of `woct16`:
 
-    vec3 n = vec3(s, t, 1.0 - abs(s) - abs(t));
-    float over = max(-n.z, 0.0);
-    n.xy -= vec2(s < 0.0 ? -over : over, t < 0.0 ? -over : over);
-    n *= 1.6875 - 0.6875 * abs(n);   // woct only
-    n = normalize(n);
+{decoders}
 
 ## Worst error, degrees
 
@@ -352,10 +357,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="few directions, printed only")
     parser.add_argument("--keep", type=Path, help="a file of errors: read, and added to")
-    parser.add_argument("--check", action="store_true", help="only compare the list of schemes")
+    parser.add_argument("--check", action="store_true", help="only compare what is not measured")
     args = parser.parse_args()
     if args.check:
-        if not TARGET.exists() or families() not in TARGET.read_text(encoding="utf-8"):
+        text = TARGET.read_text(encoding="utf-8") if TARGET.exists() else ""
+        if families() not in text or decoders() not in text:
             raise SystemExit(f"{TARGET.name} is out of date: run python tools/generate_packing.py")
         return
     quick = args.quick

@@ -42,10 +42,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from ._arrays import Negative, Scalar, Size
-    from ._names import ConvertFilter, Filter, Language, SampleFilter
+    from ._names import CodeVerb, ConvertFilter, Filter, Language, SampleFilter
     from .light.sources import Lights, Method, Sun
     from .light.specular import Distribution
-    from .map.coding import CodeVerb, Precision
+    from .map.coding import Precision
     from .map.named import ProjectionLike, Worlds
     from .resample.plans import RemapPlan
 

@@ -15,6 +15,7 @@ __all__ = [
     "check_word",
     "code",
     "code_languages",
+    "code_verbs",
     "compare",
     "convention_table",
     "convert",
@@ -47,6 +48,7 @@ __all__ = [
     "sample_uv",
     "set_num_threads",
     "set_simd_level",
+    "sh_code",
     "sh_convention_table",
     "sh_convert",
     "sh_evaluate",
@@ -219,6 +221,17 @@ class Packer:
     def unpack(
         self, codes: NDArray[Any], /, single: bool, out: NDArray[Any] | None = None
     ) -> NDArray[np.floating[Any]]: ...
+    def code(
+        self,
+        language: str,
+        /,
+        *,
+        verbs: Sequence[str],
+        rounding: str,
+        name: str | None,
+        native: bool,
+        double: bool,
+    ) -> str: ...
     def canonical(self, codes: NDArray[Any], /) -> NDArray[Any]: ...
 
 def packing_table() -> list[tuple[str, str, int, str, int | None]]: ...
@@ -257,6 +270,7 @@ def code(
     double: bool,
 ) -> str: ...
 def code_languages() -> list[dict[str, Any]]: ...
+def code_verbs() -> list[str]: ...
 def compare(
     a: Projection, b: Projection, /
 ) -> tuple[list[list[int]] | None, bool | None, list[str]]: ...
@@ -344,6 +358,7 @@ def lobe(
 def sh_project(
     object: ArrayLike, projection: Projection, order: int, points: bool, /
 ) -> NDArray[np.float64]: ...
+def sh_code(array: NDArray[np.float64], language: str, name: str, double: bool, /) -> str: ...
 def sh_evaluate(
     array: NDArray[np.float64], points: NDArray[np.float64], /
 ) -> NDArray[np.float64]: ...

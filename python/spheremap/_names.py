@@ -256,6 +256,16 @@ Language: TypeAlias = Literal[
     "jax",
 ]
 
+CodeVerb: TypeAlias = Literal[
+    "encode",
+    "decode",
+    "density",
+    "jacobian",
+    "valid",
+    "reflect",
+    "taps",
+]
+
 LayoutName: TypeAlias = Literal[
     "faces",
     "strip",

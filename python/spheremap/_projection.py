@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from ._arrays import Negative, Scalar, Size
-    from ._names import ConvertFilter, Filter, Language, SampleFilter
+    from ._names import CodeVerb, ConvertFilter, Filter, Language, SampleFilter
     from .light.sources import Lights, Method, Sun
     from .light.specular import Distribution
-    from .map.coding import CodeVerb, Precision
+    from .map.coding import Precision
     from .map.named import ProjectionLike, Worlds
     from .resample.plans import RemapPlan
 
@@ -674,10 +674,12 @@ class Projection(_core.Projection):
             "glsl", "glsl_es", "hlsl", "wgsl", "msl", "osl", "c", "cuda", "opencl", "numpy", "torch"
             or "jax".
         verbs : sequence of str
-            The functions: "encode", "decode", "density", "jacobian", "valid". A function takes and
-            gives the language's vectors: a direction has three numbers, image coordinates two, (u,
-            v), or three, (u, v, face). In C they are arrays, and NumPy, torch and JAX take arrays
-            (..., 3) and (..., 2).
+            The functions: "encode", "decode", "density", "jacobian", "valid"; "taps", the columns,
+            rows and weights of the four texels of a bilinear lookup in a direction, as `sample`
+            mixes them across a seam; "reflect", which takes a view vector and a normal and gives
+            the direction to look up. A function takes and gives the language's vectors: a direction
+            has three numbers, image coordinates two, (u, v), or three, (u, v, face). In C they are
+            arrays, and NumPy, torch and JAX take arrays (..., 3) and (..., 2).
         name : str, optional
             What names begin with; the projection's name where nothing is said.
         precision : {"exact", "native"}
@@ -697,7 +699,8 @@ class Projection(_core.Projection):
         Raises
         ------
         ValueError, TypeError
-            For names that are unknown, and options that the language does not have.
+            For names that are unknown, options that the language does not have, and "taps" of a map
+            whose seams do not join texel to texel, as of cubes.
 
         See Also
         --------

@@ -17,19 +17,22 @@ import numpy as np
 
 from . import _core
 from ._arrays import as_array, common_shape, expect_room, index_text
-from ._scalars import as_flag, as_float_dtype, as_text, as_whole
+from ._scalars import as_flag, as_float_dtype, as_items, as_text, as_whole
 from ._show import html_table, text_table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+    from ._names import Language
 
 __all__ = [
     "Packing",
     "UnboundedPackingWarning",
     "best_packing",
     "canonical",
+    "code",
     "pack",
     "pack_frame",
     "packing",
@@ -473,6 +476,85 @@ def canonical(codes: ArrayLike, name: str | Packing, /) -> NDArray[Any]:
     if scheme.fields is None:
         return words if words.ndim else words[()]
     return _split(scheme, words, None)
+
+
+def code(
+    name: str | Packing,
+    language: Language | str,
+    /,
+    *,
+    verbs: Sequence[Literal["pack", "unpack"] | str] = ("pack", "unpack"),
+    rounding: Literal["precise", "nearest", "hex"] | str = "precise",
+    prefix: str | None = None,
+    precision: Literal["exact", "native"] = "exact",
+    dtype: str = "float32",
+) -> str:
+    """Return `pack` and `unpack` of a scheme as source text of another language.
+
+    The text is what the library computes, operation by operation, complete in itself: from a unit
+    vector to the word of its code, and back. What shaders do not need is left out: directions of
+    other lengths, and a code for what is no direction.
+
+    Parameters
+    ----------
+    name : Packing or str
+        The scheme, as for `packing`. Where its codes are arrays of fields, as of "oct8x2", the
+        functions give and take the word that has the first field in its lowest bits.
+    language : str
+        As for `spheremap.code`.
+    verbs : sequence of {"pack", "unpack"}
+        The functions.
+    rounding : {"precise", "nearest", "hex"}
+        As for `pack`.
+    prefix : str, optional
+        What names begin with; the name of the scheme where nothing is said.
+    precision : {"exact", "native"}
+        As for `spheremap.code`.
+    dtype : {"float32", "float64"}
+        The width of numbers; fields of more than 16 bits want float64.
+
+    Returns
+    -------
+    str
+        Source text.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For names that are unknown; schemes that are no formulas, which are `fibonacci`, `rings` and
+        those that repeat other programs; options that the language does not have.
+
+    Notes
+    -----
+    float64 has the integers of `pack`, and so has float32 for `oct` and `woct`. The library
+    computes the other schemes in float64: in float32 a direction between two codes may get the
+    other one.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> print(sm.packing.code("oct16", "glsl", verbs=["unpack"]))  # doctest: +ELLIPSIS
+    // Octahedral: oct16
+    ...
+    vec3 oct16_unpack(uint code) {
+    ...
+    }
+    <BLANKLINE>
+    """
+    scheme = _resolve(name)
+    if isinstance(verbs, str):
+        raise TypeError(f"Expected a sequence of verbs, as [{verbs!r}], got a str.")
+    words = [as_text(verb, "verbs") for verb in as_items(verbs, "verbs", "names of verbs")]
+    _core.check_word("precision", as_text(precision, "precision"), ["exact", "native"])
+    _core.check_word("dtype", as_text(dtype, "dtype"), ["float32", "float64"])
+    return scheme.core.code(
+        as_text(language, "language"),
+        verbs=words,
+        rounding=as_text(rounding, "rounding"),
+        name=None if prefix is None else as_text(prefix, "prefix"),
+        native=precision == "native",
+        double=dtype == "float64",
+    )
 
 
 def best_packing(bits: int, /, *, hemisphere: bool = False, standard: bool = False) -> Packing:

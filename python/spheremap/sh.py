@@ -17,9 +17,11 @@ from .map.named import resolve
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from ._names import Language
     from .map.named import ProjectionLike
 
 __all__ = [
+    "code",
     "conventions",
     "convert",
     "convolve",
@@ -139,6 +141,60 @@ def evaluate(coefficients: ArrayLike, directions: ArrayLike, /) -> NDArray[np.fl
     rows, _, channels = _rows(coefficients)
     unit, leading = as_unit_vectors(directions, "directions")
     return _core.sh_evaluate(rows, unit).reshape((*leading, *channels))
+
+
+def code(
+    coefficients: ArrayLike,
+    language: Language | str,
+    /,
+    *,
+    name: str = "sh",
+    dtype: str = "float32",
+) -> str:
+    """Return `evaluate` as source text of another language, with coefficients folded in.
+
+    Parameters
+    ----------
+    coefficients : array_like, shape ((order + 1)²,), ((order + 1)², 1) or ((order + 1)², 3)
+        As `project` returns, of order 8 at most. For irradiance they are convolved with the lobe
+        "cosine", and order 2 is enough.
+    language : str
+        As for `spheremap.code`.
+    name : str
+        What names begin with: the function is ``sh_evaluate``, from a unit direction in the world
+        to a number or three.
+    dtype : {"float32", "float64"}
+        The width of numbers; float64 in languages that have it.
+
+    Returns
+    -------
+    str
+        Source text.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a wrong shape, numbers that are not finite, and options that the language does not have.
+
+    Notes
+    -----
+    The sum is that of `evaluate`, term by term. It is a polynomial: there is no singular point.
+
+    Source: Ramamoorthi and Hanrahan 2001, An Efficient Representation for Irradiance Environment
+    Maps.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> text = sm.sh.code([1.0, 0.0, 0.5, 0.0], "glsl", name="sky")
+    >>> [line for line in text.splitlines() if line.endswith("{")]
+    ['float sky_evaluate(vec3 d) {']
+    """
+    rows, *_ = _rows(coefficients)
+    _core.check_word("dtype", as_text(dtype, "dtype"), ["float32", "float64"])
+    return _core.sh_code(
+        rows, as_text(language, "language"), as_text(name, "name"), dtype == "float64"
+    )
 
 
 def rotate(coefficients: ArrayLike, /, rotation: Any) -> NDArray[np.float64]:

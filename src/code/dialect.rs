@@ -4,7 +4,7 @@
 //! there are, what is named and what stands within another expression is the business of [`crate::code::printer`], once
 //! for all.
 
-use crate::code::program::{Gives, Takes};
+use crate::code::interface::{Argument, Gives, Kind, Words};
 use crate::number::graph::{Binary, Comparison, Unary};
 
 /// How tightly an expression holds together; what holds less stands in parentheses.
@@ -92,11 +92,46 @@ pub struct Signature {
     /// Its name.
     pub name: String,
     /// What it takes.
-    pub takes: Takes,
+    pub takes: Vec<Argument>,
     /// What it gives.
     pub gives: Gives,
     /// What it is, in lines.
     pub doc: Vec<String>,
+}
+
+/// What a language calls the functions that languages call by different names.
+#[derive(Clone, Copy, Debug)]
+pub struct Names {
+    /// |x|.
+    pub absolute: &'static str,
+    /// The nearest whole number, the even one of two.
+    pub round: &'static str,
+    /// The smaller of two numbers.
+    pub minimum: &'static str,
+    /// The larger of two numbers.
+    pub maximum: &'static str,
+    /// The angle of a point (x, y), of y and x.
+    pub arctangent: &'static str,
+}
+
+impl Names {
+    /// Of most shading languages.
+    pub const SHADERS: Names = Names {
+        absolute: "abs",
+        round: "round",
+        minimum: "min",
+        maximum: "max",
+        arctangent: "atan2",
+    };
+
+    /// Of `math.h`.
+    pub const C: Names = Names {
+        absolute: "fabs",
+        round: "rint",
+        minimum: "fmin",
+        maximum: "fmax",
+        arctangent: "atan2",
+    };
 }
 
 /// What the whole text agrees on.
@@ -110,6 +145,8 @@ pub struct Text {
     pub header: Vec<String>,
     /// Whether some number is NaN.
     pub not_a_number: bool,
+    /// Whether some function takes or gives a word.
+    pub words: bool,
 }
 
 /// A language.
@@ -169,9 +206,20 @@ pub trait Dialect: Sync {
         format!("{}({})", self.vector(values.len(), text), values.join(", "))
     }
 
+    /// What a constant ends in.
+    fn suffix(&self, _text: &Text) -> &'static str {
+        ""
+    }
+
     /// A finite constant.
     fn literal(&self, x: f64, text: &Text) -> String {
-        plain(x, text.double)
+        // The shortest decimal that reads as this number.
+        let plain = if text.double {
+            format!("{x:?}")
+        } else {
+            format!("{:?}", x as f32)
+        };
+        format!("{plain}{}", self.suffix(text))
     }
 
     /// What is no number.
@@ -187,25 +235,104 @@ pub trait Dialect: Sync {
         ""
     }
 
-    /// A function's beginning, through its opening brace.
-    fn open(&self, signature: &Signature, text: &Text) -> String {
-        open(self, signature, text)
+    /// The type of an unsigned word of so many bits; nothing where there is none.
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        (bits <= 32).then_some("uint")
     }
 
-    /// The type of two directions.
-    fn columns(&self, text: &Text) -> String;
+    /// A value as one of another type.
+    fn cast(&self, kind: &str, value: &str) -> String {
+        format!("{kind}({value})")
+    }
+
+    /// A whole number beside a word.
+    fn whole(&self, n: u64) -> String {
+        format!("{n}u")
+    }
+
+    /// One of the numbers in a word.
+    fn field(&self, word: &str, words: Words, field: usize, text: &Text) -> String {
+        if words.fields == 1 {
+            return self.cast(self.number(text), word);
+        }
+        let mask = self.whole((1 << words.bits) - 1);
+        let bits = match words.shift(field) {
+            0 => format!("{word} & {mask}"),
+            shift => format!("({word} >> {}) & {mask}", self.whole(u64::from(shift))),
+        };
+        self.cast(self.number(text), &bits)
+    }
+
+    /// Numbers as the word that they are in.
+    fn word_of(&self, values: &[String], words: Words) -> String {
+        let kind = self.word(words.all()).unwrap_or_default();
+        let part = |(field, value): (usize, &String)| match words.shift(field) {
+            0 => self.cast(kind, value),
+            shift => format!(
+                "({} << {})",
+                self.cast(kind, value),
+                self.whole(u64::from(shift))
+            ),
+        };
+        let parts: Vec<_> = values.iter().enumerate().map(part).collect();
+        parts.join(" | ")
+    }
+
+    /// The type of an argument.
+    fn kind(&self, kind: Kind, text: &Text) -> String {
+        match kind {
+            Kind::Number => self.number(text).to_owned(),
+            Kind::Vector(n) => self.vector(n, text),
+            Kind::Word(words) => self.word(words.all()).unwrap_or_default().to_owned(),
+        }
+    }
+
+    /// What a function takes, as its signature says it.
+    fn parameter(&self, argument: &Argument, text: &Text) -> String {
+        format!("{} {}", self.kind(argument.kind, text), argument.name)
+    }
+
+    /// What a function fills instead of returning it: the name and the parameter of each.
+    fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
+        match gives {
+            Gives::Taps => filled_by(self, gives, text, ["out ", ""]),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The statements that fill it.
+    fn fill(&self, name: &str, values: &[String], text: &Text) -> String {
+        format!("{name} = {};", self.joined(values, text))
+    }
+
+    /// A function's beginning, through its opening brace.
+    fn open(&self, signature: &Signature, text: &Text) -> String {
+        let (arguments, gives) = outside(self, signature, text);
+        let qualifier = self.qualifier(signature);
+        format!("{qualifier}{gives} {}({arguments}) {{", signature.name)
+    }
+
+    /// The type of two directions; nothing where they are filled.
+    fn columns(&self, _text: &Text) -> String {
+        String::new()
+    }
 
     /// Both directions.
     fn joined_columns(&self, values: &[String], text: &Text) -> String {
         format!("{}({})", self.columns(text), values.join(", "))
     }
 
+    /// A number of a vector.
+    fn component(&self, vector: &str, number: usize) -> String {
+        format!("{vector}.{}", ["x", "y", "z", "w"][number])
+    }
+
     /// A number that a function takes.
-    fn argument(&self, signature: &Signature, number: usize) -> String {
-        match signature.takes {
-            Takes::Direction => format!("d.{}", ["x", "y", "z"][number]),
-            Takes::Place(n) => format!("{}.{}", place_name(n), ["x", "y", "z"][number]),
-            Takes::Numbers(n) => numbered(n).nth(number).unwrap_or_default().to_owned(),
+    fn argument(&self, argument: &Argument, number: usize) -> String {
+        match argument.kind {
+            Kind::Number => argument.name.to_owned(),
+            Kind::Vector(_) => self.component(argument.name, number),
+            Kind::Word(_) => argument.parts[number].to_owned(),
         }
     }
 
@@ -219,12 +346,23 @@ pub trait Dialect: Sync {
         format!("{kind} {name} = {value};")
     }
 
-    /// The statement that gives values.
+    /// The statements that give values.
     fn gives(&self, signature: &Signature, values: &[String], text: &Text) -> String {
+        let filled = self.filled(signature.gives, text);
+        if !filled.is_empty() {
+            let parts = values.chunks(values.len() / filled.len());
+            let fills = filled.iter().zip(parts);
+            let fills: Vec<_> = fills
+                .map(|((name, _), values)| self.fill(name, values, text))
+                .collect();
+            return fills.join("\n");
+        }
         let value = match signature.gives {
             Gives::Number | Gives::Truth => values.concat(),
-            Gives::Pair | Gives::Vector(_) => self.joined(values, text),
+            Gives::Pair | Gives::Vector(..) => self.joined(values, text),
             Gives::Columns => self.joined_columns(values, text),
+            Gives::Word(words) => self.word_of(values, words),
+            Gives::Taps => String::new(),
         };
         format!("return {value};")
     }
@@ -234,28 +372,37 @@ pub trait Dialect: Sync {
         "}\n"
     }
 
-    /// One of two numbers.
-    fn part(&self, pair: &str, number: u8) -> String {
-        format!("{pair}.{}", ["x", "y"][usize::from(number)])
+    /// One of the two numbers that a shared function gives.
+    fn part(&self, pair: &str, number: usize) -> String {
+        self.component(pair, number)
+    }
+
+    /// What its functions are called.
+    fn names(&self) -> Names {
+        Names::SHADERS
+    }
+
+    /// The name of a function as it is called in the width of a text.
+    fn called(&self, name: &str, _text: &Text) -> String {
+        name.to_owned()
     }
 
     /// The name of a function on one number.
     fn function(&self, operation: Unary, text: &Text) -> String {
-        let _ = text;
-        match operation {
+        let name = match operation {
             Unary::Negate => "-",
-            Unary::Absolute => "abs",
+            Unary::Absolute => self.names().absolute,
             Unary::Root => "sqrt",
             Unary::Floor => "floor",
-            Unary::Round => "roundEven",
+            Unary::Round => self.names().round,
             Unary::PowerOfTwo => "exp2",
             Unary::Exponent => "exponent",
             Unary::Sine => "sin",
             Unary::Cosine => "cos",
             Unary::Sinh => "sinh",
             Unary::Cosh => "cosh",
-        }
-        .to_owned()
+        };
+        self.called(name, text)
     }
 
     /// An operation on one number.
@@ -274,20 +421,15 @@ pub trait Dialect: Sync {
         x.to_owned()
     }
 
-    /// The names of the smaller number, the larger one and the arctangent of two.
-    fn functions_of_two(&self, text: &Text) -> [String; 3] {
-        let _ = text;
-        ["min", "max", "atan"].map(str::to_owned)
-    }
-
     /// An operation on two numbers.
     fn binary(&self, operation: Binary, a: &Expression, b: &Expression, text: &Text) -> Expression {
-        let [minimum, maximum, arctangent] = self.functions_of_two(text);
+        let names = self.names();
         let infix = |sign: &str, level: u8| {
             let text = format!("{} {sign} {}", a.within(level), b.within(level + 1));
             Expression::new(text, level)
         };
         let call = |name: &str, a: &Expression, b: &Expression| {
+            let name = self.called(name, text);
             let [a, b] = [a, b].map(|x| {
                 if x.is_constant {
                     self.typed(&x.text, text)
@@ -311,9 +453,9 @@ pub trait Dialect: Sync {
             Binary::Subtract => infix("-", level::SUM),
             Binary::Multiply => infix("*", level::PRODUCT),
             Binary::Divide => infix("/", level::PRODUCT),
-            Binary::Minimum => call(&minimum, b, a),
-            Binary::Maximum => call(&maximum, b, a),
-            Binary::Arctangent => call(&arctangent, a, b),
+            Binary::Minimum => call(names.minimum, b, a),
+            Binary::Maximum => call(names.maximum, b, a),
+            Binary::Arctangent => call(names.arctangent, a, b),
         }
     }
 
@@ -375,25 +517,72 @@ pub trait Dialect: Sync {
     }
 }
 
-/// A function's line of signature in C's family.
-pub fn open<D: Dialect + ?Sized>(dialect: &D, signature: &Signature, text: &Text) -> String {
-    let arguments = match signature.takes {
-        Takes::Direction => format!("{} d", dialect.vector(3, text)),
-        Takes::Place(n) => format!("{} {}", dialect.vector(n, text), place_name(n)),
-        Takes::Numbers(n) => numbered(n)
-            .map(|name| format!("{} {name}", dialect.number(text)))
-            .collect::<Vec<_>>()
-            .join(", "),
-    };
+/// What stands between the parentheses of a function, and the type before its name.
+pub fn outside<D: Dialect + ?Sized>(
+    dialect: &D,
+    signature: &Signature,
+    text: &Text,
+) -> (String, String) {
+    let filled = dialect.filled(signature.gives, text);
     let gives = match signature.gives {
+        _ if !filled.is_empty() => "void".to_owned(),
         Gives::Number => dialect.number(text).to_owned(),
         Gives::Truth => dialect.truth().to_owned(),
         Gives::Pair => dialect.vector(2, text),
-        Gives::Vector(n) => dialect.vector(n, text),
+        Gives::Vector(n, _) => dialect.vector(n, text),
         Gives::Columns => dialect.columns(text),
+        Gives::Word(words) => dialect.kind(Kind::Word(words), text),
+        Gives::Taps => "void".to_owned(),
     };
-    let qualifier = dialect.qualifier(signature);
-    format!("{qualifier}{gives} {}({arguments}) {{", signature.name)
+    let takes = signature.takes.iter();
+    let arguments: Vec<_> = takes
+        .map(|argument| dialect.parameter(argument, text))
+        .chain(filled.into_iter().map(|(_, parameter)| parameter))
+        .collect();
+    (arguments.join(", "), gives)
+}
+
+/// The names of several vectors that a function gives, and how many numbers each has.
+pub fn several(gives: Gives) -> (&'static [&'static str], usize) {
+    match gives {
+        Gives::Columns => (&["du", "dv"], 3),
+        Gives::Taps => (&["columns", "rows", "weights"], 4),
+        _ => (&[], 0),
+    }
+}
+
+/// Several vectors, each by a parameter whose type stands between these.
+pub fn filled_by<D: Dialect + ?Sized>(
+    dialect: &D,
+    gives: Gives,
+    text: &Text,
+    [before, after]: [&str; 2],
+) -> Vec<(&'static str, String)> {
+    let (names, width) = several(gives);
+    let of = dialect.vector(width, text);
+    let parameter = |&name: &&'static str| (name, format!("{before}{of}{after} {name}"));
+    names.iter().map(parameter).collect()
+}
+
+/// Powers of two and exponents by `ldexp` and `ilogb`, in languages that convert as C does.
+pub fn by_exponent<D: Dialect + ?Sized>(
+    dialect: &D,
+    operation: Unary,
+    a: &Expression,
+    text: &Text,
+) -> Expression {
+    let called = |name| dialect.called(name, text);
+    match operation {
+        Unary::PowerOfTwo => {
+            let (name, one) = (called("ldexp"), dialect.literal(1.0, text));
+            Expression::atom(format!("{name}({one}, (int)({}))", a.text))
+        }
+        Unary::Exponent => {
+            let (number, name) = (dialect.number(text), called("ilogb"));
+            Expression::atom(format!("({number}){name}({})", a.text))
+        }
+        _ => prefix(dialect, operation, a, text),
+    }
 }
 
 /// A sign, or a function of one number.
@@ -407,25 +596,5 @@ pub fn prefix<D: Dialect + ?Sized>(
         Expression::new(format!("-{}", a.within(level::ATOM)), level::SIGN)
     } else {
         Expression::atom(format!("{}({})", dialect.function(operation, text), a.text))
-    }
-}
-
-/// The name of image coordinates.
-pub fn place_name(numbers: usize) -> &'static str {
-    if numbers == 2 { "uv" } else { "uvf" }
-}
-
-/// The names of plain numbers.
-pub fn numbered(n: usize) -> impl Iterator<Item = &'static str> {
-    let names: &[&str] = if n == 2 { &["y", "x"] } else { &["x"] };
-    names.iter().copied()
-}
-
-/// The shortest decimal that reads as this number.
-pub fn plain(x: f64, double: bool) -> String {
-    if double {
-        format!("{x:?}")
-    } else {
-        format!("{:?}", x as f32)
     }
 }

@@ -2,12 +2,11 @@
 
 use crate::code::dialect::Dialect;
 use crate::code::options::CodeOptions;
-use crate::code::verb::Verb;
 use crate::map::Map;
 use crate::number::graph::Helper;
 
 /// Words in lines of at most so many characters, the later ones indented.
-fn wrapped(label: &str, words: &str) -> Vec<String> {
+pub(crate) fn wrapped(label: &str, words: &str) -> Vec<String> {
     const WIDTH: usize = 96;
     let mut lines = vec![label.to_owned()];
     for word in words.split_whitespace() {
@@ -26,7 +25,7 @@ fn wrapped(label: &str, words: &str) -> Vec<String> {
 }
 
 /// The lines at the top of a text.
-pub fn lines(map: &Map, dialect: &dyn Dialect, options: &CodeOptions<'_>) -> Vec<String> {
+pub fn lines(map: &Map, options: &CodeOptions<'_>) -> Vec<String> {
     let info = map.info();
     let mut name = info.name.to_owned();
     let parameters: Vec<String> = info
@@ -79,17 +78,17 @@ pub fn lines(map: &Map, dialect: &dyn Dialect, options: &CodeOptions<'_>) -> Vec
             "a direction and what comes back of it through the image are within {bound:e} radians, at default parameters."
         ),
     );
-    if options.native {
-        say(
-            "Functions:",
-            &format!("those of {}, with its own bounds.", dialect.title()),
-        );
+    lines
+}
+
+/// The last lines at the top of every text: whose functions, and who wrote it.
+pub fn colophon(dialect: &dyn Dialect, native: bool) -> Vec<String> {
+    let functions = if native {
+        format!("those of {}, with its own bounds.", dialect.title())
     } else {
-        say(
-            "Functions:",
-            &format!("polynomials with stated bounds. {}", dialect.promise()),
-        );
-    }
+        format!("polynomials with stated bounds. {}", dialect.promise())
+    };
+    let mut lines = wrapped("Functions:", &functions);
     lines.push(format!(
         "Written by spheremap {} for {}.",
         env!("CARGO_PKG_VERSION"),
@@ -107,21 +106,4 @@ pub fn of_helper(helper: Helper) -> &'static str {
         Helper::Asinh => "asinh(x).",
         Helper::CubeRoot => "The cube root of x > 0.",
     }
-}
-
-/// What a verb's function is.
-pub fn of_verb(map: &Map, verb: Verb) -> Vec<String> {
-    let place = if map.uv_width() > 2 {
-        "(u, v, face)"
-    } else {
-        "(u, v)"
-    };
-    let line = match verb {
-        Verb::Encode => format!("Direction to {place}."),
-        Verb::Decode => format!("{place} of the valid image to a unit direction."),
-        Verb::Density => format!("Steradians per unit of du dv at {place}."),
-        Verb::Jacobian => format!("The derivatives of the direction by u and by v at {place}."),
-        Verb::Valid => format!("Whether {place} lies in the valid image."),
-    };
-    vec![line]
 }

@@ -10,21 +10,25 @@
 
 mod dialect;
 mod header;
+mod interface;
 mod languages;
 mod options;
 mod printer;
 mod program;
+mod source;
+mod taps;
 mod verb;
 
 pub use crate::code::options::CodeOptions;
 pub use crate::code::verb::Verb;
 
-use crate::code::dialect::{Dialect, Signature, Text};
-use crate::code::program::{Gives, Program, Takes, program};
+pub(crate) use crate::code::header::wrapped;
+pub(crate) use crate::code::interface::{Argument, Gives, Program, Words};
+pub(crate) use crate::code::source::{Function, Order};
+
+use crate::code::program::program;
 use crate::error::Error;
 use crate::map::Map;
-use crate::number::graph::{Helper, Style};
-use crate::number::trace::{self, Width};
 
 /// What a language is called, and what it can do.
 #[derive(Clone, Copy, Debug)]
@@ -74,134 +78,28 @@ pub fn languages() -> impl Iterator<Item = Language> {
 /// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn code(map: &Map, language: &str, options: &CodeOptions<'_>) -> Result<String, Error> {
-    let dialect = dialect_of(language)?;
-    if options.double && !dialect.has_double() {
-        return Err(Error::Code(format!(
-            "{} has no numbers of 64 bits; leave out dtype=\"float64\"",
-            dialect.title()
-        )));
-    }
+    let prefix = options.name.unwrap_or(map.info().name);
+    let order = Order::new(language, prefix, options.native, options.double)?;
     if options.verbs.is_empty() {
         return Err(Error::Code("at least one verb is wanted".to_owned()));
     }
-    let prefix = options.name.unwrap_or(map.info().name);
-    check_name(dialect, prefix)?;
-    Ok(if options.double {
-        written::<f64>(map, dialect, prefix, options)
-    } else {
-        written::<f32>(map, dialect, prefix, options)
-    })
-}
-
-fn dialect_of(language: &str) -> Result<&'static dyn Dialect, Error> {
-    let known = || languages::ALL.iter();
-    match known().find(|dialect| dialect.name() == language) {
-        Some(dialect) => Ok(*dialect),
-        None => {
-            let names: Vec<_> = known().map(|dialect| dialect.name()).collect();
-            Err(Error::unknown("language", language, &names))
-        }
+    if options.verbs.contains(&Verb::Taps) {
+        taps::rule(map)?;
     }
-}
-
-/// Whether names may begin so: a letter, then letters, digits and single underscores, and no word of the language.
-fn check_name(dialect: &dyn Dialect, name: &str) -> Result<(), Error> {
-    let letters = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    let begins = name.starts_with(|c: char| c.is_ascii_alphabetic());
-    if !letters || !begins || name.contains("__") || name.ends_with('_') || name.len() > 64 {
-        return Err(Error::Code(format!(
-            "{name:?} is no name that every language takes: a letter, then letters, digits and single underscores, \
-             at most 64"
-        )));
-    }
-    // GLSL keeps names that begin so for itself.
-    if name.starts_with("gl_") || dialect.reserved().contains(&name) {
-        return Err(Error::Code(format!(
-            "{name:?} is a word of {}; choose another name",
-            dialect.title()
-        )));
-    }
-    Ok(())
-}
-
-fn written<T: Width>(
-    map: &Map,
-    dialect: &dyn Dialect,
-    prefix: &str,
-    options: &CodeOptions<'_>,
-) -> String {
-    let style = Style {
-        double: options.double,
-        native: options.native,
-        inside: false,
+    let function = |&verb: &Verb| Function {
+        name: verb.name(),
+        doc: vec![verb.says(map.uv_width())],
+        program: if options.double {
+            program::<f64>(map, verb, order.style)
+        } else {
+            program::<f32>(map, verb, order.style)
+        },
     };
-    let programs: Vec<(Verb, Program)> = options
-        .verbs
-        .iter()
-        .map(|&verb| (verb, program::<T>(map, verb, style)))
-        .collect();
-    let helpers: Vec<Helper> = Helper::ALL
-        .into_iter()
-        .filter(|helper| {
-            programs
-                .iter()
-                .any(|(_, program)| printer::helpers(program).any(|h| h == *helper))
-        })
-        .collect();
-    let text = Text {
-        prefix: prefix.to_owned(),
-        double: options.double,
-        header: header::lines(map, dialect, options),
-        not_a_number: programs
-            .iter()
-            .any(|(_, program)| printer::has_nan(program)),
-    };
-    let mut parts: Vec<String> = Vec::new();
-    for helper in helpers {
-        let (graph, outputs) = trace::body::<T>(helper, style);
-        let program = Program {
-            takes: Takes::Numbers(helper.arguments()),
-            gives: if helper.results() == 2 {
-                Gives::Pair
-            } else {
-                Gives::Number
-            },
-            nodes: graph.into_nodes(),
-            outputs,
-        };
-        let signature = Signature {
-            name: printer::helper_name(prefix, helper),
-            takes: program.takes,
-            gives: program.gives,
-            doc: vec![header::of_helper(helper).to_owned()],
-        };
-        parts.push(printer::function(dialect, &text, &signature, &program));
-    }
-    for (verb, program) in &programs {
-        let signature = Signature {
-            name: format!("{prefix}_{}", verb.name()),
-            takes: program.takes,
-            gives: program.gives,
-            doc: header::of_verb(map, *verb),
-        };
-        parts.push(printer::function(dialect, &text, &signature, program));
-    }
-    let comment = dialect.comment();
-    let mut whole: String = text
-        .header
-        .iter()
-        .map(|line| format!("{}\n", format!("{comment}{line}").trim_end()))
-        .collect();
-    whole.push('\n');
-    whole.push_str(&dialect.prelude(&text));
-    let between = if dialect.close().is_empty() {
-        "\n\n"
-    } else {
-        "\n"
-    };
-    whole.push_str(&parts.join(between));
-    whole
+    let functions: Vec<Function> = options.verbs.iter().map(function).collect();
+    order.text(header::lines(map, options), &functions)
 }
 
+#[cfg(test)]
+pub(crate) mod run;
 #[cfg(test)]
 mod tests;

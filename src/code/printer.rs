@@ -3,7 +3,7 @@
 //! A value that is used once stands where it is used; one that is used again, or would make a line too long, gets a name.
 
 use crate::code::dialect::{Dialect, Expression, Local, Signature, Text};
-use crate::code::program::{Gives, Program};
+use crate::code::interface::{Gives, Kind, Program};
 use crate::number::graph::{Binary, Comparison, Helper, Id, Logic, Node, Unary};
 
 /// The most characters that an expression may have and still stand within another.
@@ -82,12 +82,21 @@ impl Printer<'_> {
         }
     }
 
+    /// A number of all that the function takes.
+    fn input(&self, mut number: usize) -> String {
+        for argument in &self.signature.takes {
+            if number < argument.width() {
+                return self.dialect.argument(argument, number);
+            }
+            number -= argument.width();
+        }
+        unreachable!("a formula has the inputs that its signature says")
+    }
+
     fn expression(&self, node: Node) -> Expression {
         let (dialect, text) = (self.dialect, self.text);
         match node {
-            Node::Input(number) => {
-                Expression::atom(dialect.argument(self.signature, usize::from(number)))
-            }
+            Node::Input(number) => Expression::atom(self.input(usize::from(number))),
             Node::Constant(bits) => {
                 let x = f64::from_bits(bits);
                 if x.is_nan() {
@@ -139,7 +148,9 @@ impl Printer<'_> {
                 let name = helper_name(&text.prefix, helper);
                 Expression::atom(format!("{name}({})", arguments.join(", ")))
             }
-            Node::Part(pair, number) => Expression::atom(dialect.part(&self.of(pair).text, number)),
+            Node::Part(pair, number) => {
+                Expression::atom(dialect.part(&self.of(pair).text, usize::from(number)))
+            }
         }
     }
 
@@ -197,6 +208,16 @@ pub fn function(
         statements: Vec::new(),
         names: 0,
     };
+    // What lies in the bits of a word is taken out first.
+    for argument in &signature.takes {
+        if let Kind::Word(words) = argument.kind {
+            for (field, name) in argument.parts.iter().enumerate().take(words.fields) {
+                let value = dialect.field(argument.name, words, field, text);
+                let statement = dialect.local(Local::Number, name, &value, text);
+                printer.statements.push(statement);
+            }
+        }
+    }
     for (id, &node) in program.nodes.iter().enumerate() {
         if uses[id] == 0 {
             continue;

@@ -1,51 +1,15 @@
-//! A verb of a map as a program: what goes in, what comes out, and the graph between.
+//! A verb of a map as a program: its formula, recorded.
 
+use crate::code::interface::Program;
+use crate::code::taps;
 use crate::code::verb::Verb;
 use crate::geometry::axes::Rotation;
+use crate::geometry::mirror::mirrored;
 use crate::map::{Map, layout};
-use crate::number::graph::{Id, Node, Style};
+use crate::number::graph::{Id, Style};
 use crate::number::real::Real;
 use crate::number::trace::{Trace, Width, record};
 use crate::projections::projection::{Projection, Uv, Visitor};
-
-/// What a function takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Takes {
-    /// A direction.
-    Direction,
-    /// Image coordinates, so many.
-    Place(usize),
-    /// So many plain numbers.
-    Numbers(usize),
-}
-
-/// What a function gives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gives {
-    /// One number.
-    Number,
-    /// Two numbers of a shared function.
-    Pair,
-    /// Whether it is so.
-    Truth,
-    /// A vector of so many numbers: a direction, or image coordinates.
-    Vector(usize),
-    /// Two directions.
-    Columns,
-}
-
-/// A function as a graph.
-#[derive(Clone, Debug)]
-pub struct Program {
-    /// What it takes.
-    pub takes: Takes,
-    /// What it gives.
-    pub gives: Gives,
-    /// Nodes, each behind those that it is made of.
-    pub nodes: Vec<Node>,
-    /// The numbers, or the condition, that it gives.
-    pub outputs: Vec<Id>,
-}
 
 /// A direction turned; terms that are zero are left out, which no bit of the sum but the sign of a zero sees.
 fn turned<R: Real>(rotation: Rotation, d: [R; 3]) -> [R; 3] {
@@ -99,18 +63,26 @@ impl<T: Width> Visitor for Recorded<'_, T> {
         let numbers = |numbers: &[Trace<T>]| numbers.iter().map(|x| x.id()).collect();
         let to_view = self.map.view_rotation(None);
         let to_world = to_view.inverse();
+        let encoded = |p: P| {
+            let view = turned(to_view, [0, 1, 2].map(Trace::<T>::input));
+            let uv = p.encode(view);
+            let canonical = [uv.u, uv.v, uv.face];
+            let face_layout = self.map.face_layout();
+            if face_layout.is_canonical() {
+                canonical
+            } else {
+                layout::store_one(face_layout, canonical)
+            }
+        };
         match self.verb {
-            Verb::Encode => {
-                let view = turned(to_view, [0, 1, 2].map(Trace::input));
-                let uv = p.encode(view);
-                let canonical = [uv.u, uv.v, uv.face];
-                let face_layout = self.map.face_layout();
-                let stored = if face_layout.is_canonical() {
-                    canonical
-                } else {
-                    layout::store_one(face_layout, canonical)
-                };
-                numbers(&stored[..self.map.uv_width()])
+            Verb::Encode => numbers(&encoded(p)[..self.map.uv_width()]),
+            Verb::Taps => {
+                let [u, v, _] = encoded(p);
+                numbers(&taps::taps(
+                    self.map.seam(),
+                    [u, v],
+                    [3, 4].map(Trace::input),
+                ))
             }
             Verb::Decode => numbers(&turned(to_world, p.decode(self.place().place))),
             Verb::Density => {
@@ -120,6 +92,10 @@ impl<T: Width> Visitor for Recorded<'_, T> {
             Verb::Valid => {
                 let at = self.place();
                 vec![(at.found & p.contains(at.place)).id()]
+            }
+            Verb::Reflect => {
+                let vector = |first: u8| [first, first + 1, first + 2].map(Trace::input);
+                numbers(&mirrored(vector(0), vector(3)))
             }
             Verb::Jacobian => {
                 let at = self.place();
@@ -142,14 +118,7 @@ pub fn program<T: Width>(map: &Map, verb: Verb, style: Style) -> Program {
         width: std::marker::PhantomData,
     };
     let (graph, outputs) = record(style, || map.visit_canonical(recorded));
-    let width = map.uv_width();
-    let (takes, gives) = match verb {
-        Verb::Encode => (Takes::Direction, Gives::Vector(width)),
-        Verb::Decode => (Takes::Place(width), Gives::Vector(3)),
-        Verb::Density => (Takes::Place(width), Gives::Number),
-        Verb::Valid => (Takes::Place(width), Gives::Truth),
-        Verb::Jacobian => (Takes::Place(width), Gives::Columns),
-    };
+    let (takes, gives) = verb.signature(map.uv_width());
     Program {
         takes,
         gives,

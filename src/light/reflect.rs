@@ -1,14 +1,13 @@
 //! Mirror reflection, the step before an environment lookup.
 //!
-//! r = 2(v·n)n - v for a unit normal n and the direction v from the surface to the eye. Divided by n·n
-//! it holds for a normal of any length; |r| = |v|.
+//! The formula is [`mirrored`]; here it runs over arrays.
 
 use crate::error::{Error, expect_length, expect_multiple};
+use crate::geometry::mirror::mirrored;
 use crate::kernel;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, TuplesMut};
 use crate::kernel::{Frame, Point, Scalar};
-use crate::number::math::max;
 
 #[derive(Clone, Copy)]
 struct Reflect;
@@ -16,11 +15,7 @@ struct Reflect;
 impl<R: Scalar> Point<R, 6, 3> for Reflect {
     #[inline(always)]
     fn apply(self, [x, y, z, a, b, c]: [R; 6]) -> [R; 3] {
-        // The normal's length cancels; a power of two keeps its square in range.
-        let scale = max(a.abs(), max(b.abs(), c.abs())).binade_scale();
-        let (a, b, c) = (a * scale, b * scale, c * scale);
-        let factor = R::TWO * (x * a + y * b + z * c) / (a * a + b * b + c * c);
-        [factor * a - x, factor * b - y, factor * c - z]
+        mirrored([x, y, z], [a, b, c])
     }
 }
 

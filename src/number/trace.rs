@@ -167,6 +167,11 @@ impl<T> Trace<T> {
         Trace::made(with(|graph| graph.node(Node::Input(number))))
     }
 
+    /// The nearest whole number, the even one of two.
+    pub fn round(self) -> Self {
+        self.unary(Unary::Round)
+    }
+
     /// Its node.
     pub fn id(self) -> Id {
         id_of(self.value)

@@ -4,10 +4,14 @@
 //! square of a chord of 10⁻⁹ still has seven digits there.
 
 use super::Scheme;
-use super::fold::{NEAREST, PRECISE, Rounded, Rounding, choose};
+use super::fold::{NEAREST, PRECISE, Rounded};
+use super::printed::{Asked, Formula};
+use super::rounding::Rounding;
 use super::unit::unit;
+use crate::code::Program;
+use crate::code::Words;
 use crate::pack::kernel;
-use crate::pack::kernel::{Cell, Decode, Encode};
+use crate::pack::kernel::{Cell, Decode, Encode, Lattice};
 
 /// A grid point: two coordinates that are integers, and a face.
 pub type Node<R> = ([R; 2], R);
@@ -15,19 +19,28 @@ pub type Node<R> = ([R; 2], R);
 /// A map with a grid.
 pub trait Chart: Copy + Send + Sync + 'static {
     /// Where a unit vector lies among the grid points, and whether the map covers it.
-    fn place<R: Cell>(self, d: [R; 3]) -> (Node<R>, bool);
+    fn place<R: Lattice>(self, d: [R; 3]) -> (Node<R>, R::Mask);
 
     /// The grid point that coordinates one step beyond an edge mean.
-    fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2];
+    fn settle<R: Lattice>(self, place: [R; 2]) -> [R; 2];
 
     /// The unit vector of a grid point.
-    fn direction<R: Cell>(self, node: Node<R>) -> [R; 3];
+    fn direction<R: Lattice>(self, node: Node<R>) -> [R; 3];
 
     /// The code of a grid point.
     fn code<R: Cell>(self, node: Node<R>) -> R::Code;
 
     /// The grid point of a code.
     fn node<R: Cell>(self, code: R::Code) -> Node<R>;
+
+    /// How a code is made of numbers.
+    fn words(self) -> Words;
+
+    /// The numbers of a grid point's code, none below zero.
+    fn numbers<R: Lattice>(self, node: Node<R>) -> Vec<R>;
+
+    /// The grid point of such numbers.
+    fn of_numbers<R: Lattice>(self, numbers: &[R]) -> Node<R>;
 
     /// The step of the grid, of which the bounds are multiples.
     fn step(self) -> f64;
@@ -41,21 +54,54 @@ impl<R: Cell, C: Chart, const ROUNDING: u8> Encode<R> for Rounded<Charted<C>, RO
     #[inline(always)]
     fn encode<const NORMAL: bool>(self, [x, y, z]: [R; 3]) -> (R::Code, bool) {
         let chart = self.0.0;
-        let ([x, y, z], ok) = unit::<R, NORMAL>([x, y, z]);
-        let (([s, t], face), covered) = chart.place([x, y, z]);
-        if ROUNDING == NEAREST {
-            let node = (chart.settle([s.nearest(), t.nearest()]), face);
-            return (R::only_if(ok, chart.code(node)), ok & covered);
-        }
-        let (s0, t0) = (s.floor(), t.floor());
-        let (s1, t1) = (s0 + R::ONE, t0 + R::ONE);
-        let d = [x, y, z];
-        let first = Corner::new(chart, d, [s0, t0], face);
-        let second = Corner::new(chart, d, [s1, t0], face);
-        let third = Corner::new(chart, d, [s0, t1], face);
-        let fourth = Corner::new(chart, d, [s1, t1], face);
-        let Corner { node, .. } = first.or_nearer(second).or_nearer(third.or_nearer(fourth));
-        (R::only_if(ok, chart.code((node, face))), ok & covered)
+        let (node, ok, covered) = chosen::<R, C, NORMAL>(chart, ROUNDING == NEAREST, [x, y, z]);
+        (R::only_if(ok, chart.code(node)), ok & covered)
+    }
+}
+
+/// The grid point of a direction, whether it is one, and whether the map covers it.
+#[inline(always)]
+fn chosen<R: Lattice, C: Chart, const NORMAL: bool>(
+    chart: C,
+    nearest: bool,
+    d: [R; 3],
+) -> (Node<R>, R::Mask, R::Mask) {
+    let (d, ok) = unit::<R, NORMAL>(d);
+    let (([s, t], face), covered) = chart.place(d);
+    if nearest {
+        let node = (chart.settle([s.nearest(), t.nearest()]), face);
+        return (node, ok, covered);
+    }
+    let (s0, t0) = (s.floor(), t.floor());
+    let (s1, t1) = (s0 + R::ONE, t0 + R::ONE);
+    let first = Corner::new(chart, d, [s0, t0], face);
+    let second = Corner::new(chart, d, [s1, t0], face);
+    let third = Corner::new(chart, d, [s0, t1], face);
+    let fourth = Corner::new(chart, d, [s1, t1], face);
+    let Corner { node, .. } = first.or_nearer(second).or_nearer(third.or_nearer(fourth));
+    ((node, face), ok, covered)
+}
+
+/// A direction without a zero below zero.
+#[inline(always)]
+fn direction<R: Lattice, C: Chart>(chart: C, node: Node<R>) -> [R; 3] {
+    let zero = R::ZERO;
+    let d: [R; 3] = chart.direction(node);
+    [d[0] + zero, d[1] + zero, d[2] + zero]
+}
+
+impl<C: Chart> Formula for Charted<C> {
+    fn words(self) -> Words {
+        self.0.words()
+    }
+
+    fn pack<R: Lattice>(self, rounding: Rounding, d: [R; 3]) -> Vec<R> {
+        let (node, ..) = chosen::<R, C, true>(self.0, rounding == Rounding::Nearest, d);
+        self.0.numbers(node)
+    }
+
+    fn unpack<R: Lattice>(self, numbers: &[R]) -> [R; 3] {
+        direction(self.0, self.0.of_numbers(numbers))
     }
 }
 
@@ -66,7 +112,7 @@ struct Corner<R> {
     far: R,
 }
 
-impl<R: Cell> Corner<R> {
+impl<R: Lattice> Corner<R> {
     #[inline(always)]
     fn new<C: Chart>(chart: C, d: [R; 3], place: [R; 2], face: R) -> Self {
         let node = chart.settle(place);
@@ -81,13 +127,13 @@ impl<R: Cell> Corner<R> {
     /// The nearer one; `self` on ties.
     #[inline(always)]
     fn or_nearer(self, other: Self) -> Self {
-        let nearer = other.far < self.far;
+        let nearer = other.far.less(self.far);
         Corner {
             node: [
-                choose(nearer, other.node[0], self.node[0]),
-                choose(nearer, other.node[1], self.node[1]),
+                R::select(nearer, other.node[0], self.node[0]),
+                R::select(nearer, other.node[1], self.node[1]),
             ],
-            far: choose(nearer, other.far, self.far),
+            far: R::select(nearer, other.far, self.far),
         }
     }
 }
@@ -107,13 +153,15 @@ impl<C: Chart> Scheme for Charted<C> {
     fn step(&self) -> f64 {
         self.0.step()
     }
+
+    fn program(&self, asked: Asked) -> Option<Program> {
+        Some(asked.program(*self))
+    }
 }
 
 impl<R: Cell, C: Chart> Decode<R> for Charted<C> {
     #[inline(always)]
     fn decode(self, code: R::Code) -> [R; 3] {
-        let zero = R::ZERO;
-        let d: [R; 3] = self.0.direction(self.0.node(code));
-        [d[0] + zero, d[1] + zero, d[2] + zero]
+        direction(self.0, self.0.node(code))
     }
 }

@@ -6,13 +6,17 @@
 //! Many codes lie along one direction, so `canonical` mends only what a field can spell twice.
 //! `precise` takes the best of the eight grid points around the unit vector.
 
-use super::fold::{NEAREST, PRECISE, Rounded, Rounding, choose, held};
+use super::fold::{NEAREST, PRECISE, Rounded, held};
 use super::grid::Grid;
+use super::printed::{Asked, Formula};
+use super::rounding::Rounding;
 use super::unit::unit;
 use super::{Family, Scheme, Splits, Unit};
-use crate::number::math::{max, min};
+use crate::code::Program;
+use crate::code::Words;
+use crate::number::real::{max, min};
 use crate::pack::kernel;
-use crate::pack::kernel::{Cell, Decode, Encode};
+use crate::pack::kernel::{Cell, Decode, Encode, Lattice};
 use std::sync::Arc;
 
 #[derive(Clone, Copy)]
@@ -71,10 +75,22 @@ impl<R: Cell, const ROUNDING: u8> Encode<R> for Rounded<Components, ROUNDING> {
     #[inline(always)]
     fn encode<const NORMAL: bool>(self, d: [R; 3]) -> (R::Code, bool) {
         let grid = self.0.0;
+        let ([x, y, z], ok) = self.0.point::<R, NORMAL>(ROUNDING == NEAREST, d);
+        let code =
+            grid.field(x) | (grid.field(y) << grid.bits) | (grid.field(z) << (2 * grid.bits));
+        (R::only_if(ok, code), ok)
+    }
+}
+
+impl Components {
+    /// The grid point of a direction, and whether it is one.
+    #[inline(always)]
+    fn point<R: Lattice, const NORMAL: bool>(self, nearest: bool, d: [R; 3]) -> ([R; 3], R::Mask) {
+        let grid = self.0;
         let (unit, ok) = unit::<R, NORMAL>(d);
         let (n, offset) = (R::new(grid.n), R::new(grid.offset));
         let p = [unit[0].abs() * n, unit[1].abs() * n, unit[2].abs() * n];
-        let best = if ROUNDING == NEAREST {
+        let best = if nearest {
             [
                 held((p[0] - offset).nearest() + offset, offset, n),
                 held((p[1] - offset).nearest() + offset, offset, n),
@@ -96,10 +112,37 @@ impl<R: Cell, const ROUNDING: u8> Encode<R> for Rounded<Components, ROUNDING> {
             a.or_nearer(b).or_nearer(c.or_nearer(d)).q
         };
         let zero = R::ZERO;
-        let code = grid.field(best[0].negated_if(d[0] < zero))
-            | (grid.field(best[1].negated_if(d[1] < zero)) << grid.bits)
-            | (grid.field(best[2].negated_if(d[2] < zero)) << (2 * grid.bits));
-        (R::only_if(ok, code), ok)
+        let point = [
+            best[0].negated_if(d[0].less(zero)),
+            best[1].negated_if(d[1].less(zero)),
+            best[2].negated_if(d[2].less(zero)),
+        ];
+        (point, ok)
+    }
+
+    /// The direction of a grid point.
+    #[inline(always)]
+    fn direction<R: Lattice>(self, [x, y, z]: [R; 3]) -> [R; 3] {
+        let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
+        [x * inverse, y * inverse, z * inverse]
+    }
+}
+
+impl Formula for Components {
+    fn words(self) -> Words {
+        Words {
+            fields: 3,
+            bits: self.0.bits,
+        }
+    }
+
+    fn pack<R: Lattice>(self, rounding: Rounding, d: [R; 3]) -> Vec<R> {
+        let (point, _) = self.point::<R, true>(rounding == Rounding::Nearest, d);
+        point.map(|x| self.0.unsigned(x)).to_vec()
+    }
+
+    fn unpack<R: Lattice>(self, fields: &[R]) -> [R; 3] {
+        self.direction([fields[0], fields[1], fields[2]].map(|x| self.0.of_unsigned(x)))
     }
 }
 
@@ -110,7 +153,7 @@ struct Corner<R> {
     far: R,
 }
 
-impl<R: Cell> Corner<R> {
+impl<R: Lattice> Corner<R> {
     #[inline(always)]
     fn new(p: [R; 3], q: [R; 3]) -> Self {
         let e = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
@@ -126,14 +169,14 @@ impl<R: Cell> Corner<R> {
     /// The nearer one; `self` on ties.
     #[inline(always)]
     fn or_nearer(self, other: Self) -> Self {
-        let nearer = other.far < self.far;
+        let nearer = other.far.less(self.far);
         Corner {
             q: [
-                choose(nearer, other.q[0], self.q[0]),
-                choose(nearer, other.q[1], self.q[1]),
-                choose(nearer, other.q[2], self.q[2]),
+                R::select(nearer, other.q[0], self.q[0]),
+                R::select(nearer, other.q[1], self.q[1]),
+                R::select(nearer, other.q[2], self.q[2]),
             ],
-            far: choose(nearer, other.far, self.far),
+            far: R::select(nearer, other.far, self.far),
         }
     }
 }
@@ -142,13 +185,11 @@ impl<R: Cell> Decode<R> for Components {
     #[inline(always)]
     fn decode(self, code: R::Code) -> [R; 3] {
         let b = self.0.bits;
-        let [x, y, z]: [R; 3] = [
+        self.direction([
             self.0.place(code),
             self.0.place(code >> b),
             self.0.place(code >> (2 * b)),
-        ];
-        let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
-        [x * inverse, y * inverse, z * inverse]
+        ])
     }
 }
 
@@ -175,5 +216,9 @@ impl Scheme for Components {
 
     fn step(&self) -> f64 {
         1.0 / self.0.n
+    }
+
+    fn program(&self, asked: Asked) -> Option<Program> {
+        Some(asked.program(*self))
     }
 }

@@ -6,9 +6,11 @@
 //! direction has two codes. Codes from 6n² on stand for nothing.
 
 use super::chart::{Chart, Charted, Node};
-use super::fold::{Rounding, held};
-use super::kernel::{Cell, half_turns, sin_cos_half_turns};
+use super::fold::held;
+use super::kernel::{Cell, Lattice, half_turns, sin_cos_half_turns};
+use super::rounding::Rounding;
 use super::{Family, Unit};
+use crate::code::Words;
 use std::sync::Arc;
 
 const LINEAR: u8 = 0;
@@ -17,6 +19,7 @@ const S2: u8 = 2;
 
 #[derive(Clone, Copy)]
 struct Cube<const CURVE: u8> {
+    bits: u32,
     n: f64,
 }
 
@@ -41,9 +44,9 @@ pub const CUBE: Family = Family {
     make: |bits, curve| {
         let n = side(bits);
         match curve {
-            "equiangular" => Arc::new(Charted(Cube::<EQUIANGULAR> { n })),
-            "s2" => Arc::new(Charted(Cube::<S2> { n })),
-            _ => Arc::new(Charted(Cube::<LINEAR> { n })),
+            "equiangular" => Arc::new(Charted(Cube::<EQUIANGULAR> { bits, n })),
+            "s2" => Arc::new(Charted(Cube::<S2> { bits, n })),
+            _ => Arc::new(Charted(Cube::<LINEAR> { bits, n })),
         }
     },
     ..Family::DEFAULT
@@ -52,24 +55,40 @@ pub const CUBE: Family = Family {
 impl<const CURVE: u8> Cube<CURVE> {
     /// From the plane of a face to even spacing, -1 to 1.
     #[inline(always)]
-    fn flat<R: Cell>(p: R) -> R {
+    fn flat<R: Lattice>(p: R) -> R {
         match CURVE {
             EQUIANGULAR => half_turns(p.abs(), R::ONE) * R::new(4.0),
             S2 => (R::ONE + R::new(3.0) * p.abs()).sqrt() - R::ONE,
             _ => p.abs(),
         }
-        .negated_if(p < R::ZERO)
+        .negated_if(p.less(R::ZERO))
     }
 
     /// Among the centers of cells.
     #[inline(always)]
-    fn cell<R: Cell>(self, a: R) -> R {
+    fn cell<R: Lattice>(self, a: R) -> R {
         (a + R::ONE) * R::new(0.5 * self.n) - R::HALF
+    }
+
+    /// The number of a cell, which is its code.
+    #[inline(always)]
+    fn number<R: Lattice>(self, ([i, j], face): Node<R>) -> R {
+        let n = R::new(self.n);
+        (face * n + j) * n + i
+    }
+
+    /// The cell of a number.
+    #[inline(always)]
+    fn cell_of<R: Lattice>(self, k: R) -> Node<R> {
+        let (n, half) = (R::new(self.n), R::HALF);
+        let row = ((k + half) / n).floor();
+        let face = ((row + half) / n).floor();
+        ([k - row * n, row - face * n], face)
     }
 
     /// Back to the plane.
     #[inline(always)]
-    fn curved<R: Cell>(a: R) -> R {
+    fn curved<R: Lattice>(a: R) -> R {
         match CURVE {
             EQUIANGULAR => {
                 let (sin, cos) = sin_cos_half_turns(a * R::new(0.25));
@@ -83,33 +102,30 @@ impl<const CURVE: u8> Cube<CURVE> {
 
 impl<const CURVE: u8> Chart for Cube<CURVE> {
     #[inline(always)]
-    fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
+    fn place<R: Lattice>(self, [x, y, z]: [R; 3]) -> (Node<R>, R::Mask) {
         let zero = R::ZERO;
         let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-        let by_x = (ax >= ay) & (ax >= az);
-        let by_y = ay >= az;
-        let behind = if by_y { y } else { z };
-        let major = if by_x { x } else { behind };
-        let p = if by_x { y } else { x };
-        let q_side = if by_y { z } else { y };
-        let q = if by_x { z } else { q_side };
-        let face = if by_y { R::TWO } else { R::new(4.0) };
-        let face = if by_x { zero } else { face };
-        let face = face + if major < zero { R::ONE } else { zero };
+        let by_x = ax.at_least(ay) & ax.at_least(az);
+        let by_y = ay.at_least(az);
+        let major = R::select(by_x, x, R::select(by_y, y, z));
+        let p = R::select(by_x, y, x);
+        let q = R::select(by_x, z, R::select(by_y, z, y));
+        let face = R::select(by_x, zero, R::select(by_y, R::TWO, R::new(4.0)));
+        let face = face + R::select(major.less(zero), R::ONE, zero);
         let inverse = R::ONE / major.abs();
         let i = self.cell(Self::flat(p * inverse));
         let j = self.cell(Self::flat(q * inverse));
-        (([i, j], face), true)
+        (([i, j], face), R::truth(true))
     }
 
     #[inline(always)]
-    fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
+    fn settle<R: Lattice>(self, place: [R; 2]) -> [R; 2] {
         let (first, last) = (R::ZERO, R::new(self.n - 1.0));
         [held(place[0], first, last), held(place[1], first, last)]
     }
 
     #[inline(always)]
-    fn direction<R: Cell>(self, ([i, j], face): Node<R>) -> [R; 3] {
+    fn direction<R: Lattice>(self, ([i, j], face): Node<R>) -> [R; 3] {
         let one = R::ONE;
         let n = R::new(self.n);
         let p = Self::curved((i + i + one) / n - one);
@@ -117,30 +133,40 @@ impl<const CURVE: u8> Chart for Cube<CURVE> {
         let inverse = one / (one + p * p + q * q).sqrt();
         let (p, q) = (p * inverse, q * inverse);
         let axis = (face * R::HALF).floor();
-        let m = inverse.negated_if(face > axis + axis);
-        let (is_x, is_y) = (axis < R::HALF, axis < R::new(1.5));
-        let y_beside = if is_y { m } else { q };
-        let z_beside = if is_y { q } else { m };
+        let m = inverse.negated_if(face.more(axis + axis));
+        let (is_x, is_y) = (axis.less(R::HALF), axis.less(R::new(1.5)));
+        let y_beside = R::select(is_y, m, q);
+        let z_beside = R::select(is_y, q, m);
         [
-            if is_x { m } else { p },
-            if is_x { p } else { y_beside },
-            if is_x { q } else { z_beside },
+            R::select(is_x, m, p),
+            R::select(is_x, p, y_beside),
+            R::select(is_x, q, z_beside),
         ]
     }
 
     #[inline(always)]
-    fn code<R: Cell>(self, ([i, j], face): Node<R>) -> R::Code {
-        let n = R::new(self.n);
-        ((face * n + j) * n + i).integer()
+    fn code<R: Cell>(self, node: Node<R>) -> R::Code {
+        self.number(node).integer()
     }
 
     #[inline(always)]
     fn node<R: Cell>(self, code: R::Code) -> Node<R> {
-        let (n, half) = (R::new(self.n), R::HALF);
-        let k = R::from_integer(code);
-        let row = ((k + half) / n).floor();
-        let face = ((row + half) / n).floor();
-        ([k - row * n, row - face * n], face)
+        self.cell_of(R::from_integer(code))
+    }
+
+    fn words(self) -> Words {
+        Words {
+            fields: 1,
+            bits: self.bits,
+        }
+    }
+
+    fn numbers<R: Lattice>(self, node: Node<R>) -> Vec<R> {
+        vec![self.number(node)]
+    }
+
+    fn of_numbers<R: Lattice>(self, numbers: &[R]) -> Node<R> {
+        self.cell_of(numbers[0])
     }
 
     fn step(self) -> f64 {

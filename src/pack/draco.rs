@@ -5,8 +5,8 @@
 //! integers lie on the octahedron; edges are made canonical. It encodes in double and decodes in
 //! float.
 
-use super::fold::Rounding;
 use super::literal::{Literal, Repeated, fields, pair};
+use super::rounding::Rounding;
 use super::{Family, Splits, Unit};
 use std::sync::Arc;
 

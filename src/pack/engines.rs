@@ -4,8 +4,8 @@
 //! counts); Unreal Engine, NaniteEncode.cpp, OctahedronEncode (float, truncation after adding a half, no search);
 //! Cesium, AttributeCompression.octEncodeInRange, as quantized-mesh terrain has it (double, halves round up).
 
-use super::fold::Rounding;
 use super::literal::{Literal, Repeated, fields, pair};
+use super::rounding::Rounding;
 use super::{Family, Splits, Unit};
 use std::sync::Arc;
 

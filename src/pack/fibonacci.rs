@@ -9,7 +9,7 @@
 //! now and then. No two codes share a direction, and ±z have one each, half a step away. It is scalar
 //! code: the lattice depends on the latitude.
 
-use super::fold::Rounding;
+use super::rounding::Rounding;
 use super::{Family, Scheme, Unit};
 use crate::number::real::Real;
 use std::sync::Arc;

@@ -34,8 +34,11 @@
 //! they go through t(1 + k(1 - t)) to even out the density; or Clarberg's equal-area map.
 
 use super::grid::Grid;
-use super::kernel::{Cell, Decode, Encode, half_turns, sin_cos_half_turns};
-use crate::number::math::{max, min};
+use super::kernel::{Cell, Decode, Encode, Lattice, half_turns, sin_cos_half_turns};
+use super::printed::Formula;
+use super::rounding::Rounding;
+use crate::code::Words;
+use crate::number::real::{max, min};
 
 /// From barycentrics of an octant to directions in it, and back.
 pub trait Warp: Copy + Send + Sync + 'static {
@@ -47,15 +50,15 @@ pub trait Warp: Copy + Send + Sync + 'static {
     const PLAIN: bool = false;
 
     /// Barycentrics, in steps, of a direction without signs. `sum` is the sum of its components.
-    fn barycentrics<R: Cell>(self, a: [R; 3], sum: R, n: R) -> [R; 3];
+    fn barycentrics<R: Lattice>(self, a: [R; 3], sum: R, n: R) -> [R; 3];
 
     /// A vector along the direction of barycentrics that sum to n, of which the third may be negative, and
     /// gives the vector its sign.
-    fn point<R: Cell>(self, b: [R; 3], n: R) -> [R; 3];
+    fn point<R: Lattice>(self, b: [R; 3], n: R) -> [R; 3];
 
     /// point(to) - point(from), without cancellation where that can be had.
     #[inline(always)]
-    fn step<R: Cell>(self, from: [R; 3], to: [R; 3], n: R) -> [R; 3] {
+    fn step<R: Lattice>(self, from: [R; 3], to: [R; 3], n: R) -> [R; 3] {
         let (p, q) = (self.point(from, n), self.point(to, n));
         [q[0] - p[0], q[1] - p[1], q[2] - p[2]]
     }
@@ -70,13 +73,13 @@ impl Warp for Plain {
     const PLAIN: bool = true;
 
     #[inline(always)]
-    fn barycentrics<R: Cell>(self, [x, y, z]: [R; 3], sum: R, n: R) -> [R; 3] {
+    fn barycentrics<R: Lattice>(self, [x, y, z]: [R; 3], sum: R, n: R) -> [R; 3] {
         let scale = n / sum;
         [x * scale, y * scale, z * scale]
     }
 
     #[inline(always)]
-    fn point<R: Cell>(self, b: [R; 3], _: R) -> [R; 3] {
+    fn point<R: Lattice>(self, b: [R; 3], _: R) -> [R; 3] {
         b
     }
 }
@@ -92,7 +95,7 @@ impl Warp for Warped {
     const TRIANGLES: bool = true;
 
     #[inline(always)]
-    fn barycentrics<R: Cell>(self, a: [R; 3], sum: R, n: R) -> [R; 3] {
+    fn barycentrics<R: Lattice>(self, a: [R; 3], sum: R, n: R) -> [R; 3] {
         let scale = R::ONE / sum;
         let a = [a[0] * scale, a[1] * scale, a[2] * scale];
         let b = newton(a, newton(a, newton(a, newton(a, a))));
@@ -106,7 +109,7 @@ impl Warp for Warped {
     }
 
     #[inline(always)]
-    fn point<R: Cell>(self, [a, b, c]: [R; 3], n: R) -> [R; 3] {
+    fn point<R: Lattice>(self, [a, b, c]: [R; 3], n: R) -> [R; 3] {
         let k = R::new(K) / n;
         let slope = R::new(1.0 + K);
         [
@@ -117,12 +120,12 @@ impl Warp for Warped {
     }
 
     #[inline(always)]
-    fn step<R: Cell>(self, from: [R; 3], to: [R; 3], n: R) -> [R; 3] {
+    fn step<R: Lattice>(self, from: [R; 3], to: [R; 3], n: R) -> [R; 3] {
         let k = R::new(K) / n;
         let slope = R::new(1.0 + K);
         let (p, q) = (from[2], to[2]);
         // q|q| - p|p| is -(q² + p²) across the crease.
-        let squares = choose(q < R::ZERO, -(q * q + p * p), (q - p) * (q + p));
+        let squares = R::select(q.less(R::ZERO), -(q * q + p * p), (q - p) * (q + p));
         [
             (to[0] - from[0]) * (slope - k * (from[0] + to[0])),
             (to[1] - from[1]) * (slope - k * (from[1] + to[1])),
@@ -134,7 +137,7 @@ impl Warp for Warped {
 /// One step of Newton's method on f(bᵢ) = λaᵢ, Σbᵢ = 1: with gᵢ = 1/f'(bᵢ),
 /// λ = (1 + kΣgᵢbᵢ²)/Σgᵢaᵢ and bᵢ ← gᵢ(λaᵢ - kbᵢ²).
 #[inline(always)]
-fn newton<R: Cell>(a: [R; 3], b: [R; 3]) -> [R; 3] {
+fn newton<R: Lattice>(a: [R; 3], b: [R; 3]) -> [R; 3] {
     let (k, slope) = (R::new(K), R::new(1.0 + K));
     let twice = k + k;
     let (s0, s1, s2) = (
@@ -163,7 +166,7 @@ impl Warp for EqualArea {
     const TRIANGLES: bool = false;
 
     #[inline(always)]
-    fn barycentrics<R: Cell>(self, [x, y, z]: [R; 3], _: R, n: R) -> [R; 3] {
+    fn barycentrics<R: Lattice>(self, [x, y, z]: [R; 3], _: R, n: R) -> [R; 3] {
         let h2 = x * x + y * y;
         let length = (h2 + z * z).sqrt();
         let radius = (h2 / (length * (length + z))).sqrt();
@@ -174,41 +177,24 @@ impl Warp for EqualArea {
     }
 
     #[inline(always)]
-    fn point<R: Cell>(self, [a, b, c]: [R; 3], n: R) -> [R; 3] {
+    fn point<R: Lattice>(self, [a, b, c]: [R; 3], n: R) -> [R; 3] {
         let sum = max(a + b, R::new(1e-30));
         let radius = (a + b) / n;
         let (sin, cos) = sin_cos_half_turns(b / sum * R::HALF);
         let square = radius * radius;
         let h = radius * max(R::TWO - square, R::ZERO).sqrt();
         let z = R::ONE - square;
-        [cos * h, sin * h, z.negated_if(c < R::ZERO)]
+        [cos * h, sin * h, z.negated_if(c.less(R::ZERO))]
     }
-}
-
-/// How to choose among the lattice points about a place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rounding {
-    /// Each coordinate by itself.
-    Nearest,
-    /// The nearest on the sphere, among the corners of the cell.
-    Precise,
-    /// The nearest in the plane of the octahedron's face.
-    Hex,
 }
 
 pub(super) const NEAREST: u8 = 0;
 pub(super) const PRECISE: u8 = 1;
 pub(super) const HEX: u8 = 2;
 
-/// `x` where the condition holds, else `y`; both are computed.
-#[inline(always)]
-pub(super) fn choose<R>(condition: bool, x: R, y: R) -> R {
-    if condition { x } else { y }
-}
-
 /// A number held between two others.
 #[inline(always)]
-pub(super) fn held<R: Cell>(x: R, low: R, high: R) -> R {
+pub(super) fn held<R: Lattice>(x: R, low: R, high: R) -> R {
     min(max(x, low), high)
 }
 
@@ -244,11 +230,11 @@ impl<F: Warp> Fold<F> {
 pub(super) struct Rounded<S, const ROUNDING: u8>(pub S);
 
 /// A direction on a fold: where it is in its octant, and which octant.
-struct OctantPlace<R> {
+struct OctantPlace<R: Lattice> {
     b: [R; 3],
-    lower: bool,
-    negative: [bool; 2],
-    ok: bool,
+    lower: R::Mask,
+    negative: [R::Mask; 2],
+    ok: R::Mask,
 }
 
 /// A lattice point, and the sine squared of the angle to it, times |p|², as a quotient.
@@ -260,23 +246,23 @@ struct Candidate<R> {
     square: R,
 }
 
-impl<R: Cell> Candidate<R> {
+impl<R: Lattice> Candidate<R> {
     /// The nearer one; `self` on ties.
     #[inline(always)]
     fn or_nearer(self, other: Self) -> Self {
-        let nearer = other.far * self.square < self.far * other.square;
+        let nearer = (other.far * self.square).less(self.far * other.square);
         Candidate {
-            a: choose(nearer, other.a, self.a),
-            b: choose(nearer, other.b, self.b),
-            far: choose(nearer, other.far, self.far),
-            square: choose(nearer, other.square, self.square),
+            a: R::select(nearer, other.a, self.a),
+            b: R::select(nearer, other.b, self.b),
+            far: R::select(nearer, other.far, self.far),
+            square: R::select(nearer, other.square, self.square),
         }
     }
 }
 
 impl<F: Warp> Fold<F> {
     #[inline(always)]
-    fn place<R: Cell, const NORMAL: bool>(self, [x, y, z]: [R; 3]) -> OctantPlace<R> {
+    fn place<R: Lattice, const NORMAL: bool>(self, [x, y, z]: [R; 3]) -> OctantPlace<R> {
         let zero = R::ZERO;
         let mut a = [x.abs(), y.abs(), z.abs()];
         if !NORMAL {
@@ -284,18 +270,18 @@ impl<F: Warp> Fold<F> {
             a = [a[0] * scale, a[1] * scale, a[2] * scale];
         }
         let sum = a[0] + a[1] + a[2];
-        let ok = NORMAL | ((sum > zero) & sum.finite());
+        let ok = R::truth(NORMAL) | (sum.more(zero) & sum.finite());
         OctantPlace {
             b: self.warp.barycentrics(a, sum, R::new(self.grid.n)),
-            lower: z < zero,
-            negative: [x < zero, y < zero],
+            lower: z.less(zero),
+            negative: [x.less(zero), y.less(zero)],
             ok,
         }
     }
 
     /// Corners of the cell that a place lies in: two values of A, two of B.
     #[inline(always)]
-    fn cell<R: Cell>(self, place: &OctantPlace<R>) -> [[R; 2]; 2] {
+    fn cell<R: Lattice>(self, place: &OctantPlace<R>) -> [[R; 2]; 2] {
         let (offset, last) = self.range(place);
         let a = (place.b[0] - offset).floor() + offset;
         let b = (place.b[1] - offset).floor() + offset;
@@ -308,39 +294,36 @@ impl<F: Warp> Fold<F> {
 
     /// The lattice's first and last place along a side of the octant.
     #[inline(always)]
-    fn range<R: Cell>(self, place: &OctantPlace<R>) -> (R, R) {
+    fn range<R: Lattice>(self, place: &OctantPlace<R>) -> (R, R) {
         let (up, low) = (self.grid.offset, self.lower);
         let (n_up, n_low) = (self.grid.n - low, self.grid.n - up);
-        if place.lower {
-            (R::new(low), R::new(n_low))
-        } else {
-            (R::new(up), R::new(n_up))
-        }
+        let choose = |low, up| R::select(place.lower, R::new(low), R::new(up));
+        (choose(low, up), choose(n_low, n_up))
     }
 
-    /// The code of a lattice point.
+    /// A lattice point on the square.
     #[inline(always)]
-    fn code<R: Cell>(self, place: &OctantPlace<R>, a: R, b: R) -> R::Code {
+    fn unfolded<R: Lattice>(self, place: &OctantPlace<R>, a: R, b: R) -> [R; 2] {
         let n = R::new(self.grid.n);
-        let s = if place.lower { n - b } else { a };
-        let t = if place.lower { n - a } else { b };
+        let s = R::select(place.lower, n - b, a);
+        let t = R::select(place.lower, n - a, b);
         // On an edge of the square the other coordinate's sign says nothing.
-        let s_signed = s.negated_if(place.negative[0] & (t < n));
-        let t_signed = t.negated_if(place.negative[1] & (s < n));
-        let (low, high) = (self.grid.field(s_signed), self.grid.field(t_signed));
-        R::only_if(place.ok, low | (high << self.grid.bits))
+        [
+            s.negated_if(place.negative[0] & t.less(n)),
+            t.negated_if(place.negative[1] & s.less(n)),
+        ]
     }
 
     #[inline(always)]
-    fn nearest<R: Cell>(self, place: &OctantPlace<R>) -> R::Code {
+    fn nearest<R: Lattice>(self, place: &OctantPlace<R>) -> [R; 2] {
         let (first, last) = self.range(place);
         let a = (place.b[0] - first).nearest() + first;
         let b = (place.b[1] - first).nearest() + first;
-        self.code(place, held(a, first, last), held(b, first, last))
+        self.unfolded(place, held(a, first, last), held(b, first, last))
     }
 
     #[inline(always)]
-    fn hex<R: Cell>(self, place: &OctantPlace<R>) -> R::Code {
+    fn hex<R: Lattice>(self, place: &OctantPlace<R>) -> [R; 2] {
         let (first, last) = self.range(place);
         let n = R::new(self.grid.n);
         let third = R::new(self.third);
@@ -349,28 +332,28 @@ impl<F: Warp> Fold<F> {
         let rb = (b - first).nearest() + first;
         let rc = (c - third).nearest() + third;
         let (da, db, dc) = ((ra - a).abs(), (rb - b).abs(), (rc - c).abs());
-        let mend_a = (da > db) & (da > dc);
-        let mend_b = !mend_a & (db > dc);
+        let mend_a = da.more(db) & da.more(dc);
+        let mend_b = !mend_a & db.more(dc);
         let ra_mended = n - rb - rc;
         let rb_mended = n - ra - rc;
-        let ra = choose(mend_a, ra_mended, ra);
-        let rb = choose(mend_b, rb_mended, rb);
+        let ra = R::select(mend_a, ra_mended, ra);
+        let rb = R::select(mend_b, rb_mended, rb);
         if self.grid.offset > 0.0 || self.lower > 0.0 {
             // Beyond the side of the octant lies no lattice point of this face: along its first row,
             // the other coordinate by itself.
             let half = R::HALF;
             let beside_a = (b - (first - a) * half - first).nearest() + first;
             let beside_b = (a - (first - b) * half - first).nearest() + first;
-            let (out_a, out_b) = (ra < first, rb < first);
-            let rb = choose(out_a, beside_a, rb);
-            let ra = choose(out_b, beside_b, ra);
-            return self.code(place, held(ra, first, last), held(rb, first, last));
+            let (out_a, out_b) = (ra.less(first), rb.less(first));
+            let rb = R::select(out_a, beside_a, rb);
+            let ra = R::select(out_b, beside_b, ra);
+            return self.unfolded(place, held(ra, first, last), held(rb, first, last));
         }
-        self.code(place, ra, rb)
+        self.unfolded(place, ra, rb)
     }
 
     #[inline(always)]
-    fn precise<R: Cell>(self, place: &OctantPlace<R>) -> R::Code {
+    fn precise<R: Lattice>(self, place: &OctantPlace<R>) -> [R; 2] {
         let [[a0, a1], [b0, b1]] = self.cell(place);
         let n = R::new(self.grid.n);
         let p = self.warp.point(place.b, n);
@@ -379,20 +362,31 @@ impl<F: Warp> Fold<F> {
         let best = if F::TRIANGLES {
             // The cell is two triangles of the lattice, and the nearest corner belongs to the one that
             // the place lies in.
-            let beyond = place.b[0] + place.b[1] > a0 + b0 + R::ONE;
-            let corner = self.candidate(place, p, choose(beyond, a1, a0), choose(beyond, b1, b0));
+            let beyond = (place.b[0] + place.b[1]).more(a0 + b0 + R::ONE);
+            let corner = [R::select(beyond, a1, a0), R::select(beyond, b1, b0)];
+            let corner = self.candidate(place, p, corner[0], corner[1]);
             second.or_nearer(third).or_nearer(corner)
         } else {
             let first = self.candidate(place, p, a0, b0);
             let fourth = self.candidate(place, p, a1, b1);
             first.or_nearer(second).or_nearer(third.or_nearer(fourth))
         };
-        self.code(place, best.a, best.b)
+        self.unfolded(place, best.a, best.b)
+    }
+
+    /// The lattice point of a place.
+    #[inline(always)]
+    fn rounded<R: Lattice, const ROUNDING: u8>(self, place: &OctantPlace<R>) -> [R; 2] {
+        match ROUNDING {
+            NEAREST => self.nearest(place),
+            HEX => self.hex(place),
+            _ => self.precise(place),
+        }
     }
 
     /// How far a lattice point is from p, the point of a place.
     #[inline(always)]
-    fn candidate<R: Cell>(self, place: &OctantPlace<R>, p: [R; 3], a: R, b: R) -> Candidate<R> {
+    fn candidate<R: Lattice>(self, place: &OctantPlace<R>, p: [R; 3], a: R, b: R) -> Candidate<R> {
         let n = R::new(self.grid.n);
         if F::PLAIN && self.grid.offset == 0.0 && self.lower == 0.0 {
             // A lattice of whole numbers has no corner of a triangle beyond the crease, and all steps on a
@@ -423,11 +417,10 @@ impl<F: Warp> Fold<F> {
         }
     }
 
+    /// The direction of a lattice point on the square.
     #[inline(always)]
-    fn direction<R: Cell>(self, code: R::Code) -> [R; 3] {
+    fn direction<R: Lattice>(self, [s, t]: [R; 2]) -> [R; 3] {
         let (zero, n) = (R::ZERO, R::new(self.grid.n));
-        let s: R = self.grid.place(code);
-        let t: R = self.grid.place(code >> self.grid.bits);
         let (a, b) = (s.abs(), t.abs());
         let c = n - a - b;
         let over = min(c, zero);
@@ -435,8 +428,8 @@ impl<F: Warp> Fold<F> {
         let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
         // + 0: no -0 where an edge of the square meets itself.
         [
-            (x * inverse).negated_if(s < zero) + zero,
-            (y * inverse).negated_if(t < zero) + zero,
+            (x * inverse).negated_if(s.less(zero)) + zero,
+            (y * inverse).negated_if(t.less(zero)) + zero,
             z * inverse,
         ]
     }
@@ -445,19 +438,41 @@ impl<F: Warp> Fold<F> {
 impl<R: Cell, F: Warp, const ROUNDING: u8> Encode<R> for Rounded<Fold<F>, ROUNDING> {
     #[inline(always)]
     fn encode<const NORMAL: bool>(self, d: [R; 3]) -> (R::Code, bool) {
-        let place = self.0.place::<R, NORMAL>(d);
-        let code = match ROUNDING {
-            NEAREST => self.0.nearest(&place),
-            HEX => self.0.hex(&place),
-            _ => self.0.precise(&place),
-        };
-        (code, place.ok)
+        let fold = self.0;
+        let place = fold.place::<R, NORMAL>(d);
+        let [s, t] = fold.rounded::<R, ROUNDING>(&place);
+        let code = fold.grid.field(s) | (fold.grid.field(t) << fold.grid.bits);
+        (R::only_if(place.ok, code), place.ok)
     }
 }
 
 impl<R: Cell, F: Warp> Decode<R> for Fold<F> {
     #[inline(always)]
     fn decode(self, code: R::Code) -> [R; 3] {
-        self.direction(code)
+        let grid = self.grid;
+        self.direction([grid.place(code), grid.place(code >> grid.bits)])
+    }
+}
+
+impl<F: Warp> Formula for Fold<F> {
+    fn words(self) -> Words {
+        Words {
+            fields: 2,
+            bits: self.grid.bits,
+        }
+    }
+
+    fn pack<R: Lattice>(self, rounding: Rounding, d: [R; 3]) -> Vec<R> {
+        let place = self.place::<R, true>(d);
+        let point = match rounding {
+            Rounding::Nearest => self.nearest(&place),
+            Rounding::Hex => self.hex(&place),
+            Rounding::Precise => self.precise(&place),
+        };
+        point.map(|x| self.grid.unsigned(x)).to_vec()
+    }
+
+    fn unpack<R: Lattice>(self, fields: &[R]) -> [R; 3] {
+        self.direction([fields[0], fields[1]].map(|x| self.grid.of_unsigned(x)))
     }
 }

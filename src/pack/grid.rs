@@ -9,8 +9,8 @@
 //!
 //! Schemes work in steps: a lattice of integers shifted by `offset`, 0 or ½, on [-n, n].
 
-use super::kernel::Cell;
-use crate::number::math::max;
+use super::kernel::{Cell, Lattice};
+use crate::number::real::max;
 
 /// A grid of one coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +51,29 @@ impl Grid {
     /// Whether the outermost lattice points lie on ±n.
     pub fn reaches_the_end(self) -> bool {
         self.n - self.offset == (self.n - self.offset).floor()
+    }
+
+    /// The field of a lattice point as a number, not below zero.
+    pub fn unsigned<R: Lattice>(self, place: R) -> R {
+        let field = place + R::new(self.shift);
+        if self.signed {
+            let all = R::new(f64::from(self.bits).exp2());
+            R::select(field.less(R::ZERO), field + all, field)
+        } else {
+            field
+        }
+    }
+
+    /// The lattice point of such a number.
+    pub fn of_unsigned<R: Lattice>(self, field: R) -> R {
+        if self.signed {
+            let all = f64::from(self.bits).exp2();
+            let negative = field.at_least(R::new(0.5 * all));
+            let place = R::select(negative, field - R::new(all), field);
+            max(place, R::new(-self.n))
+        } else {
+            field - R::new(self.shift)
+        }
     }
 
     /// The field of a lattice point.

@@ -5,12 +5,14 @@
 //! the best of four gains less than on the whole octahedron and hexagonal rounding nothing.
 
 use super::chart::{Chart, Charted, Node};
-use super::fold::{Rounding, held};
+use super::fold::held;
 use super::grid::{GRIDS, Grid};
-use super::kernel::Cell;
+use super::kernel::{Cell, Lattice};
 use super::oct::EVEN;
+use super::rounding::Rounding;
 use super::{Family, Splits, Unit};
-use crate::number::math::max;
+use crate::code::Words;
+use crate::number::real::max;
 use std::sync::Arc;
 
 #[derive(Clone, Copy)]
@@ -50,17 +52,17 @@ pub const HEMIOCT: Family = Family {
 
 impl Chart for Hemioct {
     #[inline(always)]
-    fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
+    fn place<R: Lattice>(self, [x, y, z]: [R; 3]) -> (Node<R>, R::Mask) {
         let zero = R::ZERO;
         let scale = R::new(self.grid.n) / (x.abs() + y.abs() + max(z, zero));
         let offset = R::new(self.grid.offset);
         // A lattice of integers: `settle` brings the offset back.
         let place = [(x + y) * scale - offset, (x - y) * scale - offset];
-        ((place, zero), z >= zero)
+        ((place, zero), z.at_least(zero))
     }
 
     #[inline(always)]
-    fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
+    fn settle<R: Lattice>(self, place: [R; 2]) -> [R; 2] {
         let (offset, last) = (R::new(self.grid.offset), R::new(self.last));
         [
             held(place[0] + offset, -last, last),
@@ -69,7 +71,7 @@ impl Chart for Hemioct {
     }
 
     #[inline(always)]
-    fn direction<R: Cell>(self, ([s, t], _): Node<R>) -> [R; 3] {
+    fn direction<R: Lattice>(self, ([s, t], _): Node<R>) -> [R; 3] {
         let half = R::HALF;
         let (x, y) = ((s + t) * half, (s - t) * half);
         let z = max(R::new(self.grid.n) - x.abs() - y.abs(), R::ZERO);
@@ -88,6 +90,22 @@ impl Chart for Hemioct {
             self.grid.place(code),
             self.grid.place(code >> self.grid.bits),
         ];
+        (place, R::ZERO)
+    }
+
+    fn words(self) -> Words {
+        Words {
+            fields: 2,
+            bits: self.grid.bits,
+        }
+    }
+
+    fn numbers<R: Lattice>(self, ([s, t], _): Node<R>) -> Vec<R> {
+        [s, t].map(|x| self.grid.unsigned(x)).to_vec()
+    }
+
+    fn of_numbers<R: Lattice>(self, numbers: &[R]) -> Node<R> {
+        let place = [numbers[0], numbers[1]].map(|x| self.grid.of_unsigned(x));
         (place, R::ZERO)
     }
 

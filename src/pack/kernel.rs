@@ -10,10 +10,31 @@
 use crate::kernel::tile::{Rows, SOURCE_AHEAD, TARGET_AHEAD, W, prefetch};
 use crate::kernel::{Job, Scalar, all_normal, dispatch};
 use crate::number::real::Real;
+use crate::number::trace::{Trace, Width};
 use std::ops::{BitAnd, BitOr, Shl, Shr, Sub};
 
+/// A number that formulas of schemes are written in: a float, or one that records.
+pub trait Lattice: Real {
+    /// The integer nearest to `self`; even on ties.
+    fn nearest(self) -> Self;
+
+    /// Whether it is neither infinite nor NaN.
+    fn finite(self) -> Self::Mask;
+}
+
+impl<T: Width> Lattice for Trace<T> {
+    fn nearest(self) -> Self {
+        self.round()
+    }
+
+    // What is printed is for unit vectors.
+    fn finite(self) -> Self::Mask {
+        Self::truth(true)
+    }
+}
+
 /// A float type that schemes compute in, and the word that holds their codes.
-pub trait Cell: Scalar {
+pub trait Cell: Scalar + Lattice {
     /// The unsigned word of its size.
     type Code: Copy
         + Default
@@ -38,18 +59,25 @@ pub trait Cell: Scalar {
     /// The lowest `bits` bits as a number in two's complement.
     fn from_signed(code: Self::Code, bits: u32) -> Self;
 
-    /// The integer nearest to `self`; even on ties.
-    fn nearest(self) -> Self;
-
     /// The word if the condition holds, else 0.
     fn only_if(ok: bool, code: Self::Code) -> Self::Code;
-
-    /// Whether it is neither infinite nor NaN.
-    fn finite(self) -> bool;
 }
 
 macro_rules! cell {
     ($t:ty, $code:ty, $signed:ty) => {
+        impl Lattice for $t {
+            #[inline(always)]
+            fn nearest(self) -> $t {
+                const MAGIC: $t = 1.5 / <$t>::EPSILON;
+                (self + MAGIC) - MAGIC
+            }
+
+            #[inline(always)]
+            fn finite(self) -> bool {
+                self.abs() <= <$t>::MAX
+            }
+        }
+
         impl Cell for $t {
             type Code = $code;
 
@@ -79,19 +107,8 @@ macro_rules! cell {
             }
 
             #[inline(always)]
-            fn nearest(self) -> $t {
-                const MAGIC: $t = 1.5 / <$t>::EPSILON;
-                (self + MAGIC) - MAGIC
-            }
-
-            #[inline(always)]
             fn only_if(ok: bool, code: $code) -> $code {
                 if ok { code } else { 0 }
-            }
-
-            #[inline(always)]
-            fn finite(self) -> bool {
-                self.abs() <= <$t>::MAX
             }
         }
     };

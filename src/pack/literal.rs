@@ -5,7 +5,7 @@
 //! program's own, whatever is asked for.
 
 use super::Scheme;
-use super::fold::Rounding;
+use super::rounding::Rounding;
 use crate::number::real::Real;
 
 /// Another program's code of a direction.

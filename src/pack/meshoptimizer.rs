@@ -5,8 +5,8 @@
 //! is written as 0 and not read. The decoder gives integers again, three snorm components; unpacking
 //! gives those over their largest value, which is what a shader reads.
 
-use super::fold::Rounding;
 use super::literal::{Literal, Repeated};
+use super::rounding::Rounding;
 use super::{Family, Splits, Unit};
 use std::sync::Arc;
 

@@ -26,13 +26,19 @@ pub(crate) mod kernel;
 mod literal;
 mod meshoptimizer;
 mod oct;
+mod printed;
 mod rings;
+mod rounding;
+mod source;
 mod spherical;
 mod unbounded;
 mod unit;
 
-pub use fold::Rounding;
+pub use printed::Verb;
+pub use rounding::Rounding;
+pub use source::CodeOptions;
 
+use crate::code::Program;
 use crate::error::{Error, expect_length};
 use crate::kernel::threads;
 use std::sync::Arc;
@@ -175,6 +181,11 @@ pub trait Scheme: Send + Sync {
 
     /// As `decode`.
     fn decode_single(&self, _: &[u32], _: &mut [f32]) {}
+
+    /// A function of it as a graph, where it is a formula.
+    fn program(&self, _asked: printed::Asked) -> Option<Program> {
+        None
+    }
 
     /// The step of the grid on [-1, 1] (1/√n for point sets), of which bounds are multiples.
     fn step(&self) -> f64;

@@ -4,9 +4,12 @@
 //! sphere's distortion is left, and with it the worst error falls to 8 % above what any code of as many
 //! points can reach. `equal_area` is the map of pbrt's probes; its error is a little larger than woct's.
 
-use super::fold::{EqualArea, Fold, HEX, NEAREST, PRECISE, Plain, Rounded, Rounding, Warp, Warped};
+use super::fold::{EqualArea, Fold, HEX, NEAREST, PRECISE, Plain, Rounded, Warp, Warped};
 use super::grid::{GRIDS, Grid};
+use super::printed::Asked;
+use super::rounding::Rounding;
 use super::{Family, Scheme, Splits, Unit};
+use crate::code::Program;
 use crate::pack::kernel;
 use crate::pack::kernel::{Decode, Encode};
 use std::sync::Arc;
@@ -128,5 +131,9 @@ impl<F: Single> Scheme for Fold<F> {
 
     fn step(&self) -> f64 {
         1.0 / self.grid.n
+    }
+
+    fn program(&self, asked: Asked) -> Option<Program> {
+        Some(asked.program(*self))
     }
 }

@@ -9,7 +9,7 @@
 //! `nearest` looks at the direction's own ring, `precise` at its neighbors too. Decoding searches the rings'
 //! first codes.
 
-use super::fold::Rounding;
+use super::rounding::Rounding;
 use super::{Family, Scheme, Unit};
 use crate::number::real::Real;
 use std::sync::Arc;

@@ -6,11 +6,12 @@
 //! size, kept to read what others wrote.
 
 use super::chart::{Chart, Charted, Node};
-use super::fold::Rounding;
-use super::kernel::{Cell, half_turns, sin_cos_half_turns};
+use super::kernel::{Cell, Lattice, half_turns, sin_cos_half_turns};
 use super::oct::EVEN;
+use super::rounding::Rounding;
 use super::{Family, Splits, Unit};
-use crate::number::math::{max, min};
+use crate::code::Words;
+use crate::number::real::{max, min};
 use std::sync::Arc;
 
 #[derive(Clone, Copy)]
@@ -37,14 +38,14 @@ pub const SPHERICAL: Family = Family {
 
 /// The grid point that an azimuth one step around and a row beyond a pole mean. At a pole, azimuth 0.
 #[inline(always)]
-pub(super) fn around_and_down<R: Cell>([i, j]: [R; 2], columns: f64) -> [R; 2] {
+pub(super) fn around_and_down<R: Lattice>([i, j]: [R; 2], columns: f64) -> [R; 2] {
     let (zero, all) = (R::ZERO, R::new(columns));
     let last = R::new(columns - 1.0);
     let j = min(max(j, zero), last);
-    let i = if i < zero { i + all } else { i };
-    let i = if i < all { i } else { i - all };
-    let pole = (j <= zero) | (j >= last);
-    [if pole { zero } else { i }, j]
+    let i = R::select(i.less(zero), i + all, i);
+    let i = R::select(i.less(all), i, i - all);
+    let pole = j.at_most(zero) | j.at_least(last);
+    [R::select(pole, zero, i), j]
 }
 
 /// Two unsigned fields.
@@ -67,22 +68,22 @@ impl Spherical {
 
 impl Chart for Spherical {
     #[inline(always)]
-    fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
+    fn place<R: Lattice>(self, [x, y, z]: [R; 3]) -> (Node<R>, R::Mask) {
         let zero = R::ZERO;
-        let around = half_turns(y.abs(), x).negated_if(y < zero);
+        let around = half_turns(y.abs(), x).negated_if(y.less(zero));
         let down = half_turns((x * x + y * y).sqrt(), z);
         let columns = self.columns;
         let place = [around * R::new(0.5 * columns), down * R::new(columns - 1.0)];
-        ((place, zero), true)
+        ((place, zero), R::truth(true))
     }
 
     #[inline(always)]
-    fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
+    fn settle<R: Lattice>(self, place: [R; 2]) -> [R; 2] {
         around_and_down(place, self.columns)
     }
 
     #[inline(always)]
-    fn direction<R: Cell>(self, ([i, j], _): Node<R>) -> [R; 3] {
+    fn direction<R: Lattice>(self, ([i, j], _): Node<R>) -> [R; 3] {
         let columns = self.columns;
         let (sin, cos) = sin_cos_half_turns(i * R::new(2.0 / columns));
         let (h, z) = sin_cos_half_turns(j / R::new(columns - 1.0));
@@ -97,6 +98,21 @@ impl Chart for Spherical {
     #[inline(always)]
     fn node<R: Cell>(self, code: R::Code) -> Node<R> {
         split(code, self.bits)
+    }
+
+    fn words(self) -> Words {
+        Words {
+            fields: 2,
+            bits: self.bits,
+        }
+    }
+
+    fn numbers<R: Lattice>(self, ([i, j], _): Node<R>) -> Vec<R> {
+        vec![i, j]
+    }
+
+    fn of_numbers<R: Lattice>(self, numbers: &[R]) -> Node<R> {
+        ([numbers[0], numbers[1]], R::ZERO)
     }
 
     fn step(self) -> f64 {

@@ -9,12 +9,14 @@
 //! `matcap` z ≥ 0. Codes outside the disk decode as on its rim and are not written.
 
 use super::chart::{Chart, Charted, Node};
-use super::fold::{Rounding, choose, held};
+use super::fold::held;
 use super::grid::Grid;
-use super::kernel::{Cell, half_turns, sin_cos_half_turns};
+use super::kernel::{Cell, Lattice, half_turns, sin_cos_half_turns};
 use super::oct::EVEN;
+use super::rounding::Rounding;
 use super::{Family, Splits, Unit};
-use crate::number::math::max;
+use crate::code::Words;
+use crate::number::real::max;
 use std::sync::Arc;
 
 const ROUNDINGS: &[Rounding] = &[Rounding::Nearest, Rounding::Precise];
@@ -73,38 +75,38 @@ struct Disk<const WHOLE: bool>(Grid);
 impl<const WHOLE: bool> Disk<WHOLE> {
     /// One step nearer to the middle, for a point outside the disk: only codes inside are written.
     #[inline(always)]
-    fn inward<R: Cell>(self, [p, q]: [R; 2]) -> [R; 2] {
+    fn inward<R: Lattice>(self, [p, q]: [R; 2]) -> [R; 2] {
         let (zero, one, n) = (R::ZERO, R::ONE, R::new(self.0.n));
-        let outside = p * p + q * q > n * n;
-        let along_p = p.abs() >= q.abs();
-        let step_p = choose(outside & along_p, one.negated_if(p < zero), zero);
-        let step_q = choose(outside & !along_p, one.negated_if(q < zero), zero);
+        let outside = (p * p + q * q).more(n * n);
+        let along_p = p.abs().at_least(q.abs());
+        let step_p = R::select(outside & along_p, one.negated_if(p.less(zero)), zero);
+        let step_q = R::select(outside & !along_p, one.negated_if(q.less(zero)), zero);
         [p - step_p, q - step_q]
     }
 }
 
 impl<const WHOLE: bool> Chart for Disk<WHOLE> {
     #[inline(always)]
-    fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
+    fn place<R: Lattice>(self, [x, y, z]: [R; 3]) -> (Node<R>, R::Mask) {
         let (zero, one, n) = (R::ZERO, R::ONE, R::new(self.0.n));
         let h2 = x * x + y * y;
         if !WHOLE {
             // What lies below the horizon goes to it.
             let h = max(h2.sqrt(), R::new(1e-30));
-            let scale = if z < zero { n / h } else { n };
-            return (([x * scale, y * scale], zero), z >= zero);
+            let scale = R::select(z.less(zero), n / h, n);
+            return (([x * scale, y * scale], zero), z.at_least(zero));
         }
         // w = 1 + z without cancellation; 0 at -z alone.
-        let w = if z < zero { h2 / (one - z) } else { one + z };
-        let blind = w <= R::new(1e-300);
+        let w = R::select(z.less(zero), h2 / (one - z), one + z);
+        let blind = w.at_most(R::new(1e-300));
         let scale = n / (w + w).sqrt();
-        let p = if blind { n } else { x * scale };
-        let q = if blind { zero } else { y * scale };
-        (([p, q], zero), true)
+        let p = R::select(blind, n, x * scale);
+        let q = R::select(blind, zero, y * scale);
+        (([p, q], zero), R::truth(true))
     }
 
     #[inline(always)]
-    fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
+    fn settle<R: Lattice>(self, place: [R; 2]) -> [R; 2] {
         let n = R::new(self.0.n);
         let place = [held(place[0], -n, n), held(place[1], -n, n)];
         // A corner beyond the rim is off by less than a step along its longer side, or two.
@@ -112,18 +114,18 @@ impl<const WHOLE: bool> Chart for Disk<WHOLE> {
     }
 
     #[inline(always)]
-    fn direction<R: Cell>(self, ([p, q], _): Node<R>) -> [R; 3] {
+    fn direction<R: Lattice>(self, ([p, q], _): Node<R>) -> [R; 3] {
         let (zero, one) = (R::ZERO, R::ONE);
         let (p, q) = (p / R::new(self.0.n), q / R::new(self.0.n));
         let r2 = p * p + q * q;
-        let inside = r2 <= one;
+        let inside = r2.at_most(one);
         let to_rim = one / max(r2, one).sqrt();
         let (p, q) = (p * to_rim, q * to_rim);
-        let rest = if inside { one - r2 } else { zero };
+        let rest = R::select(inside, one - r2, zero);
         if WHOLE {
             let h = rest.sqrt();
             let h = h + h;
-            let z = if inside { rest + rest - one } else { -one };
+            let z = R::select(inside, rest + rest - one, -one);
             [p * h, q * h, z]
         } else {
             [p, q, rest.sqrt()]
@@ -138,6 +140,22 @@ impl<const WHOLE: bool> Chart for Disk<WHOLE> {
     #[inline(always)]
     fn node<R: Cell>(self, code: R::Code) -> Node<R> {
         let place = [self.0.place(code), self.0.place(code >> self.0.bits)];
+        (place, R::ZERO)
+    }
+
+    fn words(self) -> Words {
+        Words {
+            fields: 2,
+            bits: self.0.bits,
+        }
+    }
+
+    fn numbers<R: Lattice>(self, ([s, t], _): Node<R>) -> Vec<R> {
+        [s, t].map(|x| self.0.unsigned(x)).to_vec()
+    }
+
+    fn of_numbers<R: Lattice>(self, numbers: &[R]) -> Node<R> {
+        let place = [numbers[0], numbers[1]].map(|x| self.0.of_unsigned(x));
         (place, R::ZERO)
     }
 
@@ -162,20 +180,23 @@ impl Cylinder {
 
 impl Chart for Cylinder {
     #[inline(always)]
-    fn place<R: Cell>(self, [x, y, z]: [R; 3]) -> (Node<R>, bool) {
+    fn place<R: Lattice>(self, [x, y, z]: [R; 3]) -> (Node<R>, R::Mask) {
         let (zero, columns) = (R::ZERO, self.columns);
-        let around = half_turns(y.abs(), x).negated_if(y < zero);
+        let around = half_turns(y.abs(), x).negated_if(y.less(zero));
         let down = (R::ONE - z) * R::new(0.5 * (columns - 1.0));
-        (([around * R::new(0.5 * columns), down], zero), true)
+        (
+            ([around * R::new(0.5 * columns), down], zero),
+            R::truth(true),
+        )
     }
 
     #[inline(always)]
-    fn settle<R: Cell>(self, place: [R; 2]) -> [R; 2] {
+    fn settle<R: Lattice>(self, place: [R; 2]) -> [R; 2] {
         super::spherical::around_and_down(place, self.columns)
     }
 
     #[inline(always)]
-    fn direction<R: Cell>(self, ([i, j], _): Node<R>) -> [R; 3] {
+    fn direction<R: Lattice>(self, ([i, j], _): Node<R>) -> [R; 3] {
         let columns = self.columns;
         let (sin, cos) = sin_cos_half_turns(i * R::new(2.0 / columns));
         let t = (j + j) / R::new(columns - 1.0);
@@ -191,6 +212,21 @@ impl Chart for Cylinder {
     #[inline(always)]
     fn node<R: Cell>(self, code: R::Code) -> Node<R> {
         super::spherical::split(code, self.bits)
+    }
+
+    fn words(self) -> Words {
+        Words {
+            fields: 2,
+            bits: self.bits,
+        }
+    }
+
+    fn numbers<R: Lattice>(self, ([i, j], _): Node<R>) -> Vec<R> {
+        vec![i, j]
+    }
+
+    fn of_numbers<R: Lattice>(self, numbers: &[R]) -> Node<R> {
+        ([numbers[0], numbers[1]], R::ZERO)
     }
 
     fn step(self) -> f64 {

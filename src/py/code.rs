@@ -31,6 +31,12 @@ pub fn code(
     Ok(printing::code(&projection.0, language, &options)?)
 }
 
+/// The verbs of `code`.
+#[pyfunction]
+pub fn code_verbs() -> Vec<&'static str> {
+    Verb::ALL.map(Verb::name).to_vec()
+}
+
 /// The languages of `code`, each with its title, the ending of its files, and what is promised about bits.
 #[pyfunction]
 pub fn code_languages(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {

@@ -30,7 +30,7 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
-    use super::code::{code, code_languages};
+    use super::code::{code, code_languages, code_verbs};
     #[pymodule_export]
     use super::compare::{compare, worlds};
     #[pymodule_export]
@@ -64,7 +64,7 @@ mod _core {
     use super::projection::PyProjection;
     #[pymodule_export]
     use super::sh::{
-        sh_convention_table, sh_convert, sh_evaluate, sh_lobe, sh_project, sh_rotate,
+        sh_code, sh_convention_table, sh_convert, sh_evaluate, sh_lobe, sh_project, sh_rotate,
         sh_scale_degrees, sh_storage, sh_window,
     };
     #[pymodule_export]

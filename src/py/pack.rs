@@ -2,6 +2,7 @@
 
 use super::helpers::Helper;
 use super::stopping::stoppable;
+use crate::error::Error;
 use crate::pack;
 use crate::pack::frame::FramePacking;
 use crate::pack::{Invalid, Packing, Rounding, Store};
@@ -270,6 +271,33 @@ impl PyPacker {
         } else {
             unpack_codes::<f64, W>(py, &self.0, codes, out)
         })
+    }
+
+    /// Functions of the scheme as source text of a language.
+    #[pyo3(signature = (language, /, *, verbs, rounding, name, native, double))]
+    fn code(
+        &self,
+        language: &str,
+        verbs: Vec<String>,
+        rounding: &str,
+        name: Option<&str>,
+        native: bool,
+        double: bool,
+    ) -> PyResult<String> {
+        let known = |name: &String| {
+            let found = pack::Verb::ALL.into_iter().find(|verb| verb.name() == name);
+            found
+                .ok_or_else(|| Error::unknown("verb", name, &pack::Verb::ALL.map(pack::Verb::name)))
+        };
+        let verbs = verbs.iter().map(known).collect::<Result<Vec<_>, _>>()?;
+        let options = pack::CodeOptions {
+            verbs: &verbs,
+            rounding: self::rounding(&self.0, rounding)?,
+            name,
+            native,
+            double,
+        };
+        Ok(self.0.code(language, &options)?)
     }
 
     /// The codes that are written for the same directions.

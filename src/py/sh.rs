@@ -67,6 +67,19 @@ pub fn sh_evaluate<'py>(
     })
 }
 
+/// The function of ((order + 1)², C) coefficients as source text of a language.
+#[pyfunction]
+#[pyo3(signature = (array, language, name, double, /))]
+pub fn sh_code(
+    array: PyReadonlyArrayDyn<'_, f64>,
+    language: &str,
+    name: &str,
+    double: bool,
+) -> PyResult<String> {
+    let (rows, channels, _) = coefficients(&array)?;
+    Ok(sh::code(rows, channels, language, name, double)?)
+}
+
 /// Coefficients of the function turned by a (3, 3) orthogonal matrix.
 #[pyfunction]
 #[pyo3(signature = (array, matrix, /))]

@@ -13,7 +13,17 @@ from typing import Any
 import numpy as np
 import pytest
 import spheremap as sm
-from printed import BOUNDS, CASES, LANGUAGES, VERBS, Array, assert_alike, directions, made
+from printed import (
+    BOUNDS,
+    CASES,
+    LANGUAGES,
+    VERBS,
+    Array,
+    assert_alike,
+    directions,
+    made,
+    same_bits,
+)
 
 
 @pytest.fixture(scope="session")
@@ -118,6 +128,105 @@ def test_every_map_prints_in_every_language(case: str, language: str) -> None:
     opened = re.findall(r"^\w[\w ]* (\w+)\(", text, re.M)
     assert opened and all(name.startswith("some_name_") for name in opened)
     assert "spheremap" in text and made(case).source.split()[0] in text
+
+
+REFLECT_LOOP = """
+void all_reflect(const {number}* view, const {number}* normal, {number}* out, long n) {{
+    for (long i = 0; i < n; i++) m_reflect(view + 3 * i, normal + 3 * i, out + 3 * i);
+}}
+"""
+TAPS_LOOP = """
+void all_taps(const {number}* in, const {number}* size, {number}* out, long n) {{
+    for (long i = 0; i < n; i++)
+        m_taps(in + 3 * i, size, out + 12 * i, out + 12 * i + 4, out + 12 * i + 8);
+}}
+"""
+
+
+def compiled(text: str, folder: Path) -> ctypes.CDLL:
+    """Return C as a library."""
+    source, target = folder / "one.c", folder / "one.so"
+    source.write_text(text)
+    flags = ["-O1", "-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"]
+    command = ["cc", *flags, "-shared", "-fPIC", source, "-o", target, "-lm"]
+    subprocess.run(command, check=True)
+    return ctypes.CDLL(str(target))
+
+
+def called(function: Any, *arrays: Array) -> None:
+    """Call a function of C on arrays, the last of which has a row for each result."""
+    pointers = [ctypes.c_void_p(array.ctypes.data) for array in arrays]
+    function(*pointers, ctypes.c_long(len(arrays[-1])))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
+def test_reflect_has_the_bits_of_the_library(dtype: type, tmp_path: Path) -> None:
+    view, normal = directions(dtype), np.ascontiguousarray(np.roll(directions(dtype), 7, axis=0))
+    wanted = sm.reflect(view, normal)
+    number = "float" if dtype is np.float32 else "double"
+    options: dict[str, Any] = {"verbs": ["reflect"], "name": "m", "dtype": dtype.__name__}
+    text = sm.code("latlong", "c", **options) + REFLECT_LOOP.format(number=number)
+    found = np.empty_like(view)
+    called(compiled(text, tmp_path).all_reflect, view, normal, found)
+    assert same_bits(found, wanted).all()
+    names: dict[str, Any] = {}
+    exec(sm.code("latlong", "numpy", **options), names)
+    assert same_bits(names["m_reflect"](view, normal), wanted).all()
+
+
+# A map of each rule, some with axes of a program, and one that is turned.
+TAPPED = [
+    ("latlong", (8, 16)),
+    ("latlong:blender", (32, 64)),
+    ("turned", (16, 32)),
+    ("lambert_cylindrical", (8, 26)),
+    ("mercator", (16, 16)),
+    ("octahedral", (9, 9)),
+    ("octahedral:unreal", (64, 64)),
+    ("equal_area", (16, 16)),
+    ("hemioctahedral", (12, 12)),
+    ("perspective(fov=60)", (9, 9)),
+]
+
+
+@pytest.mark.parametrize(("case", "size"), TAPPED)
+def test_taps_are_those_of_sample(case: str, size: tuple[int, int], tmp_path: Path) -> None:
+    p = made(case)
+    d = directions(np.float64)
+    d = np.ascontiguousarray(d[p.covers(d)])
+    image = np.random.default_rng(1).uniform(size=size)
+    wanted = sm.sample(image, d, p)
+    options: dict[str, Any] = {"verbs": ["taps"], "name": "m", "dtype": "float64"}
+    text = sm.code(p, "c", **options) + TAPS_LOOP.format(number="double")
+    found = np.empty((len(d), 12))
+    extent = np.array([size[1], size[0]], float)
+    called(compiled(text, tmp_path).all_taps, d, extent, found)
+    names: dict[str, Any] = {}
+    exec(sm.code(p, "numpy", **options), names)
+    assert np.array_equal(np.concatenate(names["m_taps"](d, extent), axis=-1), found)
+    columns, rows, weights = found[:, :4], found[:, 4:8], found[:, 8:]
+    for numbers, n in ((columns, size[1]), (rows, size[0])):
+        assert (numbers == np.floor(numbers)).all() and numbers.min() >= 0 and numbers.max() < n
+    # Weights are products of two parts of texels, each rounded a few times at the size of the side.
+    rounding = 16 * max(size) * np.finfo(float).eps
+    assert np.abs(weights.sum(axis=1) - 1).max() <= rounding
+    mixed = (weights * image[rows.astype(int), columns.astype(int)]).sum(axis=1)
+    assert np.abs(mixed - wanted).max() <= rounding
+
+
+def test_taps_are_printed_where_texels_join_texels() -> None:
+    for name in ("cube", "sphere", "angular", "icosahedral", "sinusoidal", "dual_paraboloid"):
+        with pytest.raises(ValueError, match="no single texel"):
+            sm.code(name, "glsl", verbs=["taps"])
+    with pytest.raises(ValueError, match="at centers"):
+        sm.code("latlong:openexr", "glsl", verbs=["taps"])
+
+
+@pytest.mark.parametrize("language", [entry["name"] for entry in LANGUAGES])
+def test_reflect_and_taps_print_in_every_language(language: str) -> None:
+    text = sm.code("octahedral", language, verbs=["reflect", "taps"], name="some_name")
+    for verb in ("reflect", "taps"):
+        assert re.search(rf"\bsome_name_{verb}\(", text)
 
 
 def test_names_and_options_are_checked() -> None:

@@ -6,19 +6,30 @@ import ctypes
 import subprocess
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 import spheremap as sm
-from printed import CASES, VERBS, Array, assert_alike, made
+from printed import (
+    CASES,
+    PACKINGS,
+    VERBS,
+    Array,
+    assert_alike,
+    assert_packs_alike,
+    directions,
+    made,
+    roundings,
+)
 
 from oracles import opengl_oracle
 
 SHADER = """#version 430
 {text}
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) buffer In {{ float given[]; }};
-layout(std430, binding = 1) buffer Out {{ float made[]; }};
+layout(std430, binding = 0) buffer In {{ {takes} given[]; }};
+layout(std430, binding = 1) buffer Out {{ {gives} made[]; }};
 uniform uint count;
 void main() {{
     uint i = gl_GlobalInvocationID.x;
@@ -52,26 +63,86 @@ def calls(width: int, vector: str, matrix: str) -> dict[str, tuple[str, int]]:
     }
 
 
+NAMES = {np.dtype(np.float32): "float", np.dtype(np.uint32): "uint"}
+
+
+def run_shader(text: str, call: str, data: Array, dtype: type) -> Array:
+    """Return what a call of printed code makes of each row, as many numbers as it stores."""
+    gl = opengl_oracle.context()
+    takes, gives = NAMES[data.dtype], NAMES[np.dtype(dtype)]
+    shader = gl.compute_shader(SHADER.format(text=text, call=call, takes=takes, gives=gives))
+    shader["count"] = len(data)
+    each = call.count("made[")
+    source = gl.buffer(data.tobytes())
+    target = gl.buffer(reserve=4 * each * len(data))
+    source.bind_to_storage_buffer(0)
+    target.bind_to_storage_buffer(1)
+    shader.run(-(-len(data) // 64))
+    return np.frombuffer(target.read(), dtype)
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_opengl_has_the_bits_of_the_library(case: str) -> None:
-    gl = opengl_oracle.context()
     p = made(case)
     text = sm.code(p, "glsl", verbs=VERBS, name="m")
     of = calls(p.encode(np.zeros(3)).shape[-1], "vec", "mat2x3")
 
     def verb(name: str, data: Array) -> Array:
         call, width = of[name]
-        shader = gl.compute_shader(SHADER.format(text=text, call=call))
-        shader["count"] = len(data)
-        source = gl.buffer(data.tobytes())
-        target = gl.buffer(reserve=4 * width * len(data))
-        source.bind_to_storage_buffer(0)
-        target.bind_to_storage_buffer(1)
-        shader.run(-(-len(data) // 64))
-        out = np.frombuffer(target.read(), np.float32).reshape(-1, width)
+        out = run_shader(text, call, data, np.float32).reshape(-1, width)
         return out[:, 0] if width == 1 else out
 
     assert_alike(p, np.float32, verb)
+
+
+DIRECTION = "vec3(given[3 * i], given[3 * i + 1], given[3 * i + 2])"
+STORE = "made[3 * i] = r.x; made[3 * i + 1] = r.y; made[3 * i + 2] = r.z;"
+
+
+@pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])
+def test_opengl_has_the_integers_of_packings(name: str) -> None:
+    for rounding in roundings(name):
+        text = sm.packing.code(name, "glsl", rounding=rounding, prefix="m")
+
+        def pack(d: Array, text: str = text) -> Array:
+            return run_shader(text, f"made[i] = m_pack({DIRECTION});", d, np.uint32)
+
+        def unpack(words: Array, text: str = text) -> Array:
+            call = f"vec3 r = m_unpack(given[i]); {STORE}"
+            return run_shader(text, call, words.astype(np.uint32), np.float32).reshape(-1, 3)
+
+        assert_packs_alike(name, rounding, np.float32, pack, unpack)
+
+
+@pytest.mark.parametrize(("case", "size"), [("latlong", (32, 64)), ("octahedral", (33, 33))])
+def test_opengl_fetches_what_sample_mixes(case: str, size: tuple[int, int]) -> None:
+    d = directions(np.float32)
+    text = sm.code(case, "glsl", verbs=["taps"], name="m")
+    extent = f"vec2({size[1]}.0, {size[0]}.0)"
+    stores = " ".join(
+        f"made[12 * i + {4 * k + c}] = {name}[{c}];"
+        for k, name in enumerate("abc")
+        for c in range(4)
+    )
+    call = f"vec4 a, b, c; m_taps({DIRECTION}, {extent}, a, b, c); {stores}"
+    found = run_shader(text, call, d, np.float32).reshape(-1, 12)
+    image = np.random.default_rng(1).uniform(size=size)
+    columns, rows = found[:, :4].astype(int), found[:, 4:8].astype(int)
+    mixed = (found[:, 8:] * image[rows, columns]).sum(axis=1)
+    # Coordinates round a few times at 1, which the size of the image makes parts of a texel.
+    rounding = 16 * max(size) * float(np.finfo(np.float32).eps)
+    assert np.abs(mixed - sm.sample(image, d.astype(np.float64), case)).max() <= rounding
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_opengl_sums_harmonics(channels: int) -> None:
+    c = np.random.default_rng(2).normal(size=(25, channels))
+    d = directions(np.float32)
+    call = f"vec3 r = vec3(m_evaluate({DIRECTION})); {STORE}"
+    found = run_shader(sm.sh.code(c, "glsl", name="m"), call, d, np.float32).reshape(-1, 3)
+    # As in tests/light/test_sh_code.py: ten roundings a degree, of terms up to √(9/4π) times |c|.
+    bound = 10 * 5 * 0.85 * np.abs(c).sum(axis=0).max() * float(np.finfo(np.float32).eps)
+    assert np.abs(found[:, :channels] - sm.sh.evaluate(c, d)).max() <= bound
 
 
 # What makes C++ of a language: its vectors, its names of functions, its qualifiers. The printed
@@ -83,6 +154,8 @@ SHIM = """
 #define precise
 #define __host__
 #define __device__
+typedef unsigned int uint;
+typedef unsigned long ulong;
 struct float2 { float x, y; float2(float a, float b) : x(a), y(b) {} };
 struct float3 {
     float x, y, z;
@@ -167,3 +240,42 @@ def test_dialects_of_cpp_have_the_bits_of_the_library(
             return out[:, 0] if width == 1 else out
 
         assert_alike(p, np.float32, verb)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", DIALECTS)
+def test_dialects_of_cpp_have_the_integers_of_packings(language: str, tmp_path: Path) -> None:
+    names = [n for n in PACKINGS if language != "hlsl" or sm.packing.packing(n).bits <= 32]
+    cases = [(name, rounding) for name in names for rounding in roundings(name)]
+    parts = [SHIM, DIALECTS[language]]
+    for k, (name, rounding) in enumerate(cases):
+        text = sm.packing.code(name, language, rounding=rounding, prefix=f"m{k}")
+        parts.append(text.replace("#include <metal_stdlib>\nusing namespace metal;", ""))
+        direction = "float3(given[3 * i], given[3 * i + 1], given[3 * i + 2])"
+        loop = "{ for (long i = 0; i < n; i++) {"
+        parts.append(
+            f'extern "C" void pack{k}(const float* given, uint64_t* made, long n) {loop} '
+            f"made[i] = m{k}_pack({direction}); }} }}\n"
+            f'extern "C" void unpack{k}(const uint64_t* given, float* made, long n) {loop} '
+            f"float3 r = m{k}_unpack(given[i]); {STORE} }} }}\n"
+        )
+    source, target = tmp_path / "all.cpp", tmp_path / "all.so"
+    source.write_text("\n".join(parts))
+    command = ["c++", "-std=c++17", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]
+    subprocess.run([*command, source, "-o", target], check=True)
+    library = ctypes.CDLL(str(target))
+
+    def run(function: str, data: Array, out: Array) -> Array:
+        pointers = (ctypes.c_void_p(data.ctypes.data), ctypes.c_void_p(out.ctypes.data))
+        getattr(library, function)(*pointers, ctypes.c_long(len(data)))
+        return out
+
+    for k, (name, rounding) in enumerate(cases):
+
+        def pack(d: Array, k: int = k) -> Array:
+            return run(f"pack{k}", d, np.empty(len(d), np.uint64))
+
+        def unpack(words: Array, k: int = k) -> Array:
+            return run(f"unpack{k}", words, np.empty((len(words), 3), np.float32))
+
+        assert_packs_alike(name, rounding, np.float32, pack, unpack)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -18,7 +20,8 @@ def code(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="NAME", help="A projection, as latlong, cube:unreal, angular(fov=180)."
+            metavar="NAME",
+            help="A projection, as latlong, cube:unreal, angular(fov=180), or a packing, as oct16.",
         ),
     ] = None,
     language: Annotated[
@@ -29,11 +32,14 @@ def code(
         typer.Option("-o", "--output", metavar="FILE", help="Where to, instead of the terminal."),
     ] = None,
     verbs: Annotated[
-        str,
+        str | None,
         typer.Option(
-            metavar="VERBS", help="The functions: encode, decode, density, jacobian, valid."
+            metavar="VERBS",
+            help=f"The functions: {', '.join(_core.code_verbs())}; of a packing pack, unpack. "
+            "The first two where nothing is said.",
+            show_default=False,
         ),
-    ] = "encode,decode",
+    ] = None,
     prefix: Annotated[
         str | None,
         typer.Option("--name", metavar="NAME", help="What names begin with.", show_default=False),
@@ -43,6 +49,10 @@ def code(
         typer.Option("--native", help="The language's own sines and arctangents, not ours."),
     ] = False,
     double: Annotated[bool, typer.Option("--double", help="Numbers of 64 bits.")] = False,
+    rounding: Annotated[
+        str,
+        typer.Option(metavar="ROUNDING", help="How a packing rounds: precise, nearest, hex."),
+    ] = "precise",
     rotation: Annotated[
         tuple[float, float, float],
         typer.Option(metavar="YAW PITCH ROLL", help="Turn the map in the world, in degrees."),
@@ -59,18 +69,57 @@ def code(
         return
     if name is None or language is None:
         raise UsageError("give NAME and LANGUAGE, as in: spheremap code cube:unreal hlsl")
-    check_projection(name)
-    with as_usage():
-        text = sm.code(
-            name,
-            language,
-            verbs=[verb.strip() for verb in verbs.split(",") if verb.strip()],
-            name=prefix,
-            precision="native" if native else "exact",
-            dtype="float64" if double else "float32",
-            rotation=None if rotation == (0.0, 0.0, 0.0) else sm.rotation(*rotation),
-        )
+    of_packing = _is_packing(name)
+    if not of_packing:
+        check_projection(name)
+    asked = verbs or ("pack,unpack" if of_packing else "encode,decode")
+    words = [verb.strip() for verb in asked.split(",") if verb.strip()]
+    precision: Literal["exact", "native"] = "native" if native else "exact"
+    dtype = "float64" if double else "float32"
+    turned = rotation != (0.0, 0.0, 0.0)
+    if of_packing and turned:
+        raise UsageError("a packing is not turned; leave out --rotation")
+    if not of_packing and rounding != "precise":
+        raise UsageError("a map does not round; leave out --rounding")
+    with as_usage(), _in_words_of_the_command():
+        if of_packing:
+            text = sm.packing.code(
+                name,
+                language,
+                verbs=words,
+                rounding=rounding,
+                prefix=prefix,
+                precision=precision,
+                dtype=dtype,
+            )
+        else:
+            text = sm.code(
+                name,
+                language,
+                verbs=words,
+                name=prefix,
+                precision=precision,
+                dtype=dtype,
+                rotation=sm.rotation(*rotation) if turned else None,
+            )
     if output is None:
         print(text, end="")
     else:
         write_bytes(output, text.encode())
+
+
+def _is_packing(name: str) -> bool:
+    try:
+        sm.packing.packing(name)
+    except ValueError:
+        return False
+    return True
+
+
+@contextmanager
+def _in_words_of_the_command() -> Iterator[None]:
+    """Name options as they are called here."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(str(error).replace('dtype="float64"', "--double")) from None

@@ -11,12 +11,11 @@ from .named import resolve
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .._names import Language
+    from .._names import CodeVerb, Language
     from .named import ProjectionLike
 
 __all__ = ["code"]
 
-CodeVerb: TypeAlias = Literal["encode", "decode", "density", "jacobian", "valid"]
 Precision: TypeAlias = Literal["exact", "native"]
 
 
@@ -45,10 +44,12 @@ def code(
         "glsl", "glsl_es", "hlsl", "wgsl", "msl", "osl", "c", "cuda", "opencl", "numpy", "torch" or
         "jax".
     verbs : sequence of str
-        The functions: "encode", "decode", "density", "jacobian", "valid". A function takes and
-        gives the language's vectors: a direction has three numbers, image coordinates two, (u, v),
-        or three, (u, v, face). In C they are arrays, and NumPy, torch and JAX take arrays
-        (..., 3) and (..., 2).
+        The functions: "encode", "decode", "density", "jacobian", "valid"; "taps", the columns, rows
+        and weights of the four texels of a bilinear lookup in a direction, as `sample` mixes them
+        across a seam; "reflect", which takes a view vector and a normal and gives the direction to
+        look up. A function takes and gives the language's vectors: a direction has three numbers,
+        image coordinates two, (u, v), or three, (u, v, face). In C they are arrays, and NumPy,
+        torch and JAX take arrays (..., 3) and (..., 2).
     name : str, optional
         What names begin with; the projection's name where nothing is said.
     precision : {"exact", "native"}
@@ -68,11 +69,13 @@ def code(
     Raises
     ------
     ValueError, TypeError
-        For names that are unknown, and options that the language does not have.
+        For names that are unknown, options that the language does not have, and "taps" of a map
+        whose seams do not join texel to texel, as of cubes.
 
     Notes
     -----
     Formulas and sources are those of `projection`; docs/languages.md tells what ran where.
+    `packing.code` prints codes of unit vectors, `sh.code` spherical harmonics.
 
     Examples
     --------

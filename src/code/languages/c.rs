@@ -1,9 +1,7 @@
 //! C, and C++ that reads it.
 
-use crate::code::dialect::{
-    Dialect, Expression, Signature, Text, numbered, place_name, plain, prefix,
-};
-use crate::code::program::{Gives, Takes};
+use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, by_exponent, several};
+use crate::code::interface::{Argument, Gives, Kind};
 use crate::number::graph::Unary;
 
 /// C99.
@@ -12,21 +10,6 @@ pub struct C;
 /// The name of a function of `math.h` in the width of a text.
 pub fn math(name: &str, text: &Text) -> String {
     format!("{name}{}", if text.double { "" } else { "f" })
-}
-
-/// The names of `math.h` for functions on one number.
-pub fn function(operation: Unary, text: &Text) -> String {
-    let name = match operation {
-        Unary::Absolute => "fabs",
-        Unary::Floor => "floor",
-        Unary::Round => "rint",
-        Unary::Sine => "sin",
-        Unary::Cosine => "cos",
-        Unary::Sinh => "sinh",
-        Unary::Cosh => "cosh",
-        _ => "sqrt",
-    };
-    math(name, text)
 }
 
 impl Dialect for C {
@@ -62,8 +45,13 @@ impl Dialect for C {
 
     fn prelude(&self, text: &Text) -> String {
         let number = self.number(text);
+        let words = if text.words {
+            "#include <stdint.h>\n"
+        } else {
+            ""
+        };
         format!(
-            "#include <math.h>\n#include <stdbool.h>\n\ntypedef struct {{ {number} x, y; }} {}_pair;\n\n",
+            "#include <math.h>\n#include <stdbool.h>\n{words}\ntypedef struct {{ {number} x, y; }} {}_pair;\n\n",
             text.prefix
         )
     }
@@ -76,60 +64,59 @@ impl Dialect for C {
         format!("{}_pair", text.prefix)
     }
 
-    fn columns(&self, _text: &Text) -> String {
-        "void".to_owned()
-    }
-
     fn joined(&self, values: &[String], text: &Text) -> String {
         format!("({}){{{}}}", self.vector(2, text), values.join(", "))
     }
 
-    fn literal(&self, x: f64, text: &Text) -> String {
-        format!(
-            "{}{}",
-            plain(x, text.double),
-            if text.double { "" } else { "f" }
-        )
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        Some(if bits <= 32 { "uint32_t" } else { "uint64_t" })
+    }
+
+    fn cast(&self, kind: &str, value: &str) -> String {
+        format!("({kind})({value})")
+    }
+
+    fn suffix(&self, text: &Text) -> &'static str {
+        if text.double { "" } else { "f" }
     }
 
     fn not_a_number(&self, text: &Text) -> String {
         if text.double { "(double)NAN" } else { "NAN" }.to_owned()
     }
 
-    fn open(&self, signature: &Signature, text: &Text) -> String {
-        let number = self.number(text);
-        let arguments = match signature.takes {
-            Takes::Direction => format!("const {number} d[3]"),
-            Takes::Place(n) => format!("const {number} {}[{n}]", place_name(n)),
-            Takes::Numbers(n) => numbered(n)
-                .map(|name| format!("{number} {name}"))
-                .collect::<Vec<_>>()
-                .join(", "),
-        };
-        let (gives, out) = match (signature.gives, signature.takes) {
-            (Gives::Number, _) => (number.to_owned(), String::new()),
-            (Gives::Truth, _) => ("bool".to_owned(), String::new()),
-            (Gives::Pair, _) => (self.vector(2, text), String::new()),
-            (Gives::Vector(n), Takes::Direction) => (
-                "void".to_owned(),
-                format!(", {number} {}[{n}]", place_name(n)),
-            ),
-            (Gives::Vector(_), _) => ("void".to_owned(), format!(", {number} d[3]")),
-            (Gives::Columns, _) => (
-                "void".to_owned(),
-                format!(", {number} du[3], {number} dv[3]"),
-            ),
-        };
-        let qualifier = self.qualifier(signature);
-        format!("{qualifier}{gives} {}({arguments}{out}) {{", signature.name)
+    fn parameter(&self, argument: &Argument, text: &Text) -> String {
+        let (number, name) = (self.number(text), argument.name);
+        match argument.kind {
+            Kind::Number => format!("{number} {name}"),
+            Kind::Vector(n) => format!("const {number} {name}[{n}]"),
+            Kind::Word(_) => format!("{} {name}", self.kind(argument.kind, text)),
+        }
     }
 
-    fn argument(&self, signature: &Signature, number: usize) -> String {
-        match signature.takes {
-            Takes::Direction => format!("d[{number}]"),
-            Takes::Place(n) => format!("{}[{number}]", place_name(n)),
-            Takes::Numbers(n) => numbered(n).nth(number).unwrap_or_default().to_owned(),
+    fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
+        let array = |name, n| (name, format!("{} {name}[{n}]", self.number(text)));
+        match gives {
+            Gives::Vector(n, name) => vec![array(name, n)],
+            Gives::Columns | Gives::Taps => {
+                let (names, width) = several(gives);
+                names.iter().map(|&name| array(name, width)).collect()
+            }
+            Gives::Number | Gives::Truth | Gives::Pair | Gives::Word(_) => Vec::new(),
         }
+    }
+
+    fn fill(&self, name: &str, values: &[String], _text: &Text) -> String {
+        let store = |(k, value): (usize, &String)| format!("{name}[{k}] = {value};");
+        let stores: Vec<_> = values.iter().enumerate().map(store).collect();
+        stores.join("\n")
+    }
+
+    fn component(&self, vector: &str, number: usize) -> String {
+        format!("{vector}[{number}]")
+    }
+
+    fn part(&self, pair: &str, number: usize) -> String {
+        format!("{pair}.{}", ["x", "y"][number])
     }
 
     // Results are computed before the first is stored, which may be where an argument is.
@@ -137,55 +124,20 @@ impl Dialect for C {
         true
     }
 
-    fn gives(&self, signature: &Signature, values: &[String], text: &Text) -> String {
-        let stores = |name: &str, values: &[String]| {
-            let store = |(k, value): (usize, &String)| format!("{name}[{k}] = {value};");
-            values
-                .iter()
-                .enumerate()
-                .map(store)
-                .collect::<Vec<_>>()
-                .join("\n")
-        };
-        match (signature.gives, signature.takes) {
-            (Gives::Number | Gives::Truth, _) => format!("return {};", values.concat()),
-            (Gives::Pair, _) => format!("return {};", self.joined(values, text)),
-            (Gives::Vector(n), Takes::Direction) => stores(place_name(n), values),
-            (Gives::Vector(_), _) => stores("d", values),
-            (Gives::Columns, _) => {
-                format!(
-                    "{}\n{}",
-                    stores("du", &values[..3]),
-                    stores("dv", &values[3..])
-                )
-            }
-        }
-    }
-
     // Its own functions drop a NaN, and are calls.
     fn compares(&self, _text: &Text) -> bool {
         true
     }
 
-    fn function(&self, operation: Unary, text: &Text) -> String {
-        function(operation, text)
+    fn names(&self) -> Names {
+        Names::C
+    }
+
+    fn called(&self, name: &str, text: &Text) -> String {
+        math(name, text)
     }
 
     fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {
-        let number = self.number(text);
-        match operation {
-            Unary::PowerOfTwo => {
-                let one = self.literal(1.0, text);
-                Expression::atom(format!("{}({one}, (int)({}))", math("ldexp", text), a.text))
-            }
-            Unary::Exponent => {
-                Expression::atom(format!("({number}){}({})", math("ilogb", text), a.text))
-            }
-            _ => prefix(self, operation, a, text),
-        }
-    }
-
-    fn functions_of_two(&self, text: &Text) -> [String; 3] {
-        ["fmin", "fmax", "atan2"].map(|name| math(name, text))
+        by_exponent(self, operation, a, text)
     }
 }

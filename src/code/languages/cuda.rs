@@ -1,8 +1,8 @@
 //! CUDA C++.
 
-use super::c::{function, math};
-use crate::code::dialect::{Dialect, Expression, Signature, Text, plain, prefix};
-use crate::code::program::{Gives, Takes};
+use super::c::math;
+use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, by_exponent, filled_by};
+use crate::code::interface::Gives;
 use crate::number::graph::Unary;
 
 /// CUDA.
@@ -56,37 +56,28 @@ impl Dialect for Cuda {
         )
     }
 
-    fn columns(&self, _text: &Text) -> String {
-        "void".to_owned()
+    fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
+        filled_by(self, gives, text, ["", "*"])
     }
 
-    fn open(&self, signature: &Signature, text: &Text) -> String {
-        let line = crate::code::dialect::open(self, signature, text);
-        if signature.gives == Gives::Columns && !matches!(signature.takes, Takes::Numbers(_)) {
-            let of = self.vector(3, text);
-            line.replacen(") {", &format!(", {of}* du, {of}* dv) {{"), 1)
+    fn fill(&self, name: &str, values: &[String], text: &Text) -> String {
+        format!("*{name} = {};", self.joined(values, text))
+    }
+
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        Some(if bits <= 32 {
+            "unsigned int"
         } else {
-            line
-        }
+            "unsigned long long"
+        })
     }
 
-    fn gives(&self, signature: &Signature, values: &[String], text: &Text) -> String {
-        match signature.gives {
-            Gives::Number | Gives::Truth => format!("return {};", values.concat()),
-            Gives::Pair | Gives::Vector(_) => format!("return {};", self.joined(values, text)),
-            Gives::Columns => {
-                let [a, b] = [0, 3].map(|k| self.joined(&values[k..k + 3], text));
-                format!("*du = {a};\n*dv = {b};")
-            }
-        }
+    fn cast(&self, kind: &str, value: &str) -> String {
+        format!("({kind})({value})")
     }
 
-    fn literal(&self, x: f64, text: &Text) -> String {
-        format!(
-            "{}{}",
-            plain(x, text.double),
-            if text.double { "" } else { "f" }
-        )
+    fn suffix(&self, text: &Text) -> &'static str {
+        if text.double { "" } else { "f" }
     }
 
     fn not_a_number(&self, text: &Text) -> String {
@@ -98,25 +89,15 @@ impl Dialect for Cuda {
         .to_owned()
     }
 
-    fn function(&self, operation: Unary, text: &Text) -> String {
-        function(operation, text)
+    fn names(&self) -> Names {
+        Names::C
+    }
+
+    fn called(&self, name: &str, text: &Text) -> String {
+        math(name, text)
     }
 
     fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {
-        let number = self.number(text);
-        match operation {
-            Unary::PowerOfTwo => {
-                let one = self.literal(1.0, text);
-                Expression::atom(format!("{}({one}, (int)({}))", math("ldexp", text), a.text))
-            }
-            Unary::Exponent => {
-                Expression::atom(format!("({number}){}({})", math("ilogb", text), a.text))
-            }
-            _ => prefix(self, operation, a, text),
-        }
-    }
-
-    fn functions_of_two(&self, text: &Text) -> [String; 3] {
-        ["fmin", "fmax", "atan2"].map(|name| math(name, text))
+        by_exponent(self, operation, a, text)
     }
 }

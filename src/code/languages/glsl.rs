@@ -2,7 +2,7 @@
 //! and reordering.
 
 use super::bits;
-use crate::code::dialect::{Dialect, Expression, Local, Text, plain};
+use crate::code::dialect::{Dialect, Expression, Local, Names, Text};
 use crate::number::graph::Unary;
 
 /// GLSL.
@@ -51,12 +51,8 @@ impl Dialect for Glsl {
         format!("{}mat2x3", if text.double { "d" } else { "" })
     }
 
-    fn literal(&self, x: f64, text: &Text) -> String {
-        format!(
-            "{}{}",
-            plain(x, text.double),
-            if text.double { "lf" } else { "" }
-        )
+    fn suffix(&self, text: &Text) -> &'static str {
+        if text.double { "lf" } else { "" }
     }
 
     fn not_a_number(&self, text: &Text) -> String {
@@ -101,7 +97,7 @@ impl Dialect for Glsl {
         crate::code::dialect::prefix(self, operation, a, text)
     }
 
-    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
-        ["min", "max", "atan"].map(str::to_owned)
+    fn names(&self) -> Names {
+        super::glsl_es::NAMES
     }
 }

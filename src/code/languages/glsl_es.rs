@@ -1,8 +1,15 @@
 //! GLSL ES 3.00: what WebGL 2 takes.
 
 use super::bits;
-use crate::code::dialect::{Dialect, Expression, Text, prefix};
+use crate::code::dialect::{Dialect, Expression, Names, Text, prefix};
 use crate::number::graph::Unary;
+
+/// What the functions of both are called.
+pub const NAMES: Names = Names {
+    round: "roundEven",
+    arctangent: "atan",
+    ..Names::SHADERS
+};
 
 /// GLSL of WebGL 2.
 pub struct GlslEs;
@@ -44,6 +51,10 @@ impl Dialect for GlslEs {
 
     fn not_a_number(&self, _text: &Text) -> String {
         "uintBitsToFloat(0x7fc00000u)".to_owned()
+    }
+
+    fn names(&self) -> Names {
+        NAMES
     }
 
     fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {

@@ -2,7 +2,7 @@
 //! reordering.
 
 use super::bits;
-use crate::code::dialect::{Dialect, Expression, Local, Text, plain, prefix};
+use crate::code::dialect::{Dialect, Expression, Local, Text, prefix};
 use crate::number::graph::Unary;
 
 /// HLSL.
@@ -55,8 +55,8 @@ impl Dialect for Hlsl {
         "float2x3".to_owned()
     }
 
-    fn literal(&self, x: f64, text: &Text) -> String {
-        format!("{}f", plain(x, text.double))
+    fn suffix(&self, _text: &Text) -> &'static str {
+        "f"
     }
 
     fn not_a_number(&self, _text: &Text) -> String {
@@ -71,27 +71,8 @@ impl Dialect for Hlsl {
         }
     }
 
-    fn function(&self, operation: Unary, _text: &Text) -> String {
-        match operation {
-            Unary::Absolute => "abs",
-            Unary::Floor => "floor",
-            // To the even one of two.
-            Unary::Round => "round",
-            Unary::Sine => "sin",
-            Unary::Cosine => "cos",
-            Unary::Sinh => "sinh",
-            Unary::Cosh => "cosh",
-            _ => "sqrt",
-        }
-        .to_owned()
-    }
-
     fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {
         bits::single(operation, a, ["int", "asfloat", "asint", "float"])
             .unwrap_or_else(|| prefix(self, operation, a, text))
-    }
-
-    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
-        ["min", "max", "atan2"].map(str::to_owned)
     }
 }

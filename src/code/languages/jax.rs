@@ -9,11 +9,19 @@ impl Arrays for Jax {
     const NAME: &'static str = "jax";
     const TITLE: &'static str = "JAX";
     const MODULE: &'static str = "jnp";
+    const WIDTHS: [&'static str; 2] = ["jnp.float32", "jnp.float64"];
     const IMPORT: &'static str = "import jax.numpy as jnp";
     const PROMISE: &'static str = "Within a few units in the last place: the compiler contracts. Doubles want `jax_enable_x64`.";
     const CHECKED: &'static str = "JAX, by `make test-languages`";
     const AXIS: &'static str = "axis";
-    const OF_TWO: [&'static str; 3] = ["minimum", "maximum", "arctan2"];
+
+    fn word(bits: u32) -> Option<&'static str> {
+        Some(if bits <= 32 {
+            "jnp.uint32"
+        } else {
+            "jnp.uint64"
+        })
+    }
 
     fn power_of_two(a: &str) -> String {
         format!("jnp.ldexp(jnp.ones_like({a}), ({a}).astype(int))")

@@ -1,6 +1,7 @@
 //! Metal's shading language.
 
-use crate::code::dialect::{Dialect, Expression, Signature, Text, plain, prefix};
+use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, filled_by, prefix};
+use crate::code::interface::Gives;
 use crate::number::graph::Unary;
 
 /// MSL.
@@ -49,31 +50,36 @@ impl Dialect for Msl {
         "float2x3".to_owned()
     }
 
+    fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
+        match gives {
+            Gives::Taps => filled_by(self, gives, text, ["thread ", "&"]),
+            _ => Vec::new(),
+        }
+    }
+
     fn joined_columns(&self, values: &[String], text: &Text) -> String {
         let [a, b] = [0, 3].map(|k| self.joined(&values[k..k + 3], text));
         format!("float2x3({a}, {b})")
     }
 
-    fn literal(&self, x: f64, text: &Text) -> String {
-        format!("{}f", plain(x, text.double))
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        Some(if bits <= 32 { "uint" } else { "ulong" })
+    }
+
+    fn suffix(&self, _text: &Text) -> &'static str {
+        "f"
     }
 
     fn not_a_number(&self, _text: &Text) -> String {
         "NAN".to_owned()
     }
 
-    fn function(&self, operation: Unary, _text: &Text) -> String {
-        match operation {
-            Unary::Absolute => "fabs",
-            Unary::Floor => "floor",
-            Unary::Round => "rint",
-            Unary::Sine => "sin",
-            Unary::Cosine => "cos",
-            Unary::Sinh => "sinh",
-            Unary::Cosh => "cosh",
-            _ => "sqrt",
+    fn names(&self) -> Names {
+        Names {
+            absolute: "fabs",
+            round: "rint",
+            ..Names::SHADERS
         }
-        .to_owned()
     }
 
     fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {
@@ -82,9 +88,5 @@ impl Dialect for Msl {
             Unary::Exponent => Expression::atom(format!("float(ilogb({}))", a.text)),
             _ => prefix(self, operation, a, text),
         }
-    }
-
-    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
-        ["min", "max", "atan2"].map(str::to_owned)
     }
 }

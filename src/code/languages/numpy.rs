@@ -1,9 +1,7 @@
 //! NumPy: arrays of directions (…, 3) and of image coordinates (…, 2) or (…, 3).
 
-use crate::code::dialect::{
-    Dialect, Expression, Local, Signature, Text, level, numbered, place_name, prefix,
-};
-use crate::code::program::{Gives, Takes};
+use crate::code::dialect::{Dialect, Expression, Local, Names, Signature, Text, level, prefix};
+use crate::code::interface::{Argument, Gives, Kind};
 use crate::number::graph::Unary;
 
 /// NumPy.
@@ -17,16 +15,20 @@ pub trait Arrays: Sync {
     const TITLE: &'static str;
     /// What its functions begin with.
     const MODULE: &'static str;
+    /// Its numbers of 32 and of 64 bits.
+    const WIDTHS: [&'static str; 2];
     /// The line that brings it in.
     const IMPORT: &'static str;
     /// What is promised about bits.
     const PROMISE: &'static str;
     /// What runs it in the tests.
     const CHECKED: &'static str;
+    /// The method that makes an array of another type.
+    const CAST: &'static str = "astype";
     /// The name of the axis that arrays are stacked along.
     const AXIS: &'static str;
-    /// The names of the larger and the smaller number, and of the arctangent.
-    const OF_TWO: [&'static str; 3];
+    /// The name of the arctangent of two numbers.
+    const ARCTANGENT: &'static str = "arctan2";
 
     /// Whether a plain number of a choice is rounded to 32 bits, whatever the other is.
     const NARROWS: bool = false;
@@ -36,6 +38,9 @@ pub trait Arrays: Sync {
 
     /// The exponent of a number.
     fn exponent(a: &str) -> String;
+
+    /// The type that holds words of so many bits.
+    fn word(bits: u32) -> Option<&'static str>;
 
     /// A choice.
     fn choice(condition: &str, a: &str, b: &str, text: &Text) -> String {
@@ -63,11 +68,11 @@ impl Arrays for NumPy {
     const NAME: &'static str = "numpy";
     const TITLE: &'static str = "NumPy";
     const MODULE: &'static str = "np";
+    const WIDTHS: [&'static str; 2] = ["np.float32", "np.float64"];
     const IMPORT: &'static str = "import numpy as np";
     const PROMISE: &'static str = "The bits are those of the library.";
     const CHECKED: &'static str = "NumPy";
     const AXIS: &'static str = "axis";
-    const OF_TWO: [&'static str; 3] = ["minimum", "maximum", "arctan2"];
 
     fn power_of_two(a: &str) -> String {
         format!("np.ldexp(np.ones_like({a}), ({a}).astype(np.int32))")
@@ -75,6 +80,15 @@ impl Arrays for NumPy {
 
     fn exponent(a: &str) -> String {
         format!("(np.frexp({a})[1] - 1).astype(({a}).dtype)")
+    }
+
+    fn word(bits: u32) -> Option<&'static str> {
+        Some(match bits {
+            0..=8 => "np.uint8",
+            9..=16 => "np.uint16",
+            17..=32 => "np.uint32",
+            _ => "np.uint64",
+        })
     }
 
     fn constant(x: &str, text: &Text) -> String {
@@ -129,8 +143,34 @@ impl<A: Arrays> Dialect for A {
         String::new()
     }
 
-    fn columns(&self, _text: &Text) -> String {
-        String::new()
+    fn number(&self, text: &Text) -> &'static str {
+        if text.double {
+            A::WIDTHS[1]
+        } else {
+            A::WIDTHS[0]
+        }
+    }
+
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        A::word(bits)
+    }
+
+    fn cast(&self, kind: &str, value: &str) -> String {
+        // A call or a name takes the method as it is.
+        let atom = value
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || "._".contains(c))
+            || value == format!("{}.asarray(code)", A::MODULE);
+        let value = if atom {
+            value.to_owned()
+        } else {
+            format!("({value})")
+        };
+        format!("{value}.{}({kind})", A::CAST)
+    }
+
+    fn whole(&self, n: u64) -> String {
+        n.to_string()
     }
 
     fn not_a_number(&self, _text: &Text) -> String {
@@ -138,34 +178,33 @@ impl<A: Arrays> Dialect for A {
     }
 
     fn open(&self, signature: &Signature, text: &Text) -> String {
-        let width = if text.double { "float64" } else { "float32" };
-        let module = A::MODULE;
-        let unpacked = |name: &str, parts: &[&str]| {
-            let places: Vec<_> = (0..parts.len())
-                .map(|k| format!("{name}[..., {k}]"))
-                .collect();
-            format!(
-                "def {}({name}):\n    {name} = {module}.asarray({name}, dtype={module}.{width})\n    {} = {}",
-                signature.name,
-                parts.join(", "),
-                places.join(", ")
-            )
-        };
-        match signature.takes {
-            Takes::Direction => unpacked("d", &["x", "y", "z"]),
-            Takes::Place(n) => unpacked(place_name(n), &["u", "v", "face"][..n]),
-            Takes::Numbers(n) => {
-                let names: Vec<_> = numbered(n).collect();
-                format!("def {}({}):", signature.name, names.join(", "))
+        let (width, module) = (self.number(text), A::MODULE);
+        let names: Vec<_> = signature.takes.iter().map(|a| a.name).collect();
+        let mut lines = vec![format!("def {}({}):", signature.name, names.join(", "))];
+        for argument in &signature.takes {
+            let name = argument.name;
+            if let Kind::Word(words) = argument.kind {
+                let array = format!("{module}.asarray({name})");
+                let word = A::word(words.all()).unwrap_or_default();
+                lines.push(format!("    {name} = {}", self.cast(word, &array)));
             }
+            let Kind::Vector(n) = argument.kind else {
+                continue;
+            };
+            let places: Vec<_> = (0..n).map(|k| format!("{name}[..., {k}]")).collect();
+            lines.push(format!(
+                "    {name} = {module}.asarray({name}, dtype={width})"
+            ));
+            let parts = argument.parts[..n].join(", ");
+            lines.push(format!("    {parts} = {}", places.join(", ")));
         }
+        lines.join("\n")
     }
 
-    fn argument(&self, signature: &Signature, number: usize) -> String {
-        match signature.takes {
-            Takes::Direction => ["x", "y", "z"][number].to_owned(),
-            Takes::Place(_) => ["u", "v", "face"][number].to_owned(),
-            Takes::Numbers(n) => numbered(n).nth(number).unwrap_or_default().to_owned(),
+    fn argument(&self, argument: &Argument, number: usize) -> String {
+        match argument.kind {
+            Kind::Number => argument.name.to_owned(),
+            Kind::Vector(_) | Kind::Word(_) => argument.parts[number].to_owned(),
         }
     }
 
@@ -176,7 +215,10 @@ impl<A: Arrays> Dialect for A {
     fn gives(&self, signature: &Signature, values: &[String], text: &Text) -> String {
         let module = A::MODULE;
         // A constant, such as the face of a map of one, has the shape of what came in.
-        let like = self.argument(signature, 0);
+        let like = match signature.takes.first() {
+            Some(argument) => self.argument(argument, 0),
+            None => String::new(),
+        };
         let shaped = |value: &String| {
             if value.parse::<f64>().is_ok() || value == &self.not_a_number(text) {
                 format!("{module}.full_like({like}, {value})")
@@ -193,7 +235,12 @@ impl<A: Arrays> Dialect for A {
             // A condition on constants is no array yet.
             Gives::Truth => format!("return ({}) & ({like} == {like})", values.concat()),
             Gives::Pair => format!("return {}", values.join(", ")),
-            Gives::Vector(_) => format!("return {}", stack(&values)),
+            Gives::Word(words) => format!("return {}", self.word_of(&values, words)),
+            Gives::Vector(..) => format!("return {}", stack(&values)),
+            Gives::Taps => {
+                let vectors: Vec<_> = values.chunks(4).map(stack).collect();
+                format!("return {}", vectors.join(", "))
+            }
             Gives::Columns => {
                 format!(
                     "du = {}\ndv = {}\nreturn {module}.stack([du, dv], {axis}=-1)",
@@ -208,21 +255,20 @@ impl<A: Arrays> Dialect for A {
         ""
     }
 
-    fn part(&self, pair: &str, number: u8) -> String {
-        format!("{pair}[{number}]")
+    fn component(&self, vector: &str, number: usize) -> String {
+        format!("{vector}[{number}]")
     }
 
-    fn function(&self, operation: Unary, _text: &Text) -> String {
-        let name = match operation {
-            Unary::Absolute => "abs",
-            Unary::Floor => "floor",
-            Unary::Round => "round",
-            Unary::Sine => "sin",
-            Unary::Cosine => "cos",
-            Unary::Sinh => "sinh",
-            Unary::Cosh => "cosh",
-            _ => "sqrt",
-        };
+    fn names(&self) -> Names {
+        Names {
+            minimum: "minimum",
+            maximum: "maximum",
+            arctangent: A::ARCTANGENT,
+            ..Names::SHADERS
+        }
+    }
+
+    fn called(&self, name: &str, _text: &Text) -> String {
         format!("{}.{name}", A::MODULE)
     }
 
@@ -232,10 +278,6 @@ impl<A: Arrays> Dialect for A {
             Unary::Exponent => Expression::atom(A::exponent(&a.text)),
             _ => prefix(self, operation, a, text),
         }
-    }
-
-    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
-        A::OF_TWO.map(|name| format!("{}.{name}", A::MODULE))
     }
 
     // They keep a NaN of either operand.

@@ -1,7 +1,7 @@
 //! OpenCL C.
 
-use crate::code::dialect::{Dialect, Expression, Signature, Text, plain, prefix};
-use crate::code::program::Gives;
+use crate::code::dialect::{Dialect, Expression, Names, Signature, Text, by_exponent, filled_by};
+use crate::code::interface::Gives;
 use crate::number::graph::Unary;
 
 /// OpenCL C.
@@ -64,70 +64,35 @@ impl Dialect for OpenCl {
         )
     }
 
-    fn columns(&self, _text: &Text) -> String {
-        "void".to_owned()
+    fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
+        filled_by(self, gives, text, ["", "*"])
     }
 
-    fn open(&self, signature: &Signature, text: &Text) -> String {
-        let line = crate::code::dialect::open(self, signature, text);
-        if signature.gives == Gives::Columns {
-            let of = self.vector(3, text);
-            line.replacen(") {", &format!(", {of}* du, {of}* dv) {{"), 1)
-        } else {
-            line
-        }
+    fn fill(&self, name: &str, values: &[String], text: &Text) -> String {
+        format!("*{name} = {};", self.joined(values, text))
     }
 
-    fn gives(&self, signature: &Signature, values: &[String], text: &Text) -> String {
-        match signature.gives {
-            Gives::Number | Gives::Truth => format!("return {};", values.concat()),
-            Gives::Pair | Gives::Vector(_) => format!("return {};", self.joined(values, text)),
-            Gives::Columns => {
-                let [a, b] = [0, 3].map(|k| self.joined(&values[k..k + 3], text));
-                format!("*du = {a};\n*dv = {b};")
-            }
-        }
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        Some(if bits <= 32 { "uint" } else { "ulong" })
     }
 
-    fn literal(&self, x: f64, text: &Text) -> String {
-        format!(
-            "{}{}",
-            plain(x, text.double),
-            if text.double { "" } else { "f" }
-        )
+    fn cast(&self, kind: &str, value: &str) -> String {
+        format!("({kind})({value})")
+    }
+
+    fn suffix(&self, text: &Text) -> &'static str {
+        if text.double { "" } else { "f" }
     }
 
     fn not_a_number(&self, text: &Text) -> String {
         if text.double { "nan(0ul)" } else { "nan(0u)" }.to_owned()
     }
 
-    fn function(&self, operation: Unary, _text: &Text) -> String {
-        match operation {
-            Unary::Absolute => "fabs",
-            Unary::Floor => "floor",
-            Unary::Round => "rint",
-            Unary::Sine => "sin",
-            Unary::Cosine => "cos",
-            Unary::Sinh => "sinh",
-            Unary::Cosh => "cosh",
-            _ => "sqrt",
-        }
-        .to_owned()
+    fn names(&self) -> Names {
+        Names::C
     }
 
     fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {
-        let number = self.number(text);
-        match operation {
-            Unary::PowerOfTwo => {
-                let one = self.literal(1.0, text);
-                Expression::atom(format!("ldexp({one}, (int)({}))", a.text))
-            }
-            Unary::Exponent => Expression::atom(format!("({number})ilogb({})", a.text)),
-            _ => prefix(self, operation, a, text),
-        }
-    }
-
-    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
-        ["fmin", "fmax", "atan2"].map(str::to_owned)
+        by_exponent(self, operation, a, text)
     }
 }

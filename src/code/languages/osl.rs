@@ -1,10 +1,8 @@
 //! Open Shading Language, of Blender's Cycles, Arnold and others. It has no NaN that a shader may write, so that what lies
 //! outside the coverage is (-1, -1); and no way to the bits of a float.
 
-use crate::code::dialect::{
-    Dialect, Expression, Local, Signature, Text, numbered, place_name, prefix,
-};
-use crate::code::program::{Gives, Takes};
+use crate::code::dialect::{Dialect, Expression, Local, Text, filled_by, prefix, several};
+use crate::code::interface::Gives;
 use crate::number::graph::Unary;
 
 /// OSL.
@@ -62,52 +60,29 @@ impl Dialect for Osl {
         format!("vector({}, {}, {third})", values[0], values[1])
     }
 
-    fn columns(&self, _text: &Text) -> String {
-        "void".to_owned()
-    }
-
-    fn open(&self, signature: &Signature, _text: &Text) -> String {
-        let mut arguments = match signature.takes {
-            Takes::Direction => "vector d".to_owned(),
-            Takes::Place(n) => format!("vector {}", place_name(n)),
-            Takes::Numbers(n) => numbered(n)
-                .map(|name| format!("float {name}"))
-                .collect::<Vec<_>>()
-                .join(", "),
-        };
-        let gives = match signature.gives {
-            Gives::Number => "float",
-            Gives::Truth => "int",
-            Gives::Pair | Gives::Vector(_) => "vector",
-            Gives::Columns => {
-                arguments.push_str(", output vector du, output vector dv");
-                "void"
-            }
-        };
-        format!("{gives} {}({arguments}) {{", signature.name)
-    }
-
-    fn gives(&self, signature: &Signature, values: &[String], text: &Text) -> String {
-        match signature.gives {
-            Gives::Number | Gives::Truth => format!("return {};", values.concat()),
-            Gives::Pair | Gives::Vector(_) => format!("return {};", self.joined(values, text)),
-            Gives::Columns => {
-                let [a, b] = [0, 3].map(|k| self.joined(&values[k..k + 3], text));
-                format!("du = {a};\ndv = {b};")
-            }
+    fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
+        // A vector has three numbers; four are an array.
+        match gives {
+            Gives::Taps => several(gives)
+                .0
+                .iter()
+                .map(|&name| (name, format!("output float {name}[4]")))
+                .collect(),
+            _ => filled_by(self, gives, text, ["output ", ""]),
         }
     }
 
-    fn argument(&self, signature: &Signature, number: usize) -> String {
-        match signature.takes {
-            Takes::Direction => format!("d[{number}]"),
-            Takes::Place(n) => format!("{}[{number}]", place_name(n)),
-            Takes::Numbers(n) => numbered(n).nth(number).unwrap_or_default().to_owned(),
+    fn fill(&self, name: &str, values: &[String], text: &Text) -> String {
+        if values.len() < 4 {
+            return format!("{name} = {};", self.joined(values, text));
         }
+        let store = |(k, value): (usize, &String)| format!("{name}[{k}] = {value};");
+        let stores: Vec<_> = values.iter().enumerate().map(store).collect();
+        stores.join("\n")
     }
 
-    fn part(&self, pair: &str, number: u8) -> String {
-        format!("{pair}[{number}]")
+    fn component(&self, vector: &str, number: usize) -> String {
+        format!("{vector}[{number}]")
     }
 
     fn local(&self, local: Local, name: &str, value: &str, _text: &Text) -> String {
@@ -119,20 +94,24 @@ impl Dialect for Osl {
         format!("{kind} {name} = {value};")
     }
 
+    // It has no unsigned numbers; the bits are the same.
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        (bits <= 32).then_some("int")
+    }
+
+    fn whole(&self, n: u64) -> String {
+        n.to_string()
+    }
+
     fn not_a_number(&self, _text: &Text) -> String {
         "-1.0".to_owned()
     }
 
     fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {
+        // `round` rounds halves away from zero; quarter turns at a half may be taken either way.
         match operation {
-            // Its own function rounds halves away from zero; quarter turns at a half may be taken either way.
-            Unary::Round => Expression::atom(format!("round({})", a.text)),
             Unary::Exponent => Expression::atom(format!("floor(log2({}))", a.text)),
             _ => prefix(self, operation, a, text),
         }
-    }
-
-    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
-        ["min", "max", "atan2"].map(str::to_owned)
     }
 }

@@ -10,12 +10,19 @@ impl Arrays for Torch {
     const NAME: &'static str = "torch";
     const TITLE: &'static str = "PyTorch";
     const MODULE: &'static str = "torch";
+    const WIDTHS: [&'static str; 2] = ["torch.float32", "torch.float64"];
+    const CAST: &'static str = "to";
     const IMPORT: &'static str = "import torch";
     const PROMISE: &'static str = "Within a few units in the last place: its square root, and what is divided into a constant, are not rounded correctly.";
     const CHECKED: &'static str = "PyTorch, by `make test-languages`";
     const AXIS: &'static str = "dim";
-    const OF_TWO: [&'static str; 3] = ["minimum", "maximum", "atan2"];
+    const ARCTANGENT: &'static str = "atan2";
     const NARROWS: bool = true;
+
+    // Its unsigned numbers have no shifts.
+    fn word(bits: u32) -> Option<&'static str> {
+        (bits < 64).then_some("torch.int64")
+    }
 
     fn power_of_two(a: &str) -> String {
         format!("torch.ldexp(torch.ones_like({a}), {a})")

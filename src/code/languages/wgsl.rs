@@ -2,9 +2,9 @@
 
 use super::bits;
 use crate::code::dialect::{
-    Dialect, Expression, Local, Signature, Text, level, numbered, place_name, plain, prefix,
+    Dialect, Expression, Local, Signature, Text, level, outside, prefix, several,
 };
-use crate::code::program::{Gives, Takes};
+use crate::code::interface::{Argument, Gives};
 use crate::number::graph::Unary;
 
 /// WGSL.
@@ -60,10 +60,6 @@ impl Dialect for Wgsl {
         "mat2x3<f32>".to_owned()
     }
 
-    fn literal(&self, x: f64, text: &Text) -> String {
-        plain(x, text.double)
-    }
-
     fn prelude(&self, text: &Text) -> String {
         if text.not_a_number {
             // A constant expression must not be NaN.
@@ -80,41 +76,39 @@ impl Dialect for Wgsl {
         format!("bitcast<f32>({}_nan_bits)", text.prefix)
     }
 
+    fn word(&self, bits: u32) -> Option<&'static str> {
+        (bits <= 32).then_some("u32")
+    }
+
+    fn parameter(&self, argument: &Argument, text: &Text) -> String {
+        let kind = self.kind(argument.kind, text);
+        format!("{}: {kind}", argument.name)
+    }
+
     fn open(&self, signature: &Signature, text: &Text) -> String {
-        let arguments = match signature.takes {
-            Takes::Direction => "d: vec3<f32>".to_owned(),
-            Takes::Place(n) => format!("{}: {}", place_name(n), self.vector(n, text)),
-            Takes::Numbers(n) => numbered(n)
-                .map(|name| format!("{name}: f32"))
-                .collect::<Vec<_>>()
-                .join(", "),
-        };
-        let gives = match signature.gives {
-            Gives::Number => "f32".to_owned(),
-            Gives::Truth => "bool".to_owned(),
-            Gives::Pair => self.vector(2, text),
-            Gives::Vector(n) => self.vector(n, text),
-            Gives::Columns => self.columns(text),
-        };
+        let (arguments, gives) = outside(self, signature, text);
+        if gives == "void" {
+            return format!("fn {}({arguments}) {{", signature.name);
+        }
         format!("fn {}({arguments}) -> {gives} {{", signature.name)
+    }
+
+    fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
+        let (names, width) = match gives {
+            Gives::Taps => several(gives),
+            _ => return Vec::new(),
+        };
+        let of = self.vector(width, text);
+        let parameter = |&name: &&'static str| (name, format!("{name}: ptr<function, {of}>"));
+        names.iter().map(parameter).collect()
+    }
+
+    fn fill(&self, name: &str, values: &[String], text: &Text) -> String {
+        format!("*{name} = {};", self.joined(values, text))
     }
 
     fn local(&self, _local: Local, name: &str, value: &str, _text: &Text) -> String {
         format!("let {name} = {value};")
-    }
-
-    fn function(&self, operation: Unary, _text: &Text) -> String {
-        match operation {
-            Unary::Absolute => "abs",
-            Unary::Floor => "floor",
-            Unary::Round => "round",
-            Unary::Sine => "sin",
-            Unary::Cosine => "cos",
-            Unary::Sinh => "sinh",
-            Unary::Cosh => "cosh",
-            _ => "sqrt",
-        }
-        .to_owned()
     }
 
     fn unary(&self, operation: Unary, a: &Expression, text: &Text) -> Expression {
@@ -128,10 +122,6 @@ impl Dialect for Wgsl {
                 )
             })
             .unwrap_or_else(|| prefix(self, operation, a, text))
-    }
-
-    fn functions_of_two(&self, _text: &Text) -> [String; 3] {
-        ["min", "max", "atan2"].map(str::to_owned)
     }
 
     fn select(

@@ -16,6 +16,7 @@ use crate::kernel;
 use crate::kernel::SimdWork;
 use crate::light::integrate::add_lanes;
 use crate::light::texels::LANES;
+use crate::number::real::Real;
 use fearless_simd::{Simd, SimdBase, f64x8};
 use std::f64::consts::PI;
 
@@ -150,6 +151,45 @@ impl Basis {
             scratch,
             sums,
         });
+    }
+
+    /// Σ coefficient · Y at a unit direction, in the order of [`Basis::synthesize`]: on numbers that record, its graph.
+    /// Coefficients that are 0 say nothing.
+    pub fn at<R: Real>(&self, coefficients: &[f64], [x, y, z]: [R; 3]) -> R {
+        // What is nothing yet is not added: the sums begin with their first term.
+        let add = |sum: Option<R>, term: R| Some(sum.map_or(term, |sum| sum + term));
+        let with = |sum: Option<R>, coefficient: f64, value: R| {
+            if coefficient == 0.0 {
+                sum
+            } else {
+                add(sum, value * R::new(coefficient))
+            }
+        };
+        let (mut re, mut im) = (R::ONE, R::ZERO);
+        let mut sum = None;
+        for m in 0..=self.order {
+            (re, im) = match m {
+                0 => (re, im),
+                1 => (x, y),
+                _ => (re * x - im * y, re * y + im * x),
+            };
+            let (mut low, mut before) = (R::new(self.first[m]), R::ZERO);
+            let (mut plus, mut minus) = (None, None);
+            for l in m..=self.order {
+                let place = l * l + l;
+                plus = with(plus, coefficients[place + m], low);
+                if m > 0 {
+                    minus = with(minus, coefficients[place - m], low);
+                }
+                let (a, b) = self.steps[m][l - m];
+                let next = R::new(a) * z * low - R::new(b) * before;
+                (before, low) = (low, next);
+            }
+            let parts = [plus.map(|plus| re * plus), minus.map(|minus| im * minus)];
+            let both = parts.into_iter().flatten().reduce(|a, b| a + b);
+            sum = both.map_or(sum, |both| add(sum, both));
+        }
+        sum.unwrap_or(R::ZERO)
     }
 
     /// Σ coefficient · Y at each point: `channels` numbers a point, for the points that are in use.

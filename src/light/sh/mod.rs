@@ -23,10 +23,12 @@ pub(crate) mod evaluate;
 pub(crate) mod fit;
 pub mod lobes;
 pub(crate) mod rings;
+mod source;
 pub mod windows;
 
 pub use count::count;
 pub use evaluate::{evaluate, rotate, scale_degrees};
+pub use source::{HIGHEST_PRINTED, code};
 
 use crate::error::Error;
 use crate::image::ImageView;

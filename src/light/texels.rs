@@ -119,9 +119,8 @@ impl Texels {
 
         // Every block has room for all its texels first, and is closed up afterward.
         let room = SIDE * SIDE;
-        // What is made first, and what is closed up of it while both are there: five numbers each, in vectors that grow
-        // by doubling.
-        expect_room::<[f64; 15]>(faces * across * down * room)?;
+        // What is made first, and what is closed up of it while both are there: five numbers each.
+        expect_room::<[f64; 10]>(faces * across * down * room)?;
         let mut points = vec![[0.0_f64; 5]; faces * across * down * room];
         let find = |number: usize, points: &mut [[f64; 5]]| {
             let face = number / (across * down);
@@ -157,14 +156,17 @@ impl Texels {
         interrupt::part(0.25, 1.0, || {
             threads::rows(&mut points, room, faces * w * h, find);
         });
+        drop(weights);
 
+        let blocks = points.chunks(room).len();
+        let count = points.iter().filter(|p| p[3] != 0.0).count() + blocks * (LANES - 1);
         let mut texels = Texels {
-            x: Vec::new(),
-            y: Vec::new(),
-            z: Vec::new(),
-            weight: Vec::new(),
-            index: Vec::new(),
-            blocks: Vec::new(),
+            x: Vec::with_capacity(count),
+            y: Vec::with_capacity(count),
+            z: Vec::with_capacity(count),
+            weight: Vec::with_capacity(count),
+            index: Vec::with_capacity(count),
+            blocks: Vec::with_capacity(blocks),
             stored: raster.texels(),
             moments: Mutex::default(),
         };

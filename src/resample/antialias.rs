@@ -8,11 +8,10 @@
 //! - The choice is each texel's own, and each side's: the poles of a latlong are finer than its equator. Which texels
 //!   need more than one lookup follows from the maps' Jacobians (`footprint`); blocks of the target in which no
 //!   neighbors lie far apart in the source are not looked at.
-//! - Places are spread over min(r, √(2(r² - 1))) source texels: from nothing at r = 1, where one lookup
-//!   already is as wide as a texel, to the whole side from r = √2 on. So nothing jumps where the target turns from finer
-//!   to coarser.
-//! - Where a polynomial stands for a block's coordinates (`patch`), its slopes are the Jacobian, and a texel is a parallelogram
-//!   in the source, of one density, if it is small.
+//! - Places are spread over min(r, √(2(r² - 1))) source texels, so that nothing jumps where the target turns from finer to
+//!   coarser.
+//! - Where a polynomial stands for a block's coordinates (`patch`), its derivatives are the Jacobian and the bend of it, and a texel
+//!   is a parallelogram in the source, bent a little and of one density, if it is small.
 //! - A texel that covers much is halved, again and again, until one Jacobian describes each part: a part has at
 //!   most [`MOST`] places and spans at most [`WIDEST`]. Near a pole halving ends with the rows.
 //! - What the source does not hold has no part in a mean. A texel whose own center sees nothing is `fill`, as without.
@@ -34,10 +33,9 @@ use crate::resample::coordinate_map::CoordinateMap;
 use crate::resample::filters::LookupFilter;
 use crate::resample::footprint::{Footprint, Part, measure};
 use crate::resample::polynomial::CoordinatePolynomial;
-use crate::resample::sample::{Lookups, Rectangle, Texture};
-
-/// The most places in a part of a texel.
-const MOST: usize = 64;
+use crate::resample::sample::{
+    Lookups, MOST, Parallelograms, Rectangle, Texture, count, division, means,
+};
 
 /// The widest part of a texel of several places, in radians: over it a map's density is taken as constant.
 const WIDEST: f64 = 0.035;
@@ -45,16 +43,12 @@ const WIDEST: f64 = 0.035;
 /// Places are spread over this share of a side at least: over nothing that could be seen.
 const NARROW: f64 = 1e-3;
 
-/// By how many source texels a texel may differ from a parallelogram that is taken for it: as little as f32
+/// By how many source texels a texel may differ from a bent parallelogram that is taken for it: as little as f32
 /// coordinates are off.
 const BEND: f64 = 1.0 / 350.0;
 
 /// Sides are not halved below this, in u or v.
 const SHORTEST: f64 = 1e-6;
-
-/// A side is divided so that places lie at most this much more than a source texel apart: rounding at whole
-/// numbers must not double the work.
-const SLACK: f64 = 0.15;
 
 /// Neighbors nearer than this, squared and in source texels, belong to texels of one lookup: below the 1.66
 /// at which a side gets a second one.
@@ -66,18 +60,36 @@ pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
     target: &'s Raster,
     coordinate_map: CoordinateMap<'s>,
     channels: usize,
+    bilinear: bool,
     lookups: Lookups<'s, 'a, T, T::Float, R>,
     parts: Vec<(Part, u16)>,
     /// Of the samples that are being put together.
     next: Owners,
     /// Of those that are being looked up, and of those whose values are there.
     owners: [Owners; 2],
-    /// Whether the texels of the present patch are parallelograms in the source; none where nobody asked yet.
-    flat: Option<bool>,
+    /// What the texels of the present patch are in the source; none where nobody asked yet.
+    form: Option<Form>,
+    /// Second derivatives of its coordinates; zeros where they do not matter.
+    bends: Tile<R, 6>,
     values: Vec<T::Float>,
     current: usize,
     sums: Sums,
-    done: Vec<(usize, T)>,
+    /// Texels of the last block whose means are there, by their places in its band, and the means.
+    done: Vec<usize>,
+    means: Vec<T>,
+    /// The means of those after the first ones.
+    later: Vec<T>,
+    first: usize,
+    seen: Parallelograms,
+}
+
+/// What the texels of a patch are in the source.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Parallelograms,
+    /// Whose sides are parabolas.
+    Bent,
+    Other,
 }
 
 /// Which texels the samples of a tile belong to, and how much they count: those of one follow each other.
@@ -194,11 +206,13 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             target,
             coordinate_map,
             channels,
+            bilinear: filter == LookupFilter::Bilinear,
             lookups: Lookups::new(source, filter, nothing),
             parts: Vec::new(),
             next: Owners::NONE,
             owners: [Owners::NONE; 2],
-            flat: None,
+            form: None,
+            bends: Tile::new(),
             values: vec![T::Float::default(); 2 * TILE * channels],
             current: 0,
             sums: Sums {
@@ -207,12 +221,18 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
                 sums: vec![0.0; TILE * channels],
             },
             done: Vec::new(),
+            means: Vec::new(),
+            later: Vec::new(),
+            first: 0,
+            seen: Parallelograms::new(),
         }
     }
 
     /// What follows are blocks of another patch.
     pub fn next_patch(&mut self) {
-        self.flat = None;
+        if self.form.take() == Some(Form::Bent) {
+            self.bends = Tile::new();
+        }
     }
 
     /// Averages those texels of a block that need it: `places` are where they lie in the source, and `patch` is where
@@ -232,22 +252,20 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         let mut uv = Tile::new();
         centers.of(block, &mut uv);
         self.sums.weights = [0.0; TILE];
-        let patch = patch.filter(|(patch, _)| self.flat(patch, block, &uv));
-        let mut slopes = Tile::new();
+        let patch = patch.filter(|(patch, _)| self.form(patch, block, &uv) != Form::Other);
+        let stored = |k: usize| area.start + k / area.columns * area.stride + k % area.columns;
         if let Some((patch, row)) = patch {
+            let mut slopes = Tile::new();
             patch.slopes(row, block, &mut slopes);
+            if self.form == Some(Form::Bent) {
+                patch.bends(row, block, &mut self.bends);
+            }
+            self.parallelograms(places, &slopes, &uv, n, stored);
+        } else {
+            for k in (0..n).filter(|&k| !places.0[0][k].is_nan()) {
+                self.part(&uv, k);
+            }
         }
-        vectorize(
-            #[inline(always)]
-            || {
-                for k in 0..n {
-                    if patch.is_none() || !self.near(places.at(k), slopes.at(k), k as u16) {
-                        let part = Part::of_texel(self.target, uv.at(k).map(Scalar::to_f64));
-                        self.parts.push((part, k as u16));
-                    }
-                }
-            },
-        );
         self.look(false);
         let mut whole = true;
         while !self.parts.is_empty() {
@@ -259,22 +277,20 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         self.collect();
         for (k, weight) in self.sums.weights[..n].iter().enumerate() {
             if *weight > 0.0 {
-                let at = area.start + k / area.columns * area.stride + k % area.columns;
+                self.done.push(stored(k));
                 for c in k * self.channels..(k + 1) * self.channels {
                     let value = self.sums.first[c] + self.sums.sums[c] / weight;
-                    let value = T::store(<T::Float as Real>::new(value));
-                    self.done
-                        .push((at * self.channels + c % self.channels, value));
+                    self.later.push(T::store(<T::Float as Real>::new(value)));
                 }
             }
         }
     }
 
-    /// Whether texels of a patch are as good as parallelograms in the source, and need no weights by solid angle. `uv` are the
-    /// centers of one of its blocks.
-    fn flat(&mut self, patch: &CoordinatePolynomial<R>, block: &Block, uv: &Tile<R, 3>) -> bool {
-        if let Some(flat) = self.flat {
-            return flat;
+    /// What texels of a patch are as good as in the source, if they need no weights by solid angle. `uv` are the centers of one
+    /// of its blocks.
+    fn form(&mut self, patch: &CoordinatePolynomial<R>, block: &Block, uv: &Tile<R, 3>) -> Form {
+        if let Some(form) = self.form {
+            return form;
         }
         let raster = &self.source.raster;
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
@@ -287,34 +303,56 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             a.max(b) < 0.5 * WIDEST
         });
         let halves = self.target.along_u.on_edges() || self.target.along_v.on_edges();
-        let flat = small && !halves && patch.bend(scale) <= BEND;
-        self.flat = Some(flat);
-        flat
+        let form = match (small && !halves).then(|| patch.beyond(2, scale) <= BEND) {
+            Some(true) => Form::Parallelograms,
+            Some(false) if patch.beyond(3, scale) <= BEND => Form::Bent,
+            _ => Form::Other,
+        };
+        self.form = Some(form);
+        form
     }
 
-    /// Looks up places in a texel that is a parallelogram about a place of the source, with the sides `slopes`, if it needs
-    /// several. False where something is in the way.
-    #[inline(always)]
-    fn near(&mut self, [u, v, face]: [R; 3], slopes: [R; 4], texel: u16) -> bool {
+    /// Averages over texels that are parallelograms about places of the source, by their `slopes`; what is in the way of one is left
+    /// for later.
+    fn parallelograms(
+        &mut self,
+        places: &Tile<R, 3>,
+        slopes: &Tile<R, 4>,
+        uv: &Tile<R, 3>,
+        n: usize,
+        stored: impl Fn(usize) -> usize,
+    ) {
+        let mut done = [false; TILE];
+        self.seen
+            .set(&self.source.raster, places, (slopes, &self.bends), NEAR, n);
+        if self.bilinear {
+            let face = places.0[2][0].whole() as usize;
+            let found = (&mut done, &mut self.means);
+            self.first = means(self.source, (&self.seen, face), n, found);
+        }
+        for (k, done) in done.into_iter().enumerate().take(n) {
+            if done {
+                self.done.push(stored(k));
+            } else if self.seen.several(k) && !self.near(places.at(k), k as u16) {
+                self.part(uv, k);
+            }
+        }
+    }
+
+    /// Takes a whole texel for later.
+    fn part(&mut self, uv: &Tile<R, 3>, k: usize) {
+        let part = Part::of_texel(self.target, uv.at(k).map(Scalar::to_f64));
+        self.parts.push((part, k as u16));
+    }
+
+    /// Looks up places in a texel that is a parallelogram about a place of the source. False where something is in the way.
+    fn near(&mut self, [u, v, face]: [R; 3], texel: u16) -> bool {
         let raster = &self.source.raster;
+        let seen = self.seen.at(usize::from(texel));
+        let [m, n] = seen.counts;
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
-        let [a, b] = [[slopes[0], slopes[1]], [slopes[2], slopes[3]]]
-            .map(|side| [side[0].to_f64(), side[1].to_f64()]);
-        let squares = [a, b].map(|[x, y]| {
-            let (x, y) = (x * scale[0], y * scale[1]);
-            x * x + y * y
-        });
-        if squares[0].max(squares[1]) <= NEAR {
-            return true;
-        }
-        let lengths = squares.map(f64::sqrt);
-        let shares = lengths.map(share);
-        let counts = [0, 1].map(|k| count(lengths[k] * shares[k]));
-        if counts == [1, 1] {
-            return true;
-        }
         let [u, v] = [u.to_f64(), v.to_f64()];
-        let reach = [0, 1].map(|k| 0.5 * (shares[0] * a[k].abs() + shares[1] * b[k].abs()));
+        let reach = [0, 1].map(|k| seen.reach()[k] / scale[k]);
         let held = match raster.outline {
             Outline::Square => {
                 let beyond = |x: f64, reach: f64| x < reach || x > 1.0 - reach;
@@ -326,18 +364,17 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
                 p * p + q * q < 1.0
             }
         };
-        if !held || counts[0] * counts[1] > MOST {
+        if !held || m * n > MOST {
             return false;
         }
-        let step = [0, 1].map(|k| shares[k] / counts[k] as f64);
-        let across = a.map(|x| x * step[0]);
         self.next.begin(texel, 1.0);
-        let mut t = 0.5 * (step[1] - shares[1]);
-        for _ in 0..counts[1] {
-            let s = 0.5 * (step[0] - shares[0]);
-            let first = [0, 1].map(|k| [u, v][k] + t * b[k] + s * a[k]);
-            self.row(false, (texel, 1.0), counts[0], (first, across, face));
-            t += step[1];
+        for row in 0..n {
+            let place = seen.row(row);
+            let place = |column: usize| {
+                let [x, y] = place(column);
+                [u + x / scale[0], v + y / scale[1]]
+            };
+            self.row(false, (texel, 1.0), m, face, place);
         }
         true
     }
@@ -349,7 +386,8 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         in_target: bool,
         (texel, weight): (u16, f64),
         count: usize,
-        ([mut u, mut v], [du, dv], face): ([f64; 2], [f64; 2], R),
+        face: R,
+        place: impl Fn(usize) -> [f64; 2],
     ) {
         if self.next.count + count > TILE {
             self.look(in_target);
@@ -359,18 +397,21 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         self.next.count = own.end;
         let Tile([us, vs, faces]) = self.lookups.tile();
         faces[own.clone()].fill(face);
-        for (at_u, at_v) in us[own.clone()].iter_mut().zip(&mut vs[own]) {
+        for (k, (at_u, at_v)) in us[own.clone()].iter_mut().zip(&mut vs[own]).enumerate() {
+            let [u, v] = place(k);
             (*at_u, *at_v) = (R::new(u), R::new(v));
-            u += du;
-            v += dv;
         }
     }
 
     /// Writes the texels of the last block into its band.
     pub fn write(&mut self, band: &mut [T]) {
-        for (at, value) in self.done.drain(..) {
-            band[at] = value;
+        let first = self.means.chunks_exact(self.channels).take(self.first);
+        let means = first.chain(self.later.chunks_exact(self.channels));
+        for (at, mean) in self.done.drain(..).zip(means) {
+            band[at * self.channels..][..self.channels].copy_from_slice(mean);
         }
+        self.later.clear();
+        self.first = 0;
     }
 
     /// Takes the last parts: halves them, or looks up places in them. Whole texels that need one place are left alone.
@@ -399,8 +440,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     fn one(&mut self, mut part: Part, texel: u16, footprint: &Footprint, whole: bool) {
         let lengths = footprint.lengths();
         let counts = if whole {
-            let shares = lengths.map(share);
-            let counts = [0, 1].map(|k| count(lengths[k].min(1e9) * shares[k]));
+            let divisions = lengths.map(division);
+            let shares = divisions.map(|[share, _]| share);
+            let counts = divisions.map(|[_, count]| count as usize);
             if counts == [1, 1] {
                 return;
             }
@@ -408,7 +450,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             part.size = [0, 1].map(|k| part.size[k] * shares[k].max(NARROW));
             counts
         } else {
-            lengths.map(count)
+            lengths.map(|length| count(length) as usize)
         };
         let [a, b] = footprint.angles;
         let several = counts[0] * counts[1] > 1;
@@ -434,8 +476,8 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         self.next.begin(texel, weight);
         let [u, mut v] = [0, 1].map(|k| part.uv[k] + 0.5 * (step[k] - part.size[k]));
         for _ in 0..counts[1] {
-            let places = ([u, v], [step[0], 0.0], face);
-            self.row(true, (texel, weight), counts[0], places);
+            let place = |column: usize| [u + column as f64 * step[0], v];
+            self.row(true, (texel, weight), counts[0], face, place);
             v += step[1];
         }
     }
@@ -504,49 +546,43 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     }
 }
 
-/// Which part of a side of r source texels places are spread over.
-fn share(r: f64) -> f64 {
-    if r > 1.0 {
-        let spread = (2.0 * (r * r - 1.0)).sqrt() / r;
-        if spread < 1.0 { spread } else { 1.0 }
-    } else {
-        0.0
-    }
-}
-
-/// How many places divide a length in source texels.
-fn count(length: f64) -> usize {
-    // `as` takes negative numbers to 0.
-    ((length - SLACK).min(MOST as f64).ceil() as usize).max(1)
-}
-
 /// Whether any two neighbors of a block lie far apart in the source, or may.
-fn coarse<R: Scalar>(source: &Raster, Tile([u, v, face]): &Tile<R, 3>, block: &Block) -> bool {
+fn coarse<R: Scalar>(source: &Raster, places: &Tile<R, 3>, block: &Block) -> bool {
     let (columns, rows) = (block.columns, block.rows);
     if columns < 2 || rows < 2 {
         return true;
     }
     let scale = [source.along_u.index().0, source.along_v.index().0].map(R::new);
-    let near = R::new(NEAR);
-    let apart = |a: usize, b: usize| {
-        let (x, y) = ((u[a] - u[b]) * scale[0], (v[a] - v[b]) * scale[1]);
-        let together = (x * x + y * y <= near) & (face[a] == face[b]);
-        !(together | (u[a].is_nan() & u[b].is_nan()))
-    };
     let count = (columns * rows).min(TILE);
     vectorize(
         #[inline(always)]
         || {
-            let mut any = false;
-            for k in columns..count {
-                any |= apart(k - columns, k);
-            }
-            for row in 0..rows {
-                for k in row * columns + 1..((row + 1) * columns).min(count) {
-                    any |= apart(k - 1, k);
-                }
+            let mut any = apart(places, [0, columns], count - columns, scale);
+            for first in (0..count).step_by(columns) {
+                let pairs = columns.min(count - first) - 1;
+                any |= apart(places, [first, first + 1], pairs, scale);
             }
             any
         },
     )
+}
+
+/// Whether any of so many places lie far from others, which begin elsewhere in the tile.
+#[inline(always)]
+fn apart<R: Scalar>(
+    Tile(places): &Tile<R, 3>,
+    first: [usize; 2],
+    count: usize,
+    scale: [R; 2],
+) -> bool {
+    let [[u, v, face], [p, q, other]] =
+        first.map(|first| places.each_ref().map(|row| &row[first..first + count]));
+    let near = R::new(NEAR);
+    let mut any = false;
+    for k in 0..count {
+        let (x, y) = ((u[k] - p[k]) * scale[0], (v[k] - q[k]) * scale[1]);
+        let together = (x * x + y * y <= near) & (face[k] == other[k]);
+        any |= !(together | (u[k].is_nan() & p[k].is_nan()));
+    }
+    any
 }

@@ -16,7 +16,7 @@
 //! places are no better than the texels' own coordinates were).
 
 use crate::image::raster::{Block, Raster};
-use crate::kernel::tile::Tile;
+use crate::kernel::tile::{TILE, Tile};
 use crate::kernel::{Scalar, SimdWork, run_simd};
 use crate::map::grid::GridAxis;
 use crate::number::real::Real;
@@ -312,63 +312,89 @@ impl<R: Scalar> CoordinatePolynomial<R> {
 
     /// Writes, for the same texels, ∂u and ∂v from one column to the next, and from one row to the next.
     pub fn slopes(&self, first: usize, block: &Block, slopes: &mut Tile<R, 4>) {
-        run_simd(Slopes {
+        self.derivatives([[1, 0], [0, 1]], (first, block), &mut slopes.0);
+    }
+
+    /// Writes their second derivatives: of u and v by columns twice, by columns and rows, and by rows twice.
+    pub fn bends(&self, first: usize, block: &Block, bends: &mut Tile<R, 6>) {
+        self.derivatives([[2, 0], [1, 1], [0, 2]], (first, block), &mut bends.0);
+    }
+
+    /// Writes derivatives of u and v, so many times by columns and by rows.
+    fn derivatives<const N: usize>(
+        &self,
+        orders: [[usize; 2]; N],
+        place: (usize, &Block),
+        rows: &mut [[R; TILE]],
+    ) {
+        run_simd(Derivatives {
             patch: self,
-            first,
-            block,
-            slopes,
+            orders: &orders,
+            place,
+            rows,
         });
     }
 
-    /// The most by which a texel's border differs from a parallelogram, in source texels, `scale` an image.
-    pub fn bend(&self, scale: [f64; 2]) -> f64 {
+    /// The most, in texels of a source that is `scale` texels an image, by which places in a texel are elsewhere than derivatives
+    /// below an order say: those of the order, anywhere in the block, by half a texel along both.
+    pub fn beyond(&self, order: usize, scale: [f64; 2]) -> f64 {
         let mut most: f64 = 0.0;
         for (coefficients, scale) in self.coefficients.iter().zip(scale) {
-            let mut bend = 0.0;
+            let mut off = 0.0;
             for (j, row) in coefficients.iter().enumerate() {
                 for (k, coefficient) in row.iter().enumerate() {
-                    let (j, k) = (j as f64, k as f64);
-                    // A half of a second derivative at half a texel from the center along both.
-                    let [x, y] = [k / self.half_columns, j / self.half_rows];
-                    let twice = (x * (x - 1.0 / self.half_columns)).max(0.0)
-                        + 2.0 * x * y
-                        + (y * (y - 1.0 / self.half_rows)).max(0.0);
-                    bend += coefficient.abs() * twice / 8.0;
+                    // A term of Taylor's series: what is left of a power, by how often its derivative is taken.
+                    let term = |power: usize, times: usize, half: f64| -> f64 {
+                        (0..times)
+                            .map(|n| (power as f64 - n as f64) / (n + 1) as f64 * 0.5 / half)
+                            .product()
+                    };
+                    let terms = (0..=order.min(k))
+                        .filter(|by_x| order - by_x <= j)
+                        .map(|by_x| {
+                            term(k, by_x, self.half_columns) * term(j, order - by_x, self.half_rows)
+                        });
+                    off += coefficient.abs() * terms.sum::<f64>();
                 }
             }
-            most = most.max(bend * scale);
+            most = most.max(off * scale);
         }
         most
     }
 }
 
-struct Slopes<'a, R> {
+struct Derivatives<'a, R> {
     patch: &'a CoordinatePolynomial<R>,
-    first: usize,
-    block: &'a Block,
-    slopes: &'a mut Tile<R, 4>,
+    orders: &'a [[usize; 2]],
+    place: (usize, &'a Block),
+    rows: &'a mut [[R; TILE]],
 }
 
-impl<R: Scalar> SimdWork for Slopes<'_, R> {
+impl<R: Scalar> SimdWork for Derivatives<'_, R> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Slopes {
-            patch,
-            first,
-            block,
-            slopes: Tile([us_across, vs_across, us_down, vs_down]),
-        } = self;
-        let into = [us_across, vs_across].into_iter().zip([us_down, vs_down]);
-        for ((across, down), coefficients) in into.zip(&patch.coefficients) {
-            let by_y = along_y(coefficients, 1.0 / patch.half_rows);
+        let patch = self.patch;
+        let pairs = self.rows.as_chunks_mut::<2>().0;
+        for (&[by_x, by_y], [us, vs]) in self.orders.iter().zip(pairs) {
+            let mut both = patch.coefficients;
+            for coefficients in &mut both {
+                for _ in 0..by_y {
+                    *coefficients = along_y(coefficients, 1.0 / patch.half_rows);
+                }
+            }
+            let [u, v] = &both;
             patch.rows(
-                (first, block),
-                [across, down],
+                self.place,
+                [us, vs],
                 #[inline(always)]
                 |y| {
-                    let across = at_y(simd, coefficients, y);
-                    let down = at_y(simd, &by_y, y);
-                    [along_x(across, 1.0 / patch.half_columns), down]
+                    let mut at = [at_y(simd, u, y), at_y(simd, v, y)];
+                    for row in &mut at {
+                        for _ in 0..by_x {
+                            *row = along_x(*row, 1.0 / patch.half_columns);
+                        }
+                    }
+                    at
                 },
             );
         }

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._arrays import spatial_axes
+from .._arrays import as_array, spatial_axes
 from .._progress import counted, part
 from .._scalars import as_whole
 from .._show import short
@@ -356,7 +356,7 @@ class _Image:
     """An image with its map, compressed in tone, in float32."""
 
     def __init__(self, name: str, image: ArrayLike, projection: ProjectionLike | None) -> None:
-        values = np.asarray(image)
+        values = as_array(image, name)
         if values.dtype.kind not in "uif":
             raise TypeError(f"Expected `{name}` to be real numbers, got {values.dtype}.")
         if projection is None:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._arrays import as_array
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -43,7 +45,7 @@ def reflectance_of(
     reflectance: ArrayLike, metal: str | None, channels: int
 ) -> tuple[NDArray[np.float64], str | None]:
     """Return the reflectance of each channel, checked, and the metal."""
-    array = np.asarray(reflectance)
+    array = as_array(reflectance, "reflectance")
     if array.dtype.kind not in "fiu":
         raise TypeError(f"Expected `reflectance` to be real numbers, got dtype {array.dtype}.")
     if array.shape not in ((), (1,), (channels,)):

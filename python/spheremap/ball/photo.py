@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_doubles
+from .._arrays import as_array, as_doubles
 from .._threads import on_all_threads
 from ..map.named import projection
 from ..resample.verbs import sample
@@ -182,7 +182,7 @@ def by_hand(
 
 def as_pair_of_numbers(value: tuple[float, float], name: str) -> tuple[float, float]:
     """Return x and y as floats, or raise."""
-    array = np.asarray(value)
+    array = as_array(value, name)
     if array.shape != (2,) or array.dtype.kind not in "fiu" or not np.all(np.isfinite(array)):
         raise ValueError(f"`{name}` must be two finite numbers (x, y), got {value}.")
     return float(array[0]), float(array[1])

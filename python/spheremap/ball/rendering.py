@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arrays import as_image, expect_room, spatial_shape
+from .._arrays import as_array, as_image, expect_room, spatial_shape
 from .._scalars import as_text
 from .._threads import on_all_threads
 from ..map.images import images
@@ -198,7 +198,7 @@ def render(
 
 
 def _photo_shape(size: int | tuple[int, int]) -> tuple[int, int]:
-    array = np.asarray(size)
+    array = as_array(size, "size")
     if array.dtype.kind not in "iu" or array.shape not in ((), (2,)) or np.any(array < 1):
         raise ValueError(f"`size` must be one or two whole numbers above 0, got {size}.")
     height, width = (int(n) for n in np.broadcast_to(array, 2))

@@ -595,11 +595,18 @@ def _by_nside(
         raise ValueError("`out` needs one `nside`, not an array of them.")
     sides = _sides(nside)
     shape = common_shape(sides.shape, *(a.shape[: a.ndim - last] for a, last in inputs))
-    sides = np.broadcast_to(sides, shape)
-    arrays = [np.broadcast_to(a, (*shape, *a.shape[a.ndim - last :])) for a, last in inputs]
+    sides = np.broadcast_to(sides, shape).ravel()
+    arrays = [
+        np.broadcast_to(a, (*shape, *a.shape[a.ndim - last :])).reshape(
+            -1, *a.shape[a.ndim - last :]
+        )
+        for a, last in inputs
+    ]
     dtype, tail = result
-    found: NDArray[Any] = np.empty((*shape, *tail), dtype)
-    for n in np.unique(sides):
-        here = sides == n
-        found[here] = call(int(n), *(a[here] for a in arrays))
-    return found
+    found: NDArray[Any] = np.empty((sides.size, *tail), dtype)
+    # Those of one nside together, however many there are of them.
+    order = np.argsort(sides, kind="stable")
+    values, first = np.unique(sides[order], return_index=True)
+    for n, here in zip(values.tolist(), np.split(order, first[1:]), strict=False):
+        found[here] = call(n, *(a[here] for a in arrays))
+    return found.reshape(*shape, *tail)

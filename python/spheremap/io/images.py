@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_doubles, expect_room
+from .._arrays import as_array, as_doubles, expect_room
 from .._scalars import as_items, as_number, as_text
 from .header import KINDS, PROJECTION, TRAVELS, header_of, upright
 from .opened import library, one_line, opened, said_by
@@ -200,7 +200,7 @@ def write(
     name = as_path(path)
     target = Path(os.path.realpath(name))
     extension = target.suffix.lower()
-    pixels = _stored(np.asarray(image), extension, name)
+    pixels = _stored(as_array(image, "image"), extension, name)
     _check_place(target, name)
 
     height, width, count = pixels.shape

@@ -196,6 +196,9 @@ class Several:
         """Return one image so many times; of many, themselves."""
         if self.is_many:
             return self
+        # NumPy has no array of more.
+        if self.array.ndim >= 64:
+            raise ValueError(f"Expected `{self.name}` to be an image, got 64 axes.")
         array = np.broadcast_to(self.array, (count, *self.array.shape))
         return replace(self, array=array, is_batch=True)
 

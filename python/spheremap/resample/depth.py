@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .. import _core
-from .._arrays import spatial_axes
+from .._arrays import as_array, spatial_axes
 from .._scalars import as_flag, as_text
 from ..map.images import channels_last, expect_aspect
 from ..map.named import resolve
@@ -83,7 +83,7 @@ def convert_depth(
         expect_kind(kind, name)
     if target is None:
         target = "z" if source == "distance" else "distance"
-    given = np.asarray(depth)
+    given = as_array(depth, "depth")
     if given.dtype.kind not in "fiub":
         raise TypeError(f"Expected `depth` to be real numbers, got dtype {given.dtype}.")
     single = given.dtype.kind == "f" and given.dtype.itemsize <= 4

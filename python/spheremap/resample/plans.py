@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from .._arrays import spatial_axes
+from .._arrays import as_array, spatial_axes
 from .._scalars import as_float_dtype, as_items
 from ..map.grid import cells, on_corners, row_blocks, texel
 from ..map.images import target_shape
@@ -84,7 +84,8 @@ class RemapPlan:
         ValueError, TypeError
             As for `convert`, and for an image of another shape than the plan was made for.
         """
-        image = np.asanyarray(image)
+        if not isinstance(image, np.ndarray):
+            image = as_array(image, "image")
         options = dict(self.options)
         spatial = spatial_axes(self.src)
         held = image.shape

@@ -161,7 +161,7 @@ fn group<T: Texel>(row: &[T], at: usize) -> [T; 4] {
 
 /// Between four corners, by one number or several at once.
 #[inline(always)]
-fn mix<X>([a, b, c, d]: [X; 4], tx: X, ty: X) -> X
+pub(super) fn mix<X>([a, b, c, d]: [X; 4], tx: X, ty: X) -> X
 where
     X: Copy + Add<Output = X> + Sub<Output = X> + Mul<Output = X>,
 {
@@ -251,7 +251,7 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
 
 /// Four numbers of a row.
 #[inline(always)]
-fn four<S: Simd, T: Texel>(simd: S, row: &[T], first: usize) -> Four<T, S> {
+pub(super) fn four<S: Simd, T: Texel>(simd: S, row: &[T], first: usize) -> Four<T, S> {
     match row[first..].first_chunk() {
         Some(texels) => T::load_four(simd, texels),
         None => Four::<T, S>::splat(simd, T::Float::default()),

@@ -11,6 +11,7 @@ use crate::kernel::{Scalar, SimdWork, run_simd, vectorize};
 use crate::map::verbs::DrawTile;
 use crate::number::math::min;
 use crate::number::real::Real;
+use crate::projections::projection::{Coverage, Outline};
 use fearless_simd::Simd;
 
 /// Samples that one thread draws before it looks for more work.
@@ -271,10 +272,18 @@ impl Distribution {
         pdf: &mut [R],
         weights: &mut [R],
     ) {
+        let within;
+        let rounds = size_of::<R>() == size_of::<f32>() && self.raster.outline == Outline::Square;
+        let input = if rounds && self.map.coverage() != Coverage::Sphere {
+            within = inset(cells);
+            &within
+        } else {
+            cells
+        };
         let mut drawn = Tile::new();
         self.map.visit_canonical(DrawTile {
             turn: self.into_world,
-            input: cells,
+            input,
             count: pdf.len(),
             output: &mut drawn,
         });
@@ -327,6 +336,16 @@ impl Distribution {
         let words = self.columns.div_ceil(64);
         self.nonlinear[row * words + column / 64] >> (column % 64) & 1 != 0
     }
+}
+
+/// Rectangles as far inside the image as float32 directions are rounded: drawn on its edge, they would lie beyond it.
+fn inset(cells: &Tile<f64, 7>) -> Tile<f64, 7> {
+    const EDGE: f64 = 4.0 * f32::EPSILON as f64;
+    let mut cells = *cells;
+    for x in cells.0[..4].as_flattened_mut() {
+        *x = x.clamp(EDGE, 1.0 - EDGE);
+    }
+    cells
 }
 
 /// Densities and weights from the records of texels. CHANNELS is 0 where their number is known at run time only.

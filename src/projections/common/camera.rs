@@ -24,10 +24,6 @@ use std::fmt::Debug;
 /// How far beyond an edge or a rim a place counts as on it: what the inverse of a polynomial rounds.
 pub const LET_OUT: f64 = 256.0 * f64::EPSILON;
 
-/// How far beyond an edge of the picture a direction counts as on it: what float32 directions round, which are computed
-/// in f64 as well. A hundredth of a pixel in 20,000.
-const EDGE: f64 = 8.0 * f32::EPSILON as f64;
-
 /// A lens: directions to points of the plane at distance 1 and back, in the view frame.
 pub trait Lens: Copy + Debug + Send + Sync + 'static {
     /// Claims that are its own: names, texts, parameters, outline.
@@ -390,7 +386,7 @@ impl<L: Lens> Projection for Camera<L> {
         let ([a, b], seen) = self.lens.project(d);
         let p = a * R::new(self.focal[0]) + R::new(self.principal[0]);
         let q = b * R::new(self.focal[1]) + R::new(self.principal[1]);
-        let edge = R::new(1.0 + EDGE);
+        let edge = R::new(1.0 + LET_OUT);
         let inside = seen & p.abs().at_most(edge) & q.abs().at_most(edge);
         Uv::centered(
             R::choose(inside, p.clamped(-1.0, 1.0), R::NAN),

@@ -288,6 +288,16 @@ OTHERS = {
         "sm.convert_depth(i, 'latlong')",
         "sm.convert_depth(i[:64,:128].copy(), 'latlong')",
     ),
+    "whole_map": (
+        "p = np.arange(0, 12 * 512**2, 2); i = np.ones(p.size, np.float32)",
+        "sm.healpix.whole_map(512, p, i)",
+        "sm.healpix.whole_map(8, p[:100], i[:100])",
+    ),
+    "seen_pixels": (
+        "i = np.ones(12 * 512**2, np.float32); i[::2] = sm.healpix.UNSEEN",
+        "sm.healpix.seen_pixels(i)",
+        "sm.healpix.seen_pixels(i[: 12 * 64])",
+    ),
     "integrate": (
         "i = np.ones((1024, 2048, 3), np.float32)",
         "sm.light.integrate(i, 'latlong')",
@@ -564,6 +574,7 @@ OTHERS = {
 # Their memory is that of what they look for in photos, and of other programs.
 NOT_MEASURED = {
     "camera",
+    "code",
     "from_linear",
     "to_linear",
     "find",

@@ -136,5 +136,5 @@ def seen_pixels(values: ArrayLike, /) -> tuple[Pixels, NDArray[Any]]:
         piece = slice(first, first + BLOCK)
         known = ~is_unseen(array[piece]) & ~np.ma.getmaskarray(given[piece])
         found.append(first + np.flatnonzero(known.reshape(len(known), -1).any(axis=1)))
-    pixels = np.concatenate(found).astype(np.int64)
+    pixels = np.concatenate(found).astype(np.int64, copy=False)
     return pixels, given[pixels]

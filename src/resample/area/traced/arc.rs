@@ -96,25 +96,31 @@ impl Arc {
     #[inline(always)]
     fn meets(&self, axis: usize, line: f64, up: bool) -> f64 {
         let sign = if up { 1.0 } else { -1.0 };
-        let c = sign * (self.from[axis] - line);
-        // A parabola with the bend that the twist leaves it there: beside a turning point a step along the tangent goes astray.
-        let mut bend = self.bend[axis];
-        let mut t = 0.0;
-        for _ in 0..3 {
-            let a = -sign * bend;
-            let b = sign * (self.along[axis] + bend);
+        // Where a + b t + c t² passes zero on its way up; NaN becomes 0.
+        let passes = |a: f64, b: f64, c: f64| {
             let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
-            t = if b >= 0.0 {
-                -2.0 * c / (b + root)
+            let t = if b >= 0.0 {
+                -2.0 * a / (b + root)
             } else {
-                (root - b) / (2.0 * a)
+                (root - b) / (2.0 * c)
             };
-            if self.twist[axis] == 0.0 {
-                break;
+            if t.is_nan() { 0.0 } else { t }
+        };
+        let (bend, twist) = (self.bend[axis], self.twist[axis]);
+        let from = sign * (self.from[axis] - line);
+        let mut t = passes(from, sign * (self.along[axis] + bend), -sign * bend);
+        if twist != 0.0 {
+            // Parabolas that touch it: beside a turning point a step along the tangent goes astray, and one through the ends
+            // with the bend that the twist leaves there comes closer by a factor of five only.
+            for _ in 0..2 {
+                t = t.clamp(0.0, 1.0);
+                let half_curve = (6.0 * t - 3.0) * twist - bend;
+                t += passes(
+                    sign * (self.at(axis, t) - line),
+                    sign * self.slope(axis, t),
+                    sign * half_curve,
+                );
             }
-            // NaN becomes 0.
-            t = if t > 0.0 { t.min(1.0) } else { 0.0 };
-            bend = self.bend[axis] + (1.0 - 2.0 * t) * self.twist[axis];
         }
         t
     }

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._arrays import as_array
+from .._scalars import as_text
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -28,7 +29,7 @@ def fresnel(cosine: NDArray[np.float64], metal: str) -> NDArray[np.float64]:
     Fresnel's equations for a conductor: Born and Wolf, Principles of Optics, section 14.2.
     """
     try:
-        n, k = (np.array(x) for x in METALS[metal])
+        n, k = (np.array(x) for x in METALS[as_text(metal, "metal")])
     except KeyError:
         raise ValueError(f"unknown metal {metal!r}; there are {', '.join(METALS)}") from None
     c = np.clip(cosine, 0, 1)[..., None]

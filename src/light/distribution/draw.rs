@@ -11,7 +11,7 @@ use crate::kernel::{Scalar, SimdWork, run_simd, vectorize};
 use crate::map::verbs::DrawTile;
 use crate::number::math::min;
 use crate::number::real::Real;
-use crate::projections::projection::{Coverage, Outline};
+use crate::projections::projection::Coverage;
 use fearless_simd::Simd;
 
 /// Samples that one thread draws before it looks for more work.
@@ -273,7 +273,7 @@ impl Distribution {
         weights: &mut [R],
     ) {
         let within;
-        let rounds = size_of::<R>() == size_of::<f32>() && self.raster.outline == Outline::Square;
+        let rounds = size_of::<R>() == size_of::<f32>();
         let input = if rounds && self.map.coverage() != Coverage::Sphere {
             within = inset(cells);
             &within

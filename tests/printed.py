@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
+import subprocess
 import warnings
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -241,3 +244,20 @@ def assert_packs_alike(
 
 # Near a rim or a pole they decode by the root of a difference, which takes half of the digits.
 ROOTS = ("sphere", "matcap", "z_phi")
+
+
+def compiled(text: str, folder: Path, *flags: str, cpp: bool = False) -> ctypes.CDLL:
+    """Return C, or C++, as a library; C without a warning."""
+    source, target = folder / ("all.cpp" if cpp else "all.c"), folder / "all.so"
+    source.write_text(text)
+    own = ["c++", "-std=c++17"] if cpp else ["cc", "-std=c99", "-Wall", "-Wextra", "-Werror"]
+    command = [*own, *flags, "-O1", "-ffp-contract=off", "-shared", "-fPIC"]
+    subprocess.run([*command, source, "-o", target, "-lm"], check=True)
+    return ctypes.CDLL(str(target))
+
+
+def called(function: Any, *arrays: Array) -> Array:
+    """Call a function of C on arrays; return the last, which has a row for each result."""
+    pointers = [ctypes.c_void_p(array.ctypes.data) for array in arrays]
+    function(*pointers, ctypes.c_long(len(arrays[-1])))
+    return arrays[-1]

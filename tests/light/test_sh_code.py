@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
 import re
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import spheremap as sm
-from printed import LANGUAGES, directions
+from printed import LANGUAGES, called, compiled, directions
 
 LOOP = """
 void all(const {number}* in, {number}* out, long n) {{
@@ -36,14 +34,9 @@ def test_printed_sums_are_those_of_evaluate(
         else "m_evaluate(in + 3 * i, out + 3 * i)"
     )
     number = "float" if dtype is np.float32 else "double"
-    source, target = tmp_path / "m.c", tmp_path / "m.so"
-    source.write_text(sm.sh.code(c, "c", **options) + LOOP.format(number=number, call=call))
-    flags = ["-O1", "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-parameter"]
-    command = ["cc", *flags, "-ffp-contract=off", "-shared", "-fPIC", source, "-o", target]
-    subprocess.run([*command, "-lm"], check=True)
-    found = np.empty((len(d), channels), dtype)
-    pointers = (ctypes.c_void_p(d.ctypes.data), ctypes.c_void_p(found.ctypes.data))
-    ctypes.CDLL(str(target)).all(*pointers, ctypes.c_long(len(d)))
+    text = sm.sh.code(c, "c", **options) + LOOP.format(number=number, call=call)
+    library = compiled(text, tmp_path, "-Wno-unused-parameter")
+    found = called(library.all, d, np.empty((len(d), channels), dtype))
     names: dict[str, Any] = {}
     exec(sm.sh.code(c, "numpy", **options), names)
     assert np.array_equal(names["m_evaluate"](d).reshape(found.shape), found)

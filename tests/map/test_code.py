@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import re
-import subprocess
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -20,6 +19,8 @@ from printed import (
     VERBS,
     Array,
     assert_alike,
+    called,
+    compiled,
     directions,
     made,
     same_bits,
@@ -31,7 +32,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Callable[[type], ctypes
     """Return every case as one library of C, by width."""
 
     @cache
-    def compiled(dtype: type) -> ctypes.CDLL:
+    def of_type(dtype: type) -> ctypes.CDLL:
         number = "float" if dtype is np.float32 else "double"
         parts = []
         for k, case in enumerate(CASES):
@@ -50,14 +51,9 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Callable[[type], ctypes
                     f"    for (long i = 0; i < n; i++) {call};\n}}\n"
                 )
         folder = tmp_path_factory.mktemp("code")
-        source, target = folder / f"{number}.c", folder / f"{number}.so"
-        source.write_text("\n".join(parts))
-        flags = ["-O1", "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-parameter"]
-        command = ["cc", *flags, "-ffp-contract=off", "-shared", "-fPIC", source, "-o", target]
-        subprocess.run([*command, "-lm"], check=True)
-        return ctypes.CDLL(str(target))
+        return compiled("\n".join(parts), folder, "-Wno-unused-parameter")
 
-    return compiled
+    return of_type
 
 
 def run_c(library: ctypes.CDLL, number: int, p: sm.Projection) -> Callable[[str, Array], Array]:
@@ -67,8 +63,7 @@ def run_c(library: ctypes.CDLL, number: int, p: sm.Projection) -> Callable[[str,
 
     def verb(name: str, data: Array) -> Array:
         out = np.empty((len(data), gives[name]), data.dtype)
-        pointers = (ctypes.c_void_p(data.ctypes.data), ctypes.c_void_p(out.ctypes.data))
-        getattr(library, f"all{number}_{name}")(*pointers, ctypes.c_long(len(data)))
+        called(library[f"all{number}_{name}"], data, out)
         return out[:, 0] if gives[name] == 1 else out
 
     return verb
@@ -141,22 +136,6 @@ void all_taps(const {number}* in, const {number}* size, {number}* out, long n) {
         m_taps(in + 3 * i, size, out + 12 * i, out + 12 * i + 4, out + 12 * i + 8);
 }}
 """
-
-
-def compiled(text: str, folder: Path) -> ctypes.CDLL:
-    """Return C as a library."""
-    source, target = folder / "one.c", folder / "one.so"
-    source.write_text(text)
-    flags = ["-O1", "-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"]
-    command = ["cc", *flags, "-shared", "-fPIC", source, "-o", target, "-lm"]
-    subprocess.run(command, check=True)
-    return ctypes.CDLL(str(target))
-
-
-def called(function: Any, *arrays: Array) -> None:
-    """Call a function of C on arrays, the last of which has a row for each result."""
-    pointers = [ctypes.c_void_p(array.ctypes.data) for array in arrays]
-    function(*pointers, ctypes.c_long(len(arrays[-1])))
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import subprocess
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -18,6 +17,8 @@ from printed import (
     Array,
     assert_alike,
     assert_packs_alike,
+    called,
+    compiled,
     directions,
     made,
     roundings,
@@ -189,7 +190,7 @@ DIALECTS = {
 
 
 @pytest.fixture(scope="session")
-def compiled(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], ctypes.CDLL]:
+def dialect(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], ctypes.CDLL]:
     """Return every case of a language as one library."""
 
     @cache
@@ -212,12 +213,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], ctypes
                     f'extern "C" void all{k}_{verb}(const float* given, float* made, long n) {{\n'
                     f"    for (long i = 0; i < n; i++) {{ {named} }}\n}}\n"
                 )
-        folder = tmp_path_factory.mktemp(language)
-        source, target = folder / "all.cpp", folder / "all.so"
-        source.write_text("\n".join(parts))
-        command = ["c++", "-std=c++17", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]
-        subprocess.run([*command, source, "-o", target], check=True)
-        return ctypes.CDLL(str(target))
+        return compiled("\n".join(parts), tmp_path_factory.mktemp(language), cpp=True)
 
     return build
 
@@ -225,9 +221,9 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], ctypes
 @pytest.mark.slow
 @pytest.mark.parametrize("language", DIALECTS)
 def test_dialects_of_cpp_have_the_bits_of_the_library(
-    language: str, compiled: Callable[[str], ctypes.CDLL]
+    language: str, dialect: Callable[[str], ctypes.CDLL]
 ) -> None:
-    library = compiled(language)
+    library = dialect(language)
     for k, case in enumerate(CASES):
         p = made(case)
         of = calls(p.encode(np.zeros(3)).shape[-1], "float", "float2x3")
@@ -235,8 +231,7 @@ def test_dialects_of_cpp_have_the_bits_of_the_library(
         def verb(name: str, data: Array, k: int = k, of: dict[str, tuple[str, int]] = of) -> Array:
             width = of[name][1]
             out = np.empty((len(data), width), np.float32)
-            pointers = (ctypes.c_void_p(data.ctypes.data), ctypes.c_void_p(out.ctypes.data))
-            getattr(library, f"all{k}_{name}")(*pointers, ctypes.c_long(len(data)))
+            called(library[f"all{k}_{name}"], data, out)
             return out[:, 0] if width == 1 else out
 
         assert_alike(p, np.float32, verb)
@@ -259,23 +254,14 @@ def test_dialects_of_cpp_have_the_integers_of_packings(language: str, tmp_path: 
             f'extern "C" void unpack{k}(const uint64_t* given, float* made, long n) {loop} '
             f"float3 r = m{k}_unpack(given[i]); {STORE} }} }}\n"
         )
-    source, target = tmp_path / "all.cpp", tmp_path / "all.so"
-    source.write_text("\n".join(parts))
-    command = ["c++", "-std=c++17", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]
-    subprocess.run([*command, source, "-o", target], check=True)
-    library = ctypes.CDLL(str(target))
-
-    def run(function: str, data: Array, out: Array) -> Array:
-        pointers = (ctypes.c_void_p(data.ctypes.data), ctypes.c_void_p(out.ctypes.data))
-        getattr(library, function)(*pointers, ctypes.c_long(len(data)))
-        return out
+    library = compiled("\n".join(parts), tmp_path, cpp=True)
 
     for k, (name, rounding) in enumerate(cases):
 
         def pack(d: Array, k: int = k) -> Array:
-            return run(f"pack{k}", d, np.empty(len(d), np.uint64))
+            return called(library[f"pack{k}"], d, np.empty(len(d), np.uint64))
 
         def unpack(words: Array, k: int = k) -> Array:
-            return run(f"unpack{k}", words, np.empty((len(words), 3), np.float32))
+            return called(library[f"unpack{k}"], words, np.empty((len(words), 3), np.float32))
 
         assert_packs_alike(name, rounding, np.float32, pack, unpack)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import re
-import subprocess
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -18,6 +17,8 @@ from printed import (
     PACKINGS_DOUBLE,
     Array,
     assert_packs_alike,
+    called,
+    compiled,
     roundings,
 )
 
@@ -40,7 +41,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Callable[[type], ctypes
     """Return every case as one library of C, by width."""
 
     @cache
-    def compiled(dtype: type) -> ctypes.CDLL:
+    def of_type(dtype: type) -> ctypes.CDLL:
         number = "float" if dtype is np.float32 else "double"
         parts = []
         for width, name, rounding in CASES:
@@ -57,14 +58,9 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Callable[[type], ctypes
                 f"{m}_unpack(in[i], out + 3 * i);\n}}\n"
             )
         folder = tmp_path_factory.mktemp("packings")
-        source, target = folder / f"{number}.c", folder / f"{number}.so"
-        source.write_text("\n".join(parts))
-        flags = ["-O1", "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-parameter"]
-        command = ["cc", *flags, "-ffp-contract=off", "-shared", "-fPIC", source, "-o", target]
-        subprocess.run([*command, "-lm"], check=True)
-        return ctypes.CDLL(str(target))
+        return compiled("\n".join(parts), folder, "-Wno-unused-parameter")
 
-    return compiled
+    return of_type
 
 
 @pytest.mark.parametrize(("dtype", "name", "rounding"), CASES, ids=IDS)
@@ -72,13 +68,7 @@ def test_compiled_c_has_the_integers_of_the_library(
     dtype: type, name: str, rounding: str, library: Callable[[type], ctypes.CDLL]
 ) -> None:
     def verb(which: str, data: Array, out: Array) -> Array:
-        function = getattr(library(dtype), f"all_{label(name, rounding)}_{which}")
-        function(
-            ctypes.c_void_p(data.ctypes.data),
-            ctypes.c_void_p(out.ctypes.data),
-            ctypes.c_long(len(data)),
-        )
-        return out
+        return called(library(dtype)[f"all_{label(name, rounding)}_{which}"], data, out)
 
     def pack(d: Array) -> Array:
         return verb("pack", d, np.empty(len(d), np.uint64))

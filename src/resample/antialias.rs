@@ -74,12 +74,10 @@ pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
     values: Vec<T::Float>,
     current: usize,
     sums: Sums,
-    /// Texels of the last block whose means are there, by their places in its band, and the means.
-    done: Vec<usize>,
+    /// Texels of the last block whose means are there: where in its band, and which ones.
+    done: Vec<(usize, usize)>,
+    /// The means, texel by texel of the block.
     means: Vec<T>,
-    /// The means of those after the first ones.
-    later: Vec<T>,
-    first: usize,
     seen: Parallelograms,
 }
 
@@ -221,9 +219,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
                 sums: vec![0.0; TILE * channels],
             },
             done: Vec::new(),
-            means: Vec::new(),
-            later: Vec::new(),
-            first: 0,
+            means: vec![T::default(); (TILE + 1) * channels.max(4)],
             seen: Parallelograms::new(),
         }
     }
@@ -277,10 +273,10 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         self.collect();
         for (k, weight) in self.sums.weights[..n].iter().enumerate() {
             if *weight > 0.0 {
-                self.done.push(stored(k));
+                self.done.push((stored(k), k));
                 for c in k * self.channels..(k + 1) * self.channels {
                     let value = self.sums.first[c] + self.sums.sums[c] / weight;
-                    self.later.push(T::store(<T::Float as Real>::new(value)));
+                    self.means[c] = T::store(<T::Float as Real>::new(value));
                 }
             }
         }
@@ -327,12 +323,12 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             .set(&self.source.raster, places, (slopes, &self.bends), NEAR, n);
         if self.bilinear {
             let face = places.0[2][0].whole() as usize;
-            let found = (&mut done, &mut self.means);
-            self.first = means(self.source, (&self.seen, face), n, found);
+            let seen = (&self.seen, face);
+            means(self.source, seen, &mut done[..n], &mut self.means);
         }
         for (k, done) in done.into_iter().enumerate().take(n) {
             if done {
-                self.done.push(stored(k));
+                self.done.push((stored(k), k));
             } else if self.seen.several(k) && !self.near(places.at(k), k as u16) {
                 self.part(uv, k);
             }
@@ -405,13 +401,10 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
 
     /// Writes the texels of the last block into its band.
     pub fn write(&mut self, band: &mut [T]) {
-        let first = self.means.chunks_exact(self.channels).take(self.first);
-        let means = first.chain(self.later.chunks_exact(self.channels));
-        for (at, mean) in self.done.drain(..).zip(means) {
+        for (at, k) in self.done.drain(..) {
+            let mean = &self.means[k * self.channels..][..self.channels];
             band[at * self.channels..][..self.channels].copy_from_slice(mean);
         }
-        self.later.clear();
-        self.first = 0;
     }
 
     /// Takes the last parts: halves them, or looks up places in them. Whole texels that need one place are left alone.

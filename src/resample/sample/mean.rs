@@ -183,30 +183,22 @@ impl Parallelogram {
     }
 }
 
-/// Finds the means about the first `count` places of a tile, where they can be had: true in `done`, and the texels of those in
-/// `means`, one after the other. Returns how many they are.
+/// Finds the means about places of a tile, as many as `done` is long, where they can be had: true there, and a texel in `means`, which
+/// has room for one more.
 pub(crate) fn means<T: Texel>(
     source: &Texture<'_, T>,
     (seen, face): (&Parallelograms, usize),
-    count: usize,
-    (done, means): (&mut [bool; TILE], &mut Vec<T>),
-) -> usize {
-    done.fill(false);
+    done: &mut [bool],
+    means: &mut [T],
+) {
     let raster = &source.raster;
     if raster.outline == Outline::Shape {
-        return 0;
+        return;
     }
     let Some(row) = raster.straight() else {
-        return 0;
+        return;
     };
-    // Four numbers are written at a time. What is there from before is written over.
-    let room = TILE * source.channels + 4;
-    if means.len() < room {
-        means.resize(room, T::default());
-    }
-    let mut found = 0;
     run_simd(Means {
-        source,
         lookups: Lookups {
             texels: source.texels,
             channels: source.channels,
@@ -217,44 +209,42 @@ pub(crate) fn means<T: Texel>(
             tx: [T::Float::ZERO; MOST],
             ty: [T::Float::ZERO; MOST],
         },
+        raster,
         seen,
-        done: &mut done[..count],
+        done,
         means,
-        found: &mut found,
     });
-    found
 }
 
-struct Means<'m, 's, 'a, T: Texel> {
-    source: &'s Texture<'a, T>,
+struct Means<'m, 'a, T: Texel> {
     lookups: Lookups<'a, T>,
+    raster: &'m Raster,
     seen: &'m Parallelograms,
     done: &'m mut [bool],
     means: &'m mut [T],
-    found: &'m mut usize,
 }
 
-impl<T: Texel> SimdWork for Means<'_, '_, '_, T> {
+impl<T: Texel> SimdWork for Means<'_, '_, T> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let channels = self.source.channels;
+        let channels = self.lookups.channels;
         for (k, done) in self.done.iter_mut().enumerate() {
             if !self.seen.several(k) {
                 continue;
             }
             let seen = self.seen.at(k);
             let [m, n] = seen.counts;
-            if m * n > MOST || !seen.inside(&self.source.raster) || !self.lookups.place(&seen) {
+            if m * n > MOST || !seen.inside(self.raster) || !self.lookups.place(&seen) {
                 continue;
             }
-            let mean = &mut self.means[*self.found * channels..];
+            // Of three numbers, four are written: the next texel's come after.
+            let mean = &mut self.means[k * channels..];
             if let (3 | 4, Some(mean)) = (channels, mean.first_chunk_mut()) {
                 *mean = self.lookups.mean_of_four(simd);
             } else {
                 self.lookups.mean(&mut mean[..channels]);
             }
             *done = true;
-            *self.found += 1;
         }
     }
 }

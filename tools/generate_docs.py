@@ -1,4 +1,4 @@
-"""Write the tables of README, docs/resampling.md and docs/languages.md, and two whole pages.
+"""Write what README and docs/ have of the registry: a list, tables, and two whole pages.
 
 All of it comes from the core's tables.
 
@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 import sys
 from pathlib import Path
+from textwrap import wrap
 
 import spheremap as sm
 from spheremap import _core
@@ -74,7 +76,23 @@ def parameter(p: dict) -> str:
     )
 
 
-def readme_table(registry: list[dict]) -> str:
+def heading(entry: dict) -> str:
+    return f"`{entry['name']}`: {entry['title']}"
+
+
+def anchor(entry: dict) -> str:
+    """Return the name of a heading's place on its page, as GitHub makes it."""
+    kept = re.sub(r"[^\w\- ]", "", heading(entry).lower())
+    return kept.replace(" ", "-")
+
+
+def names(registry: list[dict]) -> str:
+    """Return a line of links to all projections."""
+    links = [f"[`{e['name']}`](docs/projections.md#{anchor(e)})" for e in registry]
+    return "\n".join(wrap(", ".join(links), 128, break_long_words=False, break_on_hyphens=False))
+
+
+def registry_table(registry: list[dict]) -> str:
     rows = [
         [f"`{e['name']}`", e["summary"], e["coverage"], image(e), even(e), properties(e)]
         for e in registry
@@ -104,7 +122,7 @@ def page(registry: list[dict]) -> str:
         "Written by `tools/generate_docs.py` from the registry; do not edit.\n"
         "Words are those of [architecture.md](architecture.md#glossary). The image coordinates are "
         "(u, v) in [0, 1]², v runs down from row 0.",
-        readme_table(registry),
+        registry_table(registry),
         chooser(registry),
         KIN,
     ]
@@ -128,7 +146,7 @@ def page(registry: list[dict]) -> str:
         picture = f"images/projection-{name}.png"
         if (ROOT / "docs" / picture).exists():
             facts.insert(0, f"![The same sky as {name}]({picture})\n")
-        parts += [f"## `{name}`: {e['title']}", e["summary"], "\n".join(facts)]
+        parts += [f"## {heading(e)}", e["summary"], "\n".join(facts)]
 
     link = "[conventions.md](conventions.md)"
     parts.append(f"## Conventions\n\nWhat other programs do is a table of its own: {link}.")
@@ -310,7 +328,7 @@ def render() -> dict[Path, str]:
     languages = ROOT / "docs" / "languages.md"
     filters = filter_table(_core.filters())
     return {
-        readme: between(readme, BEGIN, END, readme_table(registry)),
+        readme: between(readme, BEGIN, END, names(registry)),
         resampling: between(resampling, FILTERS_BEGIN, FILTERS_END, filters),
         languages: between(languages, LANGUAGES_BEGIN, LANGUAGES_END, language_table()),
         ROOT / "docs" / "projections.md": page(registry),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import spheremap as sm
 from spheremap import io
@@ -53,23 +54,40 @@ def projections() -> None:
     names = sm.projections()
     for name in names:
         save(f"projection-{name}.png", picture(name, 192))
-    gap, height = 12, 144
-    rows: list[list[np.ndarray]] = [[]]
-    for name in names:
-        if sum(i.shape[1] + gap for i in rows[-1]) > 800:
-            rows.append([])
-        rows[-1].append(picture(name, height))
-    width = max(sum(i.shape[1] + gap for i in row) - gap for row in rows)
-    sheet = np.zeros((len(rows) * (height + gap) - gap, width, 4))
-    for r, row in enumerate(rows):
-        space = (width - sum(i.shape[1] for i in row)) / max(len(row) - 1, 1)
-        left = 0.0 if len(row) > 1 else (width - row[0].shape[1]) / 2
-        for image in row:
-            top = r * (height + gap) + (height - image.shape[0]) // 2
-            column = round(left)
-            sheet[top : top + image.shape[0], column : column + image.shape[1]] = image
-            left += image.shape[1] + space
-    save("projections.png", sheet)
+
+
+# What a newcomer knows, in the words that they know it by.
+KNOWN = {
+    "latlong": "360° photos, HDRIs",
+    "cube": "skyboxes, reflections",
+    "perspective": "views, crops",
+    "angular": "light probes",
+    "sphere": "mirror balls",
+    "dual_fisheye": "360 cameras",
+    "stereographic": "little planets",
+    "octahedral": "normals, probes",
+    "dual_paraboloid": "reflections",
+    "matcap": "sculpting",
+    "mollweide": "whole skies, world maps",
+    "healpix": "cosmology, sky surveys",
+}
+
+
+def known() -> None:
+    """Draw the maps that most people have met, each with its name and what it is for."""
+    columns, (width, height) = 4, (4.0, 2.25)
+    rows = -(-len(KNOWN) // columns)
+    figure, places = plt.subplots(
+        rows, columns, figsize=(columns * width / 1.6, rows * height / 1.6), dpi=110
+    )
+    for place, (name, use) in zip(places.flat, KNOWN.items(), strict=True):
+        place.imshow(picture(name, 288))
+        place.set_title(name, fontsize=11, family="monospace", pad=4)
+        place.text(0.5, -0.04, use, transform=place.transAxes, ha="center", va="top", fontsize=9)
+        place.set_axis_off()
+    figure.tight_layout(pad=0.4, h_pad=1.1, w_pad=0.4)
+    figure.savefig(IMAGES / "projections.png", facecolor="white")
+    plt.close(figure)
 
 
 # --- A small rasterizer: which triangle a pixel shows, and where in it
@@ -251,5 +269,6 @@ def mips() -> None:
 if __name__ == "__main__":
     IMAGES.mkdir(parents=True, exist_ok=True)
     projections()
+    known()
     shading()
     mips()

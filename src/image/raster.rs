@@ -60,6 +60,34 @@ pub struct Block {
 }
 
 impl Block {
+    /// Columns and rows of a quarter, rounded up.
+    pub fn quarter(&self) -> (usize, usize) {
+        (self.columns.div_ceil(2), self.rows.div_ceil(2))
+    }
+
+    /// The blocks of at most so many columns and rows that it is made of, in an image of so many columns.
+    pub fn parts(
+        self,
+        (width, height): (usize, usize),
+        columns: usize,
+    ) -> impl Iterator<Item = Block> {
+        self.bands(height, columns).flat_map(move |(_, band)| {
+            (0..band.columns).step_by(width).map(move |first| {
+                let face = band.face.map(|(face, [i, j], [right, down])| {
+                    let moved = first as isize;
+                    let texel = [i + moved * right[0], j + moved * right[1]];
+                    (face, texel, [right, down])
+                });
+                Block {
+                    face,
+                    start: band.start + first,
+                    columns: width.min(band.columns - first),
+                    ..band
+                }
+            })
+        })
+    }
+
     /// The blocks of at most so many rows that it is made of, each with the number of its first row, in an image of
     /// so many columns.
     pub fn bands(self, rows: usize, columns: usize) -> impl Iterator<Item = (usize, Block)> {
@@ -100,6 +128,8 @@ pub struct Raster {
     pub along_v: GridAxis,
     /// What part of a face holds sphere.
     pub outline: Outline,
+    /// The middle and the half axes of an ellipse of places that a face holds, in p and q.
+    held: Option<[[f64; 2]; 2]>,
     kind: Kind,
     faces: usize,
     is_atlas: bool,
@@ -156,7 +186,8 @@ impl Raster {
             rows: rows * stored_faces,
             along_u,
             along_v,
-            outline: map.info().outline,
+            outline: map.outline(),
+            held: map.held_ellipse(),
             kind: map.kind(),
             faces: face_layout.faces,
             is_atlas: face_layout.is_atlas,
@@ -314,9 +345,24 @@ impl Raster {
             }
             Outline::Shape => {
                 let (u, v) = center();
-                self.contains(u, v)
+                self.holds_around([u, v], [0.0; 2]) || self.contains(u, v)
             }
         }
+    }
+
+    /// Whether all of the square that is no farther than `reach` from a place of it, along u and along v, is valid for certain.
+    #[inline(always)]
+    pub fn holds_around(&self, place: [f64; 2], reach: [f64; 2]) -> bool {
+        if self.outline == Outline::Square {
+            return true;
+        }
+        self.held.is_some_and(|[middle, half]| {
+            let [p, q] = [0, 1].map(|axis| {
+                let from_middle = (2.0 * place[axis] - 1.0 - middle[axis]).abs();
+                (from_middle + 2.0 * reach[axis]) / half[axis]
+            });
+            p * p + q * q < 1.0
+        })
     }
 
     /// Whether a place lies in the valid image of a face.
@@ -419,5 +465,63 @@ pub fn tuple(shape: &[usize]) -> String {
                 .collect::<Vec<_>>()
                 .join(", ")
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projections::REGISTRY;
+    use proptest::prelude::*;
+
+    /// No place of which nobody asks is invalid: on a lattice finer than what an ellipse leaves out.
+    fn check(map: &Map) {
+        const N: usize = 96;
+        let (width, height) = map.face_size(N);
+        let shape = shape_of_size(map, N);
+        let raster = Raster::new(map, &shape).unwrap();
+        for k in 0..width * height {
+            let place = [
+                (k % width) as f64 / (width - 1) as f64,
+                (k / width) as f64 / (height - 1) as f64,
+            ];
+            assert!(
+                !raster.holds_around(place, [0.0; 2]) || raster.contains(place[0], place[1]),
+                "{map:?} at {place:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_held_around_a_place_is_valid() {
+        REGISTRY
+            .iter()
+            .for_each(|info| check(&Map::new(info.name).unwrap()));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        #[test]
+        fn what_is_held_around_a_place_is_valid_for_any_camera(
+            focal in 0.1..2.0,
+            middle in -0.3..0.3,
+            strengths in prop::array::uniform8(-0.3..0.3),
+            lens in prop::sample::select(
+                REGISTRY.iter().filter(|info| info.name.starts_with("camera_")).collect::<Vec<_>>(),
+            ),
+        ) {
+            let own = lens.parameters.iter().skip(5).zip(strengths).map(|(parameter, strength)| {
+                let (low, high) = (parameter.above, parameter.maximum);
+                let value = parameter.default + f64::powi(strength, 3) * (high - low);
+                format!("{}={}", parameter.name, value.clamp(low + 1e-9, high))
+            });
+            let sensor = [format!("fx={focal}"), format!("fy={focal}"), format!("cx={middle}")];
+            let text: Vec<_> = sensor.into_iter().chain(own).collect();
+            // Not all coefficients make a lens.
+            if let Ok(map) = Map::new(&format!("{}({})", lens.name, text.join(","))) {
+                check(&map);
+            }
+        }
     }
 }

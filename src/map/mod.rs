@@ -34,7 +34,7 @@ use crate::map::verbs::{
 };
 use crate::projections::faces::{Cells, FaceLayout, FaceTable};
 use crate::projections::projection::Visitor;
-use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
+use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::projections::{Kind, REGISTRY};
 use glam::DMat3;
 
@@ -529,6 +529,30 @@ impl Map {
     /// The projection with its parameters.
     pub(crate) fn kind(&self) -> Kind {
         self.kind
+    }
+
+    /// What part of a face holds sphere, with the map's parameters.
+    pub(crate) fn outline(&self) -> Outline {
+        struct Get;
+        impl Visitor for Get {
+            type Output = Outline;
+            fn visit<P: Projection>(self, p: P) -> Outline {
+                p.outline()
+            }
+        }
+        self.kind.visit(Get)
+    }
+
+    /// The middle and the half axes, in p and q, of an ellipse of places that every face holds.
+    pub(crate) fn held_ellipse(&self) -> Option<[[f64; 2]; 2]> {
+        struct Get;
+        impl Visitor for Get {
+            type Output = Option<[[f64; 2]; 2]>;
+            fn visit<P: Projection>(self, p: P) -> Option<[[f64; 2]; 2]> {
+                p.held_ellipse()
+            }
+        }
+        self.kind.visit(Get)
     }
 
     /// Calls the visitor with the projection in its own order of faces, three numbers a coordinate.

@@ -76,4 +76,8 @@ impl Lens for BrownConrady {
     fn rim(self) -> f64 {
         self.0.end().atan()
     }
+
+    fn held_radius(self) -> f64 {
+        self.0.held_radius()
+    }
 }

@@ -120,4 +120,8 @@ impl Lens for TwoSpheres {
     fn rim(self) -> f64 {
         self.least_cosine.acos()
     }
+
+    fn held_radius(self) -> f64 {
+        self.limit.sqrt()
+    }
 }

@@ -104,4 +104,8 @@ impl Lens for Ellipsoid {
     fn rim(self) -> f64 {
         self.least_cosine.acos()
     }
+
+    fn held_radius(self) -> f64 {
+        self.limit.sqrt()
+    }
 }

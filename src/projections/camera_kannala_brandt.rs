@@ -170,4 +170,8 @@ impl Lens for FisheyePolynomial {
     fn rim(self) -> f64 {
         PI * self.end
     }
+
+    fn held_radius(self) -> f64 {
+        self.limit.sqrt()
+    }
 }

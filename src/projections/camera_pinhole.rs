@@ -54,6 +54,10 @@ impl Lens for Pinhole {
         FRAC_PI_2
     }
 
+    fn held_radius(self) -> f64 {
+        f64::INFINITY
+    }
+
     fn solid_angle(self, rect: Rect, half: [f64; 2], principal: [f64; 2]) -> Option<f64> {
         Some(solid_angle::perspective(rect, half, principal))
     }

@@ -113,4 +113,8 @@ impl Lens for UnifiedLens {
     fn rim(self) -> f64 {
         self.angle_of(self.distortion.end())
     }
+
+    fn held_radius(self) -> f64 {
+        self.distortion.held_radius()
+    }
 }

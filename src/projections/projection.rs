@@ -339,6 +339,17 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// The part of the sphere it holds.
     fn coverage(self) -> Coverage;
 
+    /// What part of a face holds sphere with these parameters: all of it where those of a [`Outline::Shape`] cut nothing off.
+    fn outline(self) -> Outline {
+        Self::INFO.outline
+    }
+
+    /// The middle and the half axes, in p and q, of an ellipse all of whose places in the square are valid, where one is known. That of
+    /// a [`Outline::Shape`] spares asking [`Projection::contains`] of each texel.
+    fn held_ellipse(self) -> Option<[[f64; 2]; 2]> {
+        (Self::INFO.outline == Outline::Disk).then_some([[0.0; 2], [1.0; 2]])
+    }
+
     /// The area of the valid image of a face, over that of its square. An outline that is a [`Outline::Shape`] has to say.
     fn used_part(self) -> f64 {
         match Self::INFO.outline {

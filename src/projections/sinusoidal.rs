@@ -61,6 +61,10 @@ impl Projection for Sinusoidal {
         (2.0 * PI * PI, 2.0 * PI * PI)
     }
 
+    fn held_ellipse(self) -> Option<[[f64; 2]; 2]> {
+        Some([[0.0; 2], [0.9, 0.75]])
+    }
+
     fn seam(self) -> Seam {
         Seam::RimMirrored
     }

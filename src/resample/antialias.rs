@@ -28,7 +28,6 @@ use crate::image::texels::Centers;
 use crate::kernel::tile::{TILE, Tile};
 use crate::kernel::{Scalar, vectorize};
 use crate::number::real::Real;
-use crate::projections::projection::Outline;
 use crate::resample::coordinate_map::CoordinateMap;
 use crate::resample::filters::LookupFilter;
 use crate::resample::footprint::{Footprint, Part, measure};
@@ -349,17 +348,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
         let [u, v] = [u.to_f64(), v.to_f64()];
         let reach = [0, 1].map(|k| seen.reach()[k] / scale[k]);
-        let held = match raster.outline {
-            Outline::Square => {
-                let beyond = |x: f64, reach: f64| x < reach || x > 1.0 - reach;
-                !beyond(u, reach[0]) && !beyond(v, reach[1])
-            }
-            _ => {
-                let (p, q) = ((2.0 * u - 1.0).abs(), (2.0 * v - 1.0).abs());
-                let (p, q) = (p + 2.0 * reach[0], q + 2.0 * reach[1]);
-                p * p + q * q < 1.0
-            }
-        };
+        let beyond = |x: f64, reach: f64| x < reach || x > 1.0 - reach;
+        let held =
+            !beyond(u, reach[0]) && !beyond(v, reach[1]) && raster.holds_around([u, v], reach);
         if !held || m * n > MOST {
             return false;
         }

@@ -4,11 +4,11 @@
 //! Coordinates exist for one block at a time. For images that are filtered in f32, and are the whole sphere, most of them
 //! come from polynomials through a few (`patch`), and they are f32 as well (f64 ones took half of the time) unless a side
 //! is so long that it would show. Where the source ends somewhere, rounding would decide on which side of its border
-//! a texel lies, so that all are computed, in f64. Between two images of the same projection nothing is decoded, so that
+//! a texel lies, so that polynomials stand for those alone that need no texel beyond it, and all are f64. Between two images of the same projection nothing is decoded, so that
 //! what stays where it is stays what it is.
 
 use crate::error::Error;
-use crate::image::raster::Raster;
+use crate::image::raster::{Block, Raster};
 use crate::image::texel::Texel;
 use crate::image::texels::Centers;
 use crate::kernel::Scalar;
@@ -19,7 +19,7 @@ use crate::resample::antialias::Antialias;
 use crate::resample::coordinate_map::CoordinateMap;
 use crate::resample::filters::LookupFilter;
 use crate::resample::polynomial;
-use crate::resample::polynomial::{CoordinatePolynomial, CoordinatePolynomials};
+use crate::resample::polynomial::{CoordinatePolynomial, CoordinatePolynomials, Refused};
 use crate::resample::request::Request;
 use crate::resample::sample::{Lookups, Rectangle, Texture};
 
@@ -38,6 +38,12 @@ const BLOCK: (usize, usize) = (64, 4);
 const PATCH: (usize, usize) = polynomial::BLOCK;
 const _: () = assert!(BLOCK.0 == PATCH.0 && BLOCK.0 * BLOCK.1 <= TILE);
 
+/// A patch of fewer texels is not worth it, ...
+const FEWEST: usize = 512;
+
+/// ... or where texels are averaged, which costs more than their places do.
+const FEWEST_MEANS: usize = 128;
+
 /// Fills the image that a request asks for. With `antialias`, texels that see more than one texel of the source are means
 /// of what they see.
 pub(crate) fn convert<T: Texel>(
@@ -50,7 +56,8 @@ pub(crate) fn convert<T: Texel>(
     let map = request.image.map();
     let coordinate_map = CoordinateMap::new(map, request.map, request.rotation);
     let single = size_of::<T::Float>() == size_of::<f32>();
-    let rounds = single && !coordinate_map.same() && map.coverage() == Coverage::Sphere;
+    let whole = map.coverage() == Coverage::Sphere;
+    let rounds = single && !coordinate_map.same();
     let longest = [request.image.raster(), &target]
         .iter()
         .map(|raster| raster.width.max(raster.height))
@@ -59,13 +66,15 @@ pub(crate) fn convert<T: Texel>(
         source: &Texture::new(request.image),
         target,
         coordinate_map,
-        patches: rounds && longest <= PATCHED_SIDE,
+        // At a border of the source the texel that is nearest decides alone.
+        patches: rounds && longest <= PATCHED_SIDE && (whole || filter != LookupFilter::Nearest),
+        whole,
         filter,
         antialias,
         fill: request.fill,
     };
     interrupt::part(0.0, 1.0, || {
-        if rounds && longest <= SINGLE_SIDE {
+        if rounds && whole && longest <= SINGLE_SIDE {
             job.run::<f32>(out);
         } else {
             job.run::<f64>(out);
@@ -80,12 +89,14 @@ struct Conversion<'s, 'a, T> {
     coordinate_map: CoordinateMap<'s>,
     /// Whether polynomials serve for coordinates.
     patches: bool,
+    /// Whether the source is the whole sphere.
+    whole: bool,
     filter: LookupFilter,
     antialias: bool,
     fill: &'s [T],
 }
 
-impl<T: Texel> Conversion<'_, '_, T> {
+impl<'s, T: Texel> Conversion<'s, '_, T> {
     /// Looks every texel of the target up where the coordinate_map takes it.
     fn run<R: Scalar>(&self, out: &mut [T]) {
         let target = &self.target;
@@ -93,67 +104,120 @@ impl<T: Texel> Conversion<'_, '_, T> {
         let channels = self.fill.len();
         let width = target.columns * channels;
         let nothing = vec![T::Float::default(); channels];
+        let fewest = if self.antialias { FEWEST_MEANS } else { FEWEST };
         let patches = self
             .patches
-            .then(|| CoordinatePolynomials::new(self.coordinate_map, &self.source.raster, target))
+            .then(|| {
+                let source = &self.source.raster;
+                CoordinatePolynomials::new(self.coordinate_map, source, target, fewest)
+            })
             .flatten();
         threads::bands(out, width, target.texels(), PATCH.1, |first, band| {
-            let mut lookups = Lookups::new(self.source, self.filter, self.fill);
-            let mut means = self.antialias.then(|| {
-                Antialias::new(
-                    self.source,
-                    target,
-                    self.coordinate_map,
-                    self.filter,
-                    &nothing,
-                )
-            });
             let rows = band.len() / width;
-            target.blocks(first, rows, PATCH, |whole| {
-                let patches = patches.as_ref().filter(|_| !target.misses(&whole));
-                let patch = patches.and_then(|patches| patches.of(&whole));
-                if let Some(means) = &mut means {
-                    means.next_patch();
-                }
-                for (row, block) in whole.bands(BLOCK.1, target.columns) {
-                    let area = Rectangle {
-                        start: block.start,
-                        columns: block.columns,
-                        stride: target.columns,
-                    };
-                    if target.misses(&block) {
-                        for row in 0..block.rows {
-                            let out = &mut band[(area.start + row * area.stride) * channels..];
-                            fill_texels(&mut out[..area.columns * channels], self.fill);
-                        }
-                        continue;
-                    }
-                    let count = block.columns * block.rows;
-                    let patched = patch
-                        .as_ref()
-                        .is_some_and(|patch: &CoordinatePolynomial<R>| {
-                            patch.write(row, &block, lookups.tile());
-                            lookups.place(count) || patch.holds(lookups.tile(), count)
-                        });
-                    if !patched {
-                        centers.of(&block, lookups.tile());
-                        self.coordinate_map.take(lookups.tile(), count);
-                        lookups.place(count);
-                    }
-                    lookups.push(band, area);
-                    if let Some(means) = &mut means {
-                        // Texels of the block before, which are there since this one was pushed.
-                        means.write(band);
-                        let patch = patch.as_ref().filter(|_| patched).map(|patch| (patch, row));
-                        means.block(&centers, &block, lookups.pushed(), patch, area);
-                    }
-                }
-            });
-            lookups.finish(band);
-            if let Some(means) = &mut means {
-                means.write(band);
-            }
+            let mut walk = Walk::<T, R> {
+                job: self,
+                centers: &centers,
+                patches: patches.as_ref(),
+                lookups: Lookups::new(self.source, self.filter, self.fill),
+                means: self.antialias.then(|| {
+                    Antialias::new(
+                        self.source,
+                        target,
+                        self.coordinate_map,
+                        self.filter,
+                        &nothing,
+                    )
+                }),
+                band,
+            };
+            target.blocks(first, rows, PATCH, |whole| walk.patch(whole));
+            walk.finish();
         });
+    }
+}
+
+/// What fills a band of the target.
+struct Walk<'w, 's, 'a, T: Texel, R: Scalar> {
+    job: &'w Conversion<'s, 'a, T>,
+    centers: &'w Centers<R>,
+    patches: Option<&'w CoordinatePolynomials<'s>>,
+    lookups: Lookups<'w, 'a, T, T, R>,
+    means: Option<Antialias<'w, 'a, T, R>>,
+    band: &'w mut [T],
+}
+
+impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
+    /// Fills a block of the size of a patch, or a part of one. Where no polynomial stands for all of it, smaller ones may for
+    /// its quarters: a rim or a pole spoils what it touches alone.
+    fn patch(&mut self, whole: Block) {
+        let target = &self.job.target;
+        let patches = self.patches.filter(|_| !target.misses(&whole));
+        let patch = patches.map_or(Err(Refused::Nowhere), |patches| patches.of(&whole));
+        let bent = matches!(patch, Err(Refused::Bent));
+        if bent && patches.is_some_and(|patches| patches.serve(whole.quarter())) {
+            for part in whole.parts(whole.quarter(), target.columns) {
+                self.patch(part);
+            }
+            return;
+        }
+        let patch = patch.ok();
+        if let Some(means) = &mut self.means {
+            means.next_patch();
+        }
+        let rows = (BLOCK.0 * BLOCK.1 / whole.columns).max(1);
+        for (row, block) in whole.bands(rows, target.columns) {
+            self.block(&block, patch.as_ref().map(|patch| (patch, row)));
+        }
+    }
+
+    /// Fills a block of at most a tile, by the rows of a polynomial from one on, if there is one.
+    fn block(&mut self, block: &Block, patch: Option<(&CoordinatePolynomial<R>, usize)>) {
+        let Walk {
+            job,
+            centers,
+            lookups,
+            means,
+            band,
+            ..
+        } = self;
+        let target = &job.target;
+        let channels = job.fill.len();
+        let area = Rectangle {
+            start: block.start,
+            columns: block.columns,
+            stride: target.columns,
+        };
+        if target.misses(block) {
+            for row in 0..block.rows {
+                let out = &mut band[(area.start + row * area.stride) * channels..];
+                fill_texels(&mut out[..area.columns * channels], job.fill);
+            }
+            return;
+        }
+        let count = block.columns * block.rows;
+        let patch = patch.filter(|(patch, row)| {
+            patch.write(*row, block, lookups.tile());
+            lookups.place(count) || job.whole && patch.holds(lookups.tile(), count)
+        });
+        if patch.is_none() {
+            centers.of(block, lookups.tile());
+            job.coordinate_map.take(lookups.tile(), count);
+            lookups.place(count);
+        }
+        lookups.push(band, area);
+        if let Some(means) = means {
+            // Texels of the block before, which are there since this one was pushed.
+            means.write(band);
+            means.block(centers, block, lookups.pushed(), patch, area);
+        }
+    }
+
+    /// Does what is left to do.
+    fn finish(mut self) {
+        self.lookups.finish(self.band);
+        if let Some(means) = &mut self.means {
+            means.write(self.band);
+        }
     }
 }
 

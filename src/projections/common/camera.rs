@@ -24,6 +24,9 @@ use std::fmt::Debug;
 /// How far beyond an edge or a rim a place counts as on it: what the inverse of a polynomial rounds.
 pub const LET_OUT: f64 = 256.0 * f64::EPSILON;
 
+/// The part of the radius that a lens holds of which nobody need ask: near its end the inverse of a polynomial is steep.
+const WITHIN: f64 = 1.0 - 1.0 / 256.0;
+
 /// A lens: directions to points of the plane at distance 1 and back, in the view frame.
 pub trait Lens: Copy + Debug + Send + Sync + 'static {
     /// Claims that are its own: names, texts, parameters, outline.
@@ -43,6 +46,9 @@ pub trait Lens: Copy + Debug + Send + Sync + 'static {
 
     /// The angle from the axis at which it ends.
     fn rim(self) -> f64;
+
+    /// The radius of a disk of the plane all of which it [`holds`](Lens::holds); the largest that is known.
+    fn held_radius(self) -> f64;
 
     /// The solid angle of a rectangle of an image with these halves and this principal point, where it has a closed form.
     fn solid_angle(self, _rect: Rect, _half: [f64; 2], _principal: [f64; 2]) -> Option<f64> {
@@ -381,6 +387,19 @@ impl<L: Lens> Projection for Camera<L> {
         Seam::Ends
     }
 
+    fn outline(self) -> Outline {
+        if self.whole {
+            Outline::Square
+        } else {
+            Self::INFO.outline
+        }
+    }
+
+    fn held_ellipse(self) -> Option<[[f64; 2]; 2]> {
+        let radius = self.lens.held_radius() * WITHIN;
+        Some([self.principal, self.focal.map(|focal| focal * radius)])
+    }
+
     #[inline(always)]
     fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
         let ([a, b], seen) = self.lens.project(d);
@@ -402,7 +421,10 @@ impl<L: Lens> Projection for Camera<L> {
 
     #[inline(always)]
     fn contains<R: Real>(self, uv: Uv<R>) -> R::Mask {
-        uv.in_bounds(1) & (R::truth(self.whole) | self.lens.holds(self.point(uv)))
+        if self.whole {
+            return uv.in_bounds(1);
+        }
+        uv.in_bounds(1) & self.lens.holds(self.point(uv))
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

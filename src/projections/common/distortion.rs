@@ -130,6 +130,11 @@ impl Distortion {
         self.limit.sqrt()
     }
 
+    /// The radius of the largest disk, about the axis, of points that are [held](Distortion::holds).
+    pub fn held_radius(self) -> f64 {
+        self.nearest(self.end())
+    }
+
     /// What is mapped of a circle, at some places of it; without tangential terms one stands for all.
     fn circle(self, r: f64) -> impl Iterator<Item = ([f64; 2], Mapped<f64>)> {
         let places = if self.p == [0.0; 2] { 1 } else { AZIMUTHS };

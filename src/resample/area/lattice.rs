@@ -452,7 +452,7 @@ impl<'a> Lattice<'a> {
             count: 0,
             inside: center,
         };
-        let whole = self.map.info().outline == Outline::Square
+        let whole = self.map.outline() == Outline::Square
             || corners.iter().all(|uv| self.contains(face, *uv));
         let mut sides = [None; 4];
         for (side, slot) in sides.iter_mut().enumerate() {

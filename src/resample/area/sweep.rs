@@ -311,7 +311,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
             .map(|(list, first, sense)| Passed { list, first, sense }),
         );
         let mut batch = Batch::new();
-        let square = self.into.map.info().outline == Outline::Square;
+        let square = self.into.map.outline() == Outline::Square;
         for lane in 0..count {
             let at = [low[0] + column + lane, low[1] + row];
             let (area, wrong) = (
@@ -527,7 +527,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
 
     fn whole(&self, face: usize, at: [usize; 2]) -> bool {
         let into = self.into;
-        if into.map.info().outline == Outline::Square {
+        if into.map.outline() == Outline::Square {
             return true;
         }
         let [(u0, u1), (v0, v1)] = into.rectangle(at);
@@ -537,7 +537,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
             x * x + y * y < 0.249
         };
         // Far inside a disk there is no need to ask.
-        into.map.info().outline == Outline::Disk && corners.iter().all(near)
+        into.map.outline() == Outline::Disk && corners.iter().all(near)
             || corners.iter().all(|uv| into.contains(face, *uv))
     }
 
@@ -563,7 +563,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
 
     /// A cell whose border crosses seams, or is not smooth; false if that cannot be done.
     fn follow(&mut self, face: usize, at: [usize; 2]) -> bool {
-        if self.from.map.info().outline == Outline::Shape || !self.whole(face, at) {
+        if self.from.map.outline() == Outline::Shape || !self.whole(face, at) {
             return false;
         }
         let [(u0, u1), (v0, v1)] = self.into.rectangle(at);

@@ -82,7 +82,7 @@ fn both_paths_agree() {
             // Sources that are disks take the general path more often.
             if [&source, &target]
                 .iter()
-                .all(|map| map.info().outline == Outline::Square)
+                .all(|map| map.outline() == Outline::Square)
                 && source.coverage() == Coverage::Sphere
             {
                 assert!(2 * (counts[0] + counts[1]) > all, "{a} {b}: {counts:?}");

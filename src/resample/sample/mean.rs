@@ -13,7 +13,6 @@ use crate::image::texel::{Four, Texel};
 use crate::kernel::tile::{TILE, Tile};
 use crate::kernel::{Scalar, SimdWork, run_simd, vectorize};
 use crate::number::real::{self, Real};
-use crate::projections::projection::Outline;
 use crate::resample::sample::Texture;
 use fearless_simd::{Simd, SimdBase};
 
@@ -169,17 +168,10 @@ impl Parallelogram {
         let within = |axis: usize, reach: f64| {
             (self.center[axis] >= reach) & (self.center[axis] + reach < last[axis])
         };
-        let mut inside = within(0, x) & within(1, y);
-        if raster.outline == Outline::Disk {
-            // With a texel around it.
-            let from_middle = |axis: usize, reach: f64, scale: f64, offset: f64| {
-                let u = (self.center[axis] - offset) / scale;
-                (2.0 * u - 1.0).abs() + (reach + 1.0) * 2.0 / scale
-            };
-            let (p, q) = (from_middle(0, x, su, ou), from_middle(1, y, sv, ov));
-            inside &= p * p + q * q < 1.0;
-        }
-        inside
+        let place = [(self.center[0] - ou) / su, (self.center[1] - ov) / sv];
+        // With a texel around it.
+        let reach = [(x + 1.0) / su, (y + 1.0) / sv];
+        within(0, x) && within(1, y) && raster.holds_around(place, reach)
     }
 }
 
@@ -192,9 +184,6 @@ pub(crate) fn means<T: Texel>(
     means: &mut [T],
 ) {
     let raster = &source.raster;
-    if raster.outline == Outline::Shape {
-        return;
-    }
     let Some(row) = raster.straight() else {
         return;
     };

@@ -183,7 +183,7 @@ impl<F: Scalar> Places<F> {
     }
 
     /// Takes out lookups that need a texel whose center lies outside an outline of any shape. Returns whether all are
-    /// inside. It looks at every texel of a window: valid corners of one say nothing of a notch.
+    /// inside. Where they may not be, it looks at every texel of a window: valid corners of one say nothing of a notch.
     pub(crate) fn leave_out_rim<R: Scalar>(
         &mut self,
         raster: &Raster,
@@ -193,13 +193,16 @@ impl<F: Scalar> Places<F> {
     ) -> bool {
         let ((su, ou), (sv, ov)) = (raster.along_u.index(), raster.along_v.index());
         let (before, after) = (reach.before as isize, reach.after as isize);
+        // How far the texels of a window may be from its place.
+        let window = [su, sv].map(|scale| reach.after.max(1) as f64 / scale);
         let mut all = true;
         for (k, inside) in self.inside[..count].iter_mut().enumerate() {
-            if *inside {
-                let at = |x: R, scale: f64, offset: f64| {
-                    (x.to_f64() * scale + offset + reach.shift).floor() as isize
+            let place = [us[k], vs[k]].map(Scalar::to_f64);
+            if *inside && !raster.holds_around(place, window) {
+                let at = |x: f64, scale: f64, offset: f64| {
+                    (x * scale + offset + reach.shift).floor() as isize
                 };
-                let (i, j) = (at(us[k], su, ou), at(vs[k], sv, ov));
+                let (i, j) = (at(place[0], su, ou), at(place[1], sv, ov));
                 let row = |j: isize| (i - before..=i + after).all(|i| raster.holds(i, j));
                 *inside = (j - before..=j + after).all(row);
             }

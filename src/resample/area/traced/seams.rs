@@ -115,7 +115,7 @@ impl Border {
         }
         if b.0 - a.0 < SHORTEST {
             // A rim is no side of a face that a region could go on along.
-            if from.map.info().outline != Outline::Square {
+            if from.map.outline() != Outline::Square {
                 return false;
             }
             self.step(&a.1, &b.1, from);

@@ -195,6 +195,23 @@ def test_a_screen_of_ones_own_is_among_the_pages() -> None:
         assert len(found["screens"]) == len(look["screens"]) + 1
 
 
+def test_marks_are_in_the_world_of_the_image() -> None:
+    v = sm.view(np.ones((8, 16)), "latlong:blender").mark([0, 0, 2.0], "up")
+    v.mark([[1, 0, 0], [0, -3, 0]])
+    up, *dots = record(v.html())["marks"]
+    # +z is up in Blender, +y on the page; a permutation is exact.
+    assert up == {"text": "up", "direction": [0, 1, 0]}
+    assert [dot["text"] for dot in dots] == ["•", "•"]
+    for directions, names, says in (
+        ([0, 0, 0], None, "to be a direction"),
+        ([[1, 0, 0]], ["a", "b"], "1 names, one a direction, got 2"),
+        (np.ones((2, 2)), None, "(N, 3), got (2, 2)"),
+        (np.ones((2000, 3)), None, "at most 1024 marks"),
+    ):
+        with pytest.raises(ValueError, match=re.escape(says)):
+            v.mark(directions, names)
+
+
 def test_settings_are_checked_when_they_are_set() -> None:
     v = sm.view(SKY, "latlong")
     assert isinstance(v, Viewer) and v.curve == "reinhard" and v.direction == (0, 0, -1)

@@ -221,6 +221,31 @@ def test_directions_are_those_of_the_library(opened: Callable[..., Any]) -> None
     assert np.allclose(found["direction"], viewer.direction, atol=1e-6)
 
 
+def test_marks_and_axes_stand_where_they_are(opened: Callable[..., Any]) -> None:
+    viewer = sm.view(np.ones((8, 16)), "latlong:blender", axes=True).mark([0, 1, 0.5], "tree")
+    viewer.direction = (0, 1, 0.5)
+    page = opened(viewer)
+    script = """[...document.querySelectorAll('.labels span')].map((e) =>
+        [e.textContent, parseFloat(e.style.left), parseFloat(e.style.top)])"""
+    found = {text: (left, top) for text, left, top in page.evaluate(script)}
+    # Percents of the stage; float32 shaders.
+    assert np.allclose(found["tree"], (50, 50), atol=1e-3)
+    assert set(found) == {"tree", "+y"} and found["+y"][1] > 50
+
+
+def test_a_notebooks_frame_draws(chromium: Any) -> None:
+    page = chromium.new_page()
+    said: list[str] = []
+    page.on("console", lambda message: said.append(message.text))
+    page.set_content(sm.view(image(sm.projection("latlong"), 32), "latlong")._repr_html_())
+    frame = page.frames[1]
+    frame.wait_for_function("window.spheremap")
+    frame.evaluate("spheremap.ready.then(() => true)")
+    assert len(frame.evaluate("spheremap.pick(100, 100).texel")) == 2
+    page.close()
+    assert said == []
+
+
 def test_keys_and_pointers_look_around(opened: Callable[..., Any]) -> None:
     page = opened(sm.view(image(sm.projection("latlong")), "latlong"))
     page.focus("canvas")

@@ -55,6 +55,7 @@ def scene(
     images: Sequence[dict[str, Any]],
     screens: dict[str, dict[str, Any]],
     world: NDArray[Any],
+    marks: Sequence[dict[str, Any]],
 ) -> dict[str, Any]:
     """Return what `mount` takes: `world` takes the page's directions to the reader's."""
     return {
@@ -63,7 +64,7 @@ def scene(
         "images": images,
         "screens": screens,
         "world": world.tolist(),
-        "marks": [],
+        "marks": marks,
         "globe": shaders.globe(),
         "body": source("viewer.glsl"),
         "curves": CURVES,

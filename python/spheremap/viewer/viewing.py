@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_image, spatial_axes, spatial_shape
+from .._arrays import as_doubles, as_image, spatial_axes, spatial_shape
 from .._scalars import as_flag, as_items, as_text, as_whole
 from ..io.tonemap import Curve
 from ..io.whole import as_path, write_bytes
@@ -19,7 +20,7 @@ from ..map.named import resolve
 from ..map.variants import changed
 from ..map.verbs import rotation as turned_by
 from . import page, shaders, still
-from .look import CHECKS, as_side, yaw_and_pitch
+from .look import CHECKS, as_direction, as_side, yaw_and_pitch
 from .texels import apart, texels
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ __all__ = ["Viewer", "view"]
 
 # The longer side of what a notebook keeps with its text.
 _IN_NOTEBOOKS = 2048
+# Labels of a page, which are placed one by one.
+_MOST_MARKS = 1024
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,7 @@ class Viewer:
     def __init__(self, shown: Shown, max_size: int, look: dict[str, Any]) -> None:
         """Start with one image; `view` checks it."""
         self._images = [shown]
+        self._marks: list[tuple[str, tuple[float, float, float]]] = []
         self.max_size = max_size
         for name, value in look.items():
             setattr(self, name, value)
@@ -139,6 +143,52 @@ class Viewer:
         <spheremap viewer of 'latlong', 'small': perspective, fov=90>
         """
         self._images.append(_shown(image, projection, name, rotation, any_aspect, channels_first))
+        return self
+
+    def mark(self, directions: ArrayLike, /, names: Sequence[str] | str | None = None) -> Viewer:
+        """Mark directions: points of interest, or lights.
+
+        Parameters
+        ----------
+        directions : array_like, shape (3,) or (N, 3)
+            In the world of the first image's projection; of any length.
+        names : str or sequence of str, optional
+            What stands there; a dot where nothing is said.
+
+        Returns
+        -------
+        Viewer
+            This one.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For what is no direction, for another number of names, and for more than 1024 marks.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> sky = np.ones((16, 32))
+        >>> v = sm.view(sky, "latlong").mark([0, 1, 0], "zenith")
+        >>> v = v.mark([light.direction for light in sm.light.lights(sky, "latlong", count=8)])
+        """
+        given = as_doubles(directions, "directions")
+        if given.shape[-1:] != (3,) or given.ndim > 2:
+            raise ValueError(
+                f"Expected `directions` to have shape (3,) or (N, 3), got {given.shape}."
+            )
+        rows = given.reshape(-1, 3)
+        if len(rows) + len(self._marks) > _MOST_MARKS:
+            raise ValueError(f"Expected at most {_MOST_MARKS} marks, got {len(rows)} more.")
+        if names is None:
+            names = ["•"] * len(rows)
+        elif isinstance(names, str):
+            names = [names]
+        words = [as_text(name, "names") for name in as_items(names, "names", "str")]
+        if len(words) != len(rows):
+            raise ValueError(f"Expected {len(rows)} names, one a direction, got {len(words)}.")
+        places = [as_direction(row, "directions") for row in rows]
+        self._marks += list(zip(words, places, strict=True))
         return self
 
     def html(self) -> str:
@@ -228,6 +278,7 @@ class Viewer:
             # One with parameters, a convention or axes of its own.
             name = repr(own)
             screens[name] = shaders.screen(own)
+        world = _world(self._images[0].projection)
         yaw, pitch = self._angles()
         look = {setting: getattr(self, setting) for setting in CHECKS if setting != "direction"}
         look |= {"yaw": yaw, "pitch": pitch, "screen": name}
@@ -237,7 +288,8 @@ class Viewer:
                 look,
                 [_record(shown, max_size) for shown in self._images],
                 screens,
-                _world(self._images[0].projection),
+                world,
+                [{"text": text, "direction": list(world.T @ at)} for text, at in self._marks],
             )
         )
 

@@ -279,6 +279,33 @@ def test_stills_keep_pictures_and_mark_what_is_missing() -> None:
     assert (still[16, 32] == (255, 0, 255)).all() and (still[16, 2] == 128).all()
 
 
+def test_a_widget_has_the_settings_as_traits() -> None:
+    pytest.importorskip("anywidget", reason="widgets need: pip install spheremap[view]")
+    w = sm.view(SKY, "latlong", direction=(0, 3, 4), fov=50, false_color=True).widget()
+    assert np.allclose(w.direction, (0, 0.6, 0.8), rtol=0, atol=1e-15)  # two roundings
+    assert (w.fov, w.false_color, w.curve, w.picked) == (50, True, "reinhard", {})
+    assert {"direction", "fov", "exposure", "picked", "scene"} <= set(w.keys)
+    w.direction = [0, 0, 2]
+    assert w.direction == [0, 0, 1]
+    for name, value in (("fov", 400.0), ("direction", [0.0, 0.0, 0.0]), ("curve", "filmic")):
+        before = getattr(w, name)
+        with pytest.raises(ValueError, match=f"`{name}`|{value}"):
+            setattr(w, name, value)
+        assert getattr(w, name) == before
+    # Messages are JSON, which has no NaN.
+    json.dumps(w.scene, allow_nan=False)
+
+
+def test_a_widget_without_its_extra_says_what_to_install() -> None:
+    code = (
+        "import sys; sys.modules['anywidget'] = None; import spheremap as sm, numpy as np\n"
+        "try: sm.view(np.zeros((4, 8)), 'latlong').widget()\n"
+        "except ImportError as error: print(error)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "pip install spheremap[view]" in done.stdout
+
+
 def test_the_package_is_imported_without_it() -> None:
     code = (
         "import sys, spheremap as sm; before = 'spheremap.viewer' in sys.modules; sm.view; "

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -17,6 +18,7 @@ import pytest
 import spheremap as sm
 from oracles import need
 from spheremap import io
+from spheremap.viewer.page import source
 
 pytestmark = pytest.mark.programs
 
@@ -242,6 +244,63 @@ def test_a_notebooks_frame_draws(chromium: Any) -> None:
     frame.wait_for_function("window.spheremap")
     frame.evaluate("spheremap.ready.then(() => true)")
     assert len(frame.evaluate("spheremap.pick(100, 100).texel")) == 2
+    page.close()
+    assert said == []
+
+
+MODEL = """async (scene) => {
+    const handlers = {}, values = {
+        scene, direction: [1, 0, 0], fov: 50, exposure: 1, curve: "none", false_color: false,
+        isolines: false, clipping: false, graticule: 0, axes: true, picked: {},
+    };
+    window.saved = 0;
+    window.model = {
+        get: (name) => values[name],
+        set: (name, value) => {
+            values[name] = value;
+            (handlers[`change:${name}`] ?? []).forEach((handler) => handler());
+        },
+        on: (name, handler) => (handlers[name] ??= []).push(handler),
+        off: () => {},
+        save_changes: () => { window.saved++; },
+    };
+    const el = document.createElement("div");
+    document.body.replaceChildren(el);
+    window.loaded.default.render({ model: window.model, el });
+}"""
+
+
+def test_a_widget_and_its_model_tell_each_other(chromium: Any, tmp_path: Path) -> None:
+    """The module as anywidget loads it, and a model as it hands in."""
+    page = chromium.new_page(viewport=SIZE)
+    said: list[str] = []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.set_content(
+        "<script type=module>window.loaded = await import(URL.createObjectURL("
+        f"new Blob([{json.dumps(source('viewer.js'))}], {{type: 'text/javascript'}})))</script>"
+    )
+    page.wait_for_function("window.loaded")
+    viewer = sm.view(image(sm.projection("latlong"), 32), "latlong")
+    page.evaluate(MODEL, viewer._scene(64))
+    page.add_style_tag(content=source("viewer.css"))
+    page.wait_for_function("document.querySelector('canvas').width > 300")
+    page.focus("canvas")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("]")
+    page.wait_for_function("window.saved > 0")
+    # From +x to the right, toward +z: 3 degrees of a view of 60.
+    ahead = page.evaluate("model.get('direction')")
+    turn = np.degrees(np.arctan2(ahead[2], ahead[0]))
+    assert turn == pytest.approx(3 * 50 / 60, abs=1e-9)  # doubles, in degrees
+    assert page.evaluate("[model.get('exposure'), model.get('fov')]") == [1.5, 50]
+    page.evaluate("model.set('direction', [0, 0, 1])")
+    page.mouse.move(200, 200)
+    page.wait_for_function("model.get('picked').texel")
+    found = page.evaluate("model.get('picked')")
+    assert found["direction"][2] > 0.5
+    page.evaluate("model.set('false_color', true)")
+    assert page.locator(".legend").is_visible()
     page.close()
     assert said == []
 

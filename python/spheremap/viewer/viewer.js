@@ -1,7 +1,7 @@
 // The page of sm.view: one canvas, one triangle, shaders whose maps the library printed.
 //
 // mount(element, scene) draws; it returns a handle with `look`, `set`, `pick`, `draw` and `ready`.
-// A scene is what viewer/page.py writes. Nothing is fetched.
+// A scene is what viewer/page.py writes. Nothing is fetched. `render` is the same for a widget.
 
 const VERTEX = `#version 300 es
 void main() {
@@ -344,7 +344,8 @@ export function mount(root, scene) {
     root.classList.add("spheremap");
     root.replaceChildren(stage, readout, bar, said);
 
-    let painter = null, wanted = 0, quiet = 0, shrink = 1, last = 0, listeners = [];
+    let painter = null, wanted = 0, quiet = 0, shrink = 1, last = 0;
+    const listeners = [], picked = [];
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
     // The viewports, the flat map to the right of the sphere.
@@ -465,6 +466,7 @@ export function mount(root, scene) {
 
     function tell(left, top) {
         const found = pick(left, top);
+        if (found) picked.forEach((listener) => listener(found));
         if (!found || !found.direction) { readout.textContent = "no direction"; return; }
         const parts = [`direction ${found.direction.map((x) => x.toFixed(4)).join(" ")}`];
         if (found.uv) {
@@ -548,5 +550,50 @@ export function mount(root, scene) {
         fitted(Math.min(devicePixelRatio, 2));
         draw();
     })().catch(fail);
-    return { look, set, pick, draw, ready, canvas, listen: (listener) => listeners.push(listener), direction: directionOf };
+    // The camera that looks along a direction of the reader's world.
+    function aim(direction) {
+        const [x, y, z] = homeOf(direction), level = Math.hypot(x, z);
+        set({ yaw: level > 1e-12 ? Math.atan2(-x, -z) / DEGREE : 0, pitch: Math.atan2(y, level) / DEGREE });
+    }
+    return { look, set, aim, pick, draw, ready, canvas, direction: directionOf,
+        onlook: (listener) => listeners.push(listener), onpick: (listener) => picked.push(listener) };
 }
+
+// A widget of anywidget: traits of the model are settings of the page, both ways.
+const SHARED = ["fov", "exposure", "curve", "false_color", "isolines", "clipping", "graticule", "axes"];
+
+function render({ model, el }) {
+    const root = made("div", { style: "height:520px" });
+    el.append(root);
+    const view = mount(root, model.get("scene"));
+    let waiting = 0, busy = false;
+    // Each side tells the other of changes, and not of those that it was told of.
+    const alone = (work) => (...given) => {
+        if (busy) return;
+        busy = true;
+        try { work(...given); } finally { busy = false; }
+    };
+    // What a hand does is told a few times a second.
+    const save = () => { waiting ||= setTimeout(() => { waiting = 0; model.save_changes(); }, 100); };
+    const changed = alone(() => {
+        view.set(Object.fromEntries(SHARED.map((name) => [name, model.get(name)])));
+        const asked = model.get("direction"), here = view.direction();
+        if (Math.hypot(...asked.map((x, k) => x - here[k])) > 1e-9) view.aim(asked);
+    });
+    view.onlook(alone(() => {
+        SHARED.forEach((name) => model.set(name, view.look[name]));
+        model.set("direction", view.direction());
+        save();
+    }));
+    view.onpick((found) => {
+        // A message has no NaN.
+        const told = (x) => (Number.isFinite(x) ? x : null);
+        model.set("picked", { ...found, value: found.value?.map(told) ?? null });
+        save();
+    });
+    [...SHARED, "direction"].forEach((name) => model.on(`change:${name}`, changed));
+    changed();
+    return () => [...SHARED, "direction"].forEach((name) => model.off(`change:${name}`, changed));
+}
+
+export default { render };

@@ -22,6 +22,7 @@ from ..map.verbs import rotation as turned_by
 from . import page, shaders, still
 from .look import CHECKS, as_direction, as_side, yaw_and_pitch
 from .texels import apart, texels
+from .widget import widget
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -200,7 +201,29 @@ class Viewer:
         -------
         str
         """
-        return self._page(self.max_size)
+        return page.page(self._scene(self.max_size))
+
+    def widget(self) -> Any:
+        """Return a widget for notebooks, by anywidget: ``pip install spheremap[view]``.
+
+        Its traits are both ways: ``w.direction = [1, 0, 0]`` turns the view, and ``w.fov`` is what
+        the wheel has made of it. ``w.picked`` is what lies under the pointer: a dict with
+        ``direction``, ``uv``, ``texel``, ``value`` and ``solid_angle``.
+
+        Returns
+        -------
+        anywidget.AnyWidget
+            With the settings of this viewer, but for `screen`, as traits. It holds at most 2048
+            texels along a side.
+
+        Raises
+        ------
+        ImportError
+            If anywidget is missing.
+        """
+        look = {name: getattr(self, name) for name in CHECKS}
+        look["direction"] = list(self.direction)
+        return widget(self._scene(min(self.max_size, _IN_NOTEBOOKS)), look)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the page of `html` to a file.
@@ -266,12 +289,12 @@ class Viewer:
         )
 
     def _repr_html_(self) -> str:
-        return page.iframe(self._page(min(self.max_size, _IN_NOTEBOOKS)))
+        return page.iframe(page.page(self._scene(min(self.max_size, _IN_NOTEBOOKS))))
 
     def _angles(self) -> tuple[float, float]:
         return yaw_and_pitch(_world(self._images[0].projection).T @ np.array(self.direction))
 
-    def _page(self, max_size: int) -> str:
+    def _scene(self, max_size: int) -> dict[str, Any]:
         screens, own = dict(shaders.screens()), self.screen
         name = own.name
         if name not in screens or own != _screen(name):
@@ -282,15 +305,13 @@ class Viewer:
         yaw, pitch = self._angles()
         look = {setting: getattr(self, setting) for setting in CHECKS if setting != "direction"}
         look |= {"yaw": yaw, "pitch": pitch, "screen": name}
-        return page.page(
-            page.scene(
-                " and ".join(shown.name for shown in self._images),
-                look,
-                [_record(shown, max_size) for shown in self._images],
-                screens,
-                world,
-                [{"text": text, "direction": list(world.T @ at)} for text, at in self._marks],
-            )
+        return page.scene(
+            " and ".join(shown.name for shown in self._images),
+            look,
+            [_record(shown, max_size) for shown in self._images],
+            screens,
+            world,
+            [{"text": text, "direction": (world.T @ at).tolist()} for text, at in self._marks],
         )
 
 

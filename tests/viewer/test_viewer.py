@@ -195,6 +195,12 @@ def test_a_screen_of_ones_own_is_among_the_pages() -> None:
         assert len(found["screens"]) == len(look["screens"]) + 1
 
 
+@pytest.mark.parametrize("name", list(sm.projections()))
+def test_the_first_view_holds_something(name: str) -> None:
+    p = sm.projection(name)
+    assert p.covers(sm.view(np.ones(p.shape(16)), p).direction)
+
+
 def test_marks_are_in_the_world_of_the_image() -> None:
     v = sm.view(np.ones((8, 16)), "latlong:blender").mark([0, 0, 2.0], "up")
     v.mark([[1, 0, 0], [0, -3, 0]])

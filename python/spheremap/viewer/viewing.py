@@ -352,7 +352,8 @@ def view(
     name : str, optional
         What the page calls it; the projection's name where nothing is said.
     direction : array_like, shape (3,), optional
-        What is in the middle, in the world of `projection`; what is ahead where nothing is said.
+        What is in the middle, in the world of `projection`. Where nothing is said, what is ahead,
+        or what is in the middle of an image that does not hold that.
     fov : float
         Degrees across, from 15 to 340: beyond 170 a perspective becomes a little planet.
     exposure : float
@@ -414,7 +415,7 @@ def view(
     if curve is None:
         curve = "reinhard" if shown.pixels.dtype.kind == "f" else "none"
     if direction is None:
-        direction = -_world(shown.projection)[:, 2]
+        direction = _first(shown.projection)
     look = {
         "direction": direction,
         "fov": fov,
@@ -468,6 +469,13 @@ def _world(p: Projection) -> NDArray[np.float64]:
     for k, (word, sign) in enumerate(zip(p.world.split(), (1, 1, -1), strict=True)):
         columns["xyz".index(word[1]), k] = sign if word[0] == "+" else -sign
     return columns
+
+
+def _first(p: Projection) -> NDArray[np.float64]:
+    """Return what is ahead, or in the middle of an image that does not hold it."""
+    ahead = -_world(p)[:, 2]
+    middle = np.asarray(p.decode([0.5, 0.5] if p.faces == 1 else [0.5, 0.5, 0.0]), np.float64)
+    return ahead if p.covers(ahead) or not np.isfinite(middle).all() else middle
 
 
 def _record(shown: Shown, max_size: int) -> dict[str, Any]:

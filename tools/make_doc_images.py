@@ -13,6 +13,7 @@ import spheremap as sm
 from spheremap import io
 from spheremap.cli import files
 from spheremap.cli.sky import radiance
+from spheremap.map.flat import flat
 
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 
@@ -42,7 +43,7 @@ def sky(d: np.ndarray) -> np.ndarray:
 
 def picture(name: str, height: int, detail: int = 4) -> np.ndarray:
     """Return the sky in a projection as an RGBA image; what is not valid is transparent."""
-    p = files.flat(name)
+    p = flat(name)
     rows, columns = p.shape(files.size_of_height(p, height))
     d = p.directions((rows * detail, columns * detail))
     valid = ~np.isnan(d[..., 0])
@@ -266,9 +267,28 @@ def mips() -> None:
     save("shading-mips.png", np.concatenate([without, gap, with_mips], axis=1))
 
 
+# --- What a viewer shows
+
+
+def stills() -> None:
+    """Draw a perspective, a little planet in stops of luminance, and a flat map."""
+    environment = radiance(sm.directions("latlong", 1024)).astype(np.float32)
+    viewer = sm.view(environment, "latlong", direction=[0.5, 0.1, -0.8], fov=80, exposure=0.7)
+    height, gap = 180, 8
+    shown = [viewer.snapshot((height, 320))]
+    viewer.direction, viewer.fov, viewer.false_color = (0, -1, 0), 280, True
+    shown.append(viewer.snapshot((height, height)))
+    viewer.direction, viewer.false_color, viewer.screen = (0, 0, -1), False, "mollweide"
+    shown.append(viewer.snapshot((height, 2 * height)))
+    between = np.full((height, gap, 3), 255, np.uint8)
+    rows = [each for picture in shown for each in (picture, between)]
+    io.write(IMAGES / "view.png", np.concatenate(rows[:-1], axis=1))
+
+
 if __name__ == "__main__":
     IMAGES.mkdir(parents=True, exist_ok=True)
     projections()
     known()
     shading()
     mips()
+    stills()

@@ -57,6 +57,7 @@ use_class(Projection)
 
 if TYPE_CHECKING:
     from . import align, ball, cameras, healpix, io, light, packing, plot, sh
+    from .viewer import view
 
 __all__ = [
     "Projection",
@@ -105,6 +106,7 @@ __all__ = [
     "simd_level",
     "solid_angle",
     "valid",
+    "view",
     "weights_matrix",
 ]
 
@@ -118,6 +120,9 @@ if not TYPE_CHECKING:
     def __getattr__(name: str) -> Any:
         if name in _SUBJECTS:
             return import_module(f".{name}", __name__)
+        if name == "view":
+            # With its page, which nobody needs who computes.
+            return import_module(".viewer", __name__).view
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import shutil
@@ -66,8 +67,15 @@ def test_it_works_as_typed(line: str, tmp_path: Path) -> None:
         f"display() {{ cat > displayed.png; }}\n{line}\n"
     )
     before = {place.name for place in tmp_path.iterdir()}
+    # What opens a page finds a browser that shows nothing.
+    surroundings = {**os.environ, "BROWSER": "true %s", "TMPDIR": str(tmp_path)}
     done = subprocess.run(
-        ["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False
+        ["bash", "-c", script],
+        cwd=tmp_path,
+        env=surroundings,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr

@@ -27,6 +27,7 @@ OBJECTS: dict[str, Callable[[Choice], str]] = {
     "RemapPlan": lambda c: f"sm.remap_plan({c.projection!r}, {c.of(*PROJECTIONS)!r}, size=4)",
     "cameras.Rig": lambda c: "sm.cameras.rig(8, fov=100)",
     "light.Distribution": lambda c: "sm.light.Distribution(np.ones((4, 8)), 'latlong')",
+    "viewer.Viewer": lambda c: "sm.view(np.ones((4, 8)), 'latlong')",
 }
 # They take long: one call in so many of those that would be chosen.
 RARE = {"ball.merge": 10, "ball.find": 4, "align.identify": 4, "light.bake": 4, "cameras.rig": 4}

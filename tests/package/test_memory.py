@@ -423,6 +423,11 @@ OTHERS = {
         "sm.healpix.boundaries(64, a)",
         "sm.healpix.boundaries(64, a[:1000])",
     ),
+    "view": (
+        "i = np.ones((1024, 2048, 3), np.float32)",
+        "sm.view(i, 'latlong')",
+        "sm.view(i[:64, :128], 'latlong')",
+    ),
     "tonemap": (
         "i = np.ones((1024, 2048, 3), np.float32)",
         "sm.io.tonemap(i)",

@@ -45,6 +45,14 @@ COMMANDS = {
             "spheremap ball ball.exr -o sky.exr --metal Cr --preview rims.png",
         ),
     ),
+    "view": Command(
+        "view",
+        (
+            "spheremap view sky.exr",
+            "spheremap view probe.exr --from angular -o look.html",
+            "spheremap view before.exr after.exr -o both.html --open",
+        ),
+    ),
     "info": Command("info", ("spheremap info sky.exr", "spheremap info probe.exr --from angular")),
     "projections": Command(
         "commands",

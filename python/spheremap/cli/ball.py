@@ -20,6 +20,7 @@ from spheremap.cli.options import ColorSpace, Part, as_options, finite
 from spheremap.cli.picture import Picture
 from spheremap.cli.terminal import UsageError, as_usage, check_projection, progress
 from spheremap.io.images import STORED, TEXTURES
+from spheremap.map.flat import flat
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -91,7 +92,7 @@ def ball(
     _check_places(target, preview, [*photos, *(mask or ())])
     rims: list[sm.ball.Ball] = [_parsed(text, UsageError) for text in rim or ()]
     with as_usage():
-        dst = files.flat(to)
+        dst = flat(to)
     for place in (target, preview):
         if place is not None:
             io.check_target(place)

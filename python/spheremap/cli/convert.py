@@ -22,6 +22,7 @@ from spheremap.cli.terminal import (
     refuse,
 )
 from spheremap.io.images import STORED, TEXTURES
+from spheremap.map.flat import flat
 
 
 def convert(
@@ -156,9 +157,9 @@ def convert(
     textures = all(out.suffix.lower() in TEXTURES for out in outputs)
     with as_usage():
         whole = layout == "faces" or (textures and layout is None)
-        dst = files.of_faces(to) if whole else files.flat(to, layout)
+        dst = files.of_faces(to) if whole else flat(to, layout)
         if from_ is not None and from_layout is not None:
-            files.flat(from_, from_layout)
+            flat(from_, from_layout)
         wanted = sizes.wanted(dst, height, width, size)
     _check_together(
         {"--half": half, "--float": float_, "--bits": bits is not None},

@@ -16,6 +16,7 @@ import spheremap as sm
 from spheremap import io, plot
 from spheremap.cli import files, picture, sky
 from spheremap.cli.steps import Step
+from spheremap.map.flat import flat
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,7 +65,7 @@ def run(
 
     rows, pictures = [], []
     for kind in sm.projections():
-        p = files.flat(kind)
+        p = flat(kind)
         step(f"converting to {files.described(p)}")
         converted, seconds = _timed(partial(sm.convert, image, src, p))
         io.write(folder / f"{kind}.exr", converted)

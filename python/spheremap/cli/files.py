@@ -2,38 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Literal
 
 import spheremap as sm
-from spheremap import _core
 from spheremap.map import images
+from spheremap.map.flat import flat, layouts
 
-# Of the layouts that make one image, those a person sees most in; else it is the last one.
-_LEGIBLE = ("cross", "strip")
 # Large enough that every aspect comes out whole.
 _UNIT = 64
-
-
-@cache
-def layouts(name: str) -> tuple[str, ...]:
-    """Return the layouts of a projection that make one image of its faces."""
-    (entry,) = (entry for entry in _core.registry() if entry["name"] == name)
-    return tuple(layout for layout in entry["layouts"] if layout != "faces")
-
-
-def flat(name: str, layout: str | None = None) -> sm.Projection:
-    """Return the named projection as one image: a cube as a cross, two disks as a strip."""
-    plain = sm.projection(name, layout=layout)
-    if plain.faces == 1:
-        return plain
-    if layout is not None:
-        raise ValueError(
-            f"a file holds one image: the layout is one of {', '.join(layouts(plain.name))}"
-        )
-    own = layouts(plain.name)
-    legible = next((layout for layout in _LEGIBLE if layout in own), own[-1])
-    return sm.projection(name, layout=legible)
 
 
 def of_faces(name: str) -> sm.Projection:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
+from .. import _core
 from .._arrays import as_real
-from .._scalars import as_number
+from .._scalars import as_number, as_text
 from .._srgb import encoded
 
 if TYPE_CHECKING:
@@ -16,8 +17,15 @@ if TYPE_CHECKING:
 
 __all__ = ["tonemap"]
 
+Curve: TypeAlias = Literal["none", "reinhard"]
+CURVES = ("none", "reinhard")
+# Light that Reinhard's curve shows as white.
+WHITE = 4.0
 
-def tonemap(image: ArrayLike, *, exposure: float | None = 0.0) -> NDArray[np.uint8]:
+
+def tonemap(
+    image: ArrayLike, *, exposure: float | None = 0.0, curve: Curve | str = "reinhard"
+) -> NDArray[np.uint8]:
     """Turn linear light into an 8-bit picture for a screen.
 
     The curve is Reinhard's with a white point: y = x (1 + x/w²)/(1 + x) with w = 4, of each
@@ -30,11 +38,18 @@ def tonemap(image: ArrayLike, *, exposure: float | None = 0.0) -> NDArray[np.uin
     exposure : float or None
         In stops: the light is multiplied by 2^exposure. None puts the geometric mean of the
         luminance at 0.18.
+    curve : {"reinhard", "none"}
+        With ``"none"`` light is clipped at 1.
 
     Returns
     -------
     picture : ndarray of uint8, shape (H, W), (H, W, 1) or (H, W, 3)
         NaN and negative values are black, infinity is white.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a curve that there is not, and an exposure that is no number.
 
     Examples
     --------
@@ -42,7 +57,10 @@ def tonemap(image: ArrayLike, *, exposure: float | None = 0.0) -> NDArray[np.uin
     >>> from spheremap.io import tonemap
     >>> tonemap(np.array([[0.0, 0.18, 4.0, np.inf]])).tolist()
     [[0, 109, 255, 255]]
+    >>> tonemap(np.array([[0.0, 0.18, 4.0, np.inf]]), curve="none").tolist()
+    [[0, 118, 255, 255]]
     """
+    _core.check_word("curve", as_text(curve, "curve"), list(CURVES))
     # What float32 does not hold is white.
     with np.errstate(over="ignore"):
         light = np.asarray(as_real(image, "image"), np.float32)
@@ -57,9 +75,10 @@ def tonemap(image: ArrayLike, *, exposure: float | None = 0.0) -> NDArray[np.uin
     stops = min(max(stops, -126.0), 126.0)
     with np.errstate(over="ignore"):
         light = np.minimum(light * np.float32(2.0**stops), 1e12)
-    white = 4.0
-    curve = np.minimum(light * (1.0 + light / white**2) / (1.0 + light), 1.0)
-    return np.asarray(np.rint(encoded(curve) * 255.0), dtype=np.uint8)
+    if curve == "reinhard":
+        light = light * (1.0 + light / WHITE**2) / (1.0 + light)
+    light = np.minimum(light, 1.0)
+    return np.asarray(np.rint(encoded(light) * 255.0), dtype=np.uint8)
 
 
 def _automatic_exposure(light: NDArray[np.float32]) -> float:

@@ -1,0 +1,38 @@
+"""Maps of several faces as one image."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+from .. import _core
+from .named import projection
+
+if TYPE_CHECKING:
+    from .._projection import Projection
+
+__all__ = ["flat", "layouts"]
+
+# Of the layouts that make one image, those a person sees most in; else it is the last one.
+_LEGIBLE = ("cross", "strip")
+
+
+@cache
+def layouts(name: str) -> tuple[str, ...]:
+    """Return the layouts of a projection that make one image of its faces."""
+    (entry,) = (entry for entry in _core.registry() if entry["name"] == name)
+    return tuple(layout for layout in entry["layouts"] if layout != "faces")
+
+
+def flat(name: str, layout: str | None = None) -> Projection:
+    """Return the named projection as one image: a cube as a cross, two disks as a strip."""
+    plain = projection(name, layout=layout)
+    if plain.faces == 1:
+        return plain
+    if layout is not None:
+        raise ValueError(
+            f"a file holds one image: the layout is one of {', '.join(layouts(plain.name))}"
+        )
+    own = layouts(plain.name)
+    legible = next((layout for layout in _LEGIBLE if layout in own), own[-1])
+    return projection(name, layout=legible)

@@ -1,0 +1,95 @@
+"""The page: one file that holds the program, the maps, and the images."""
+
+from __future__ import annotations
+
+import html
+import json
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+from ..io.tonemap import CURVES, WHITE
+from . import shaders
+from .colors import MISSING, OUTSIDE, RAMP
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+__all__ = ["iframe", "page", "scene"]
+
+_PAGE = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<title>{title}</title>
+<style>
+html, body {{ height: 100%; margin: 0; }}
+{css}</style>
+</head>
+<body>
+<main id="view"></main>
+<script id="scene" type="application/json">{scene}</script>
+<script type="module">
+{js}
+const scene = JSON.parse(document.getElementById("scene").textContent);
+window.spheremap = mount(document.getElementById("view"), scene);
+</script>
+</body>
+</html>
+"""
+
+
+@cache
+def source(name: str) -> str:
+    """Return a file of the page as text."""
+    return files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def scene(
+    title: str,
+    look: dict[str, Any],
+    images: Sequence[dict[str, Any]],
+    screens: dict[str, dict[str, Any]],
+    world: NDArray[Any],
+    marks: Sequence[dict[str, Any]],
+) -> dict[str, Any]:
+    """Return what `mount` takes: `world` takes the page's directions to the reader's."""
+    return {
+        "title": title,
+        "look": look,
+        "images": images,
+        "screens": screens,
+        "world": world.tolist(),
+        "marks": marks,
+        "globe": shaders.globe(),
+        "body": source("viewer.glsl"),
+        "curves": CURVES,
+        "white": WHITE,
+        "ramp": RAMP,
+        "outside": OUTSIDE,
+        "missing": MISSING,
+    }
+
+
+def page(made: dict[str, Any]) -> str:
+    """Return a scene as HTML that is complete in itself."""
+    # A closing tag in a string would end the script.
+    data = json.dumps(made, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return _PAGE.format(
+        title=html.escape(made["title"]),
+        css=source("viewer.css"),
+        scene=data,
+        js=source("viewer.js"),
+    )
+
+
+def iframe(text: str) -> str:
+    """Return a page as a frame of a notebook's output."""
+    return (
+        f'<iframe srcdoc="{html.escape(text)}" title="spheremap" allow="fullscreen" '
+        'style="width:100%;height:520px;border:0"></iframe>'
+    )

@@ -1,0 +1,99 @@
+"""What is seen, as an array: by the library's own conversion, and no browser."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..io.tonemap import tonemap
+from ..map.named import resolve
+from ..resample.verbs import convert
+from .colors import MISSING, OUTSIDE, falsely
+from .shaders import LENSES
+from .texels import light
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .._projection import Projection
+
+__all__ = ["lens", "seen", "toned"]
+
+
+def lens(name: str, fov: float) -> str:
+    """Return what a screen is at a field of view: a perspective ends where a planet begins."""
+    return "stereographic" if name == "perspective" and fov > 170 else name
+
+
+def seen(
+    image: NDArray[Any],
+    p: Projection,
+    screen: Projection,
+    name: str,
+    fov: float,
+    pose: NDArray[np.float64],
+    size: tuple[int, int],
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return the light of a picture (H, W, 3) and where it holds some.
+
+    `size` is that of a lens, and what a flat map fits into. `pose` is the camera's in a world that
+    is x right, y up, -z ahead.
+    """
+    height, width = size
+    name = lens(name, fov)
+    crop = (slice(0, height), slice(0, width))
+    if name == "perspective":
+        camera = resolve(f"perspective(fov={fov!r},aspect={width / height!r})")
+        shape: tuple[int, ...] = size
+    elif name in LENSES:
+        # A disk around the picture, of which the middle is taken.
+        side = math.ceil(math.hypot(height, width))
+        side += (side - width) % 2
+        if (side - height) % 2:
+            raise ValueError(
+                f"Expected the sides of `size` to be both even or both odd for {name!r}, "
+                f"got {size}."
+            )
+        wider = math.tan(math.radians(fov) / 4) * side / width
+        camera = resolve(f"{name}(fov={math.degrees(4 * math.atan(wider))!r})")
+        shape = (side, side)
+        top, left = (side - height) // 2, (side - width) // 2
+        crop = (slice(top, top + height), slice(left, left + width))
+    else:
+        camera, shape = screen, _fitting(screen, size)
+        crop = (slice(0, shape[0]), slice(0, shape[1]))
+    camera = camera.in_world_of("latlong").turned(pose)
+    there = p.in_world_of("latlong")
+    picture = convert(image, there, camera, size=shape, any_aspect=True)[crop]
+    directions = camera.directions(shape, any_aspect=True, dtype=np.float32)[crop]
+    held = np.isfinite(directions[..., 0])
+    held &= there.covers(np.where(held[..., None], directions, np.float32(1.0)))
+    picture = picture if picture.ndim == 3 else picture[..., None]
+    picture = picture[..., : 3 if picture.shape[-1] >= 3 else 1]
+    return np.broadcast_to(light(picture), (*held.shape, 3)), held
+
+
+def toned(
+    found: NDArray[np.float32],
+    held: NDArray[np.bool_],
+    *,
+    exposure: float,
+    curve: str,
+    false_color: bool,
+) -> NDArray[np.uint8]:
+    """Return light as a picture for a screen."""
+    picture = (
+        falsely(found, exposure) if false_color else tonemap(found, exposure=exposure, curve=curve)
+    )
+    picture[np.isnan(found).any(axis=-1)] = np.rint(np.array(MISSING) * 255)
+    picture[~held] = np.rint(np.array(OUTSIDE) * 255)
+    return picture
+
+
+def _fitting(screen: Projection, size: tuple[int, int]) -> tuple[int, ...]:
+    """Return the shape of a flat map that fits into a size."""
+    rows, columns = screen.shape(64)
+    count = int(64 * min(size[0] / rows, size[1] / columns))
+    return screen.shape(max(count, 1))

@@ -1,0 +1,209 @@
+// What the page draws with. Maps are no part of it: image0_encode, own_encode, screen_decode,
+// globe_encode ... stand in front, printed by the library. The world is x right, y up, -z ahead.
+
+precision highp sampler2DArray;
+
+uniform vec4 rect;    // the viewport in pixels of the canvas: left, bottom, width, height
+uniform vec2 scale;   // how much of the screen's (u, v) it shows
+uniform mat3 pose;    // from the camera to the world
+uniform int samples;  // of a pixel that sees many texels, along a side
+
+#if defined(PICK)
+
+uniform vec2 at;  // the pixel
+layout(location = 0) out uvec4 sight_bits;  // direction, and whether the screen holds it
+layout(location = 1) out uvec4 place_bits;  // u, v, face, steradians per unit of du dv
+layout(location = 2) out uvec4 apart_bits;  // the same with faces apart
+
+#elif defined(LOCATE)
+
+uniform vec3 points[64];
+layout(location = 0) out uvec4 place_bits;  // u, v on the screen
+
+#else
+
+struct Grid {
+    vec4 place;  // (u, v) times xy plus zw are columns and rows
+    float gain;
+};
+uniform sampler2DArray texels[2];
+uniform Grid grids[2];
+uniform int comparison;     // 0 the first image, 1 the second, 2 split, 3 difference, 4 signed
+uniform float split;        // where, from the left edge, 0 to 1
+uniform float exposure;     // in stops
+uniform int curve;          // 0 none, 1 reinhard
+uniform float white;        // light that reinhard shows as white
+uniform bool false_color;
+uniform vec3 ramp[17];      // colors of -8 to 8 stops
+uniform bool isolines;
+uniform bool clipping;
+uniform float graticule;    // degrees between lines, 0 for none
+uniform vec3 outside;       // the color of what holds no sphere
+uniform vec3 missing;       // and of NaN
+out vec4 color;
+
+#endif
+
+// NaN by its bits: a compiler may take it that there is none.
+bool is_nan(float x) {
+    return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u;
+}
+
+// The direction that a pixel sees.
+vec3 sight(vec2 pixel, out bool held) {
+    vec2 part = (pixel - rect.xy) / rect.zw;
+    vec2 uv = 0.5 + (vec2(part.x, 1.0 - part.y) - 0.5) * scale;
+    held = screen_holds(uv);
+    return pose * screen_decode(uv);
+}
+
+#if defined(PICK)
+
+void main() {
+    bool held;
+    vec3 d = sight(at, held);
+    vec3 place = own_place(d);
+    sight_bits = floatBitsToUint(vec4(d, held ? 1.0 : 0.0));
+    place_bits = floatBitsToUint(vec4(place, own_solid(place)));
+    apart_bits = floatBitsToUint(vec4(image0_place(d), 0.0));
+}
+
+#elif defined(LOCATE)
+
+void main() {
+    vec2 uv = screen_encode(transpose(pose) * points[int(gl_FragCoord.x)]);
+    vec2 part = 0.5 + (uv - 0.5) / scale;
+    place_bits = floatBitsToUint(vec4(part, 0.0, 0.0));
+}
+
+#else
+
+// Light of four texels by their weights, and what they are: 1 values, 0 outside, -1 NaN.
+vec4 lookup(sampler2DArray image, Grid grid, vec3 uvf) {
+    if (is_nan(uvf.x)) return vec4(0.0);
+    vec2 place = uvf.xy * grid.place.xy + grid.place.zw;
+    vec2 low = floor(place);
+    vec2 part = place - low;
+    ivec2 last = textureSize(image, 0).xy - 2;
+    ivec2 first = clamp(ivec2(low), ivec2(0), last);
+    int face = int(uvf.z + 0.5);
+    vec3 light = vec3(0.0);
+    float known = 0.0, nan = 0.0;
+    for (int k = 0; k < 4; k++) {
+        ivec2 step = ivec2(k & 1, k >> 1);
+        vec2 side = mix(1.0 - part, part, vec2(step));
+        float weight = side.x * side.y;
+        vec4 texel = texelFetch(image, ivec3(first + step, face), 0);
+        // Infinite light is white, and no NaN between texels.
+        light += weight * max(texel.a, 0.0) * clamp(texel.rgb, -65504.0, 65504.0);
+        known += weight * max(texel.a, 0.0);
+        nan += weight * max(-texel.a, 0.0);
+    }
+    if (nan > 1e-6) return vec4(vec3(0.0), -1.0);
+    return known > 1e-6 ? vec4(light / known * grid.gain, 1.0) : vec4(0.0);
+}
+
+// What a pixel sees of an image: one lookup, or a mean where it sees more than a texel.
+#define SEEN(NAME, PLACE, K) \
+    vec4 NAME(vec3 center, bool held) { \
+        vec3 uvf = PLACE(center); \
+        vec2 wide = fwidth(uvf.xy) * grids[K].place.xy; \
+        int n = clamp(int(ceil(max(wide.x, wide.y) - 0.01)), 1, samples); \
+        if (n == 1) return held ? lookup(texels[K], grids[K], uvf) : vec4(0.0); \
+        vec4 sum = vec4(0.0); \
+        for (int i = 0; i < n * n; i++) { \
+            vec2 offset = (vec2(i % n, i / n) + 0.5) / float(n) - 0.5; \
+            bool inside; \
+            vec3 d = sight(gl_FragCoord.xy + offset, inside); \
+            if (!inside) continue; \
+            vec4 one = lookup(texels[K], grids[K], PLACE(d)); \
+            if (one.a < 0.0) return one; \
+            sum += vec4(one.rgb * one.a, one.a); \
+        } \
+        return held && sum.a > 0.0 ? vec4(sum.rgb / sum.a, 1.0) : vec4(0.0); \
+    }
+
+SEEN(seen0, image0_place, 0)
+#ifdef SECOND
+SEEN(seen1, image1_place, 1)
+#endif
+
+// IEC 61966-2-1.
+vec3 encoded(vec3 light) {
+    vec3 high = 1.055 * pow(max(light, 0.0031308), vec3(1.0 / 2.4)) - 0.055;
+    return mix(high, 12.92 * light, lessThanEqual(light, vec3(0.0031308)));
+}
+
+vec3 toned(vec3 light) {
+    light = clamp(light, 0.0, 1e12);
+    if (curve == 1) light = light * (1.0 + light / (white * white)) / (1.0 + light);
+    return encoded(min(light, 1.0));
+}
+
+vec3 ramped(float stops) {
+    float place = clamp(stops + 8.0, 0.0, 16.0);
+    int low = min(int(place), 15);
+    return mix(ramp[low], ramp[low + 1], place - float(low));
+}
+
+// How much a pixel lies on a line so many pixels wide, where `place` is a whole number.
+float line(float place, float slope, float wide) {
+    float away = abs(fract(place + 0.5) - 0.5);
+    // Lines that lie closer than a few pixels are none.
+    return clamp(0.5 + 0.5 * wide - away / max(slope, 1e-9), 0.0, 1.0) * clamp(2.0 - 8.0 * slope, 0.0, 1.0);
+}
+
+void main() {
+    bool held;
+    vec3 d = sight(gl_FragCoord.xy, held);
+    float across = (gl_FragCoord.x - rect.x) / rect.z;
+    vec4 first = seen0(d, held), found = first;
+#ifdef SECOND
+    vec4 second = seen1(d, held);
+    float kind = min(first.a, second.a);
+    if (comparison == 1 || (comparison == 2 && across >= split)) found = second;
+    if (comparison == 3) found = vec4(abs(first.rgb - second.rgb), kind);
+    if (comparison == 4) found = vec4(first.rgb - second.rgb, kind);
+#endif
+    vec3 light = found.rgb * exp2(exposure);
+    float luminance = dot(light, vec3(0.2126, 0.7152, 0.0722));
+    float stops = log2(max(luminance, 1e-12));
+
+    vec3 shown;
+    // No difference is gray.
+    if (comparison == 4) shown = clamp(0.5 + 0.5 * light, 0.0, 1.0);
+    else if (false_color) shown = ramped(stops);
+    else shown = toned(light);
+    if (isolines) {
+        float drawn = luminance > 0.0 ? line(stops, fwidth(stops), 1.4) : 0.0;
+        shown = mix(shown, vec3(0.0), 0.8 * drawn);
+    }
+    bool stripe = fract((gl_FragCoord.x + gl_FragCoord.y) / 12.0) < 0.5;
+    if (clipping && stripe) {
+        float top = max(light.r, max(light.g, light.b));
+        if (top >= (curve == 1 ? white : 1.0)) shown = vec3(0.9, 0.0, 0.0);
+        if (min(light.r, min(light.g, light.b)) < 0.0) shown = vec3(0.0, 0.2, 0.9);
+    }
+    if (found.a < 0.0) {
+        ivec2 cell = ivec2(gl_FragCoord.xy) / 6;
+        shown = ((cell.x + cell.y) & 1) == 0 ? missing : vec3(0.0);
+    }
+    if (found.a == 0.0) shown = outside;
+
+    if (graticule > 0.0) {
+        vec2 globe = globe_encode(d) * vec2(360.0, 180.0) / graticule;
+        // Its longitude jumps by a turn; half a turn further it does not.
+        float turn = 360.0 / graticule;
+        float east = min(fwidth(globe.x), fwidth(fract(globe.x / turn + 0.5) * turn));
+        float north = fwidth(globe.y);
+        // White in black, to be seen on anything.
+        shown *= 1.0 - 0.45 * max(line(globe.x, east, 3.0), line(globe.y, north, 3.0));
+        shown = mix(shown, vec3(1.0), 0.65 * max(line(globe.x, east, 1.0), line(globe.y, north, 1.0)));
+    }
+#ifdef SECOND
+    if (comparison == 2 && abs(across - split) * rect.z < 1.0) shown = vec3(1.0);
+#endif
+    color = vec4(held ? shown : outside, 1.0);
+}
+
+#endif

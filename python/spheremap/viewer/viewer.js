@@ -1,0 +1,599 @@
+// The page of sm.view: one canvas, one triangle, shaders whose maps the library printed.
+//
+// mount(element, scene) draws; it returns a handle with `look`, `set`, `pick`, `draw` and `ready`.
+// A scene is what viewer/page.py writes. Nothing is fetched. `render` is the same for a widget.
+
+const VERTEX = `#version 300 es
+void main() {
+    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}`;
+const AXES = { "+x": [1, 0, 0], "-x": [-1, 0, 0], "+y": [0, 1, 0], "-y": [0, -1, 0], "+z": [0, 0, 1], "-z": [0, 0, -1] };
+const FOV = [15, 340];
+// Beyond it a perspective becomes a little planet.
+const WIDEST_PERSPECTIVE = 170;
+const COMPARISONS = ["first", "second", "split", "difference", "signed", "blink"];
+const LOCATED = 64;
+const DEGREE = Math.PI / 180;
+const KEYS = [
+    ["arrows", "turn (with Shift further)"], ["+ −", "closer, wider"], ["Home", "first view"],
+    ["[ ]", "darker, brighter"], ["f", "false color in stops"], ["i", "isolines of stops"],
+    ["c", "clipping"], ["g", "graticule"], ["a", "axes"], ["p", "next screen"],
+    ["b", "beside a flat map"], ["x", "the other image"],
+];
+
+const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
+const tail = (x) => (x === 0 ? "0" : Math.abs(x) < 1e-3 || Math.abs(x) >= 1e5 ? x.toExponential(2) : x.toPrecision(4));
+
+// Arrays -----------------------------------------------------------------------------------------
+
+async function unpacked(text, count, channels, wide) {
+    const raw = atob(text);
+    const bytes = new Uint8Array(raw.length);
+    for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const planes = new Uint8Array(await new Response(stream).arrayBuffer());
+    const words = new (wide ? Uint16Array : Uint8Array)(count * channels);
+    for (let c = 0; c < channels; c++) {
+        let word = 0;
+        for (let i = 0, k = c * count; i < count; i++, k++) {
+            word += planes[k] + (wide ? planes[count * channels + k] << 8 : 0);
+            words[i * channels + c] = word;
+        }
+    }
+    return words;
+}
+
+function halfToNumber(bits) {
+    const sign = bits & 0x8000 ? -1 : 1, exponent = (bits >> 10) & 31, part = bits & 1023;
+    if (exponent === 31) return part ? NaN : sign * Infinity;
+    return sign * (exponent ? 2 ** (exponent - 25) * (1024 + part) : part * 2 ** -24);
+}
+
+// Halves with what they are in the fourth channel: 1 a value, 0 outside, -1 NaN.
+async function textureWords(image) {
+    const { faces, height, width, table } = image;
+    const count = faces * height * width;
+    const words = await unpacked(image.words, count, 3, table === null);
+    const states = image.states && (await unpacked(image.states, faces * height, width, false));
+    const texels = new Uint16Array(4 * count);
+    for (let i = 0, j = 0, k = 0; i < count; i++, j += 3, k += 4) {
+        for (let c = 0; c < 3; c++) texels[k + c] = table ? table[words[j + c]] : words[j + c];
+        texels[k + 3] = states ? [0, 0x3c00, 0xbc00][states[i]] : 0x3c00;
+    }
+    return texels;
+}
+
+// Drawing ----------------------------------------------------------------------------------------
+
+function compiled(gl, fragment) {
+    const program = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragment]]) {
+        const shader = gl.createShader(kind);
+        gl.shaderSource(shader, text);
+        gl.compileShader(shader);
+        gl.attachShader(program, shader);
+    }
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) {
+        const logs = gl.getAttachedShaders(program).map((s) => gl.getShaderInfoLog(s)).join("\n");
+        throw new Error(`shader: ${gl.getProgramInfoLog(program)}\n${logs}`);
+    }
+    const places = {};
+    const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
+    for (let i = 0; i < count; i++) {
+        const name = gl.getActiveUniform(program, i).name.replace(/\[0\]$/, "");
+        places[name] = gl.getUniformLocation(program, name);
+    }
+    return { program, places };
+}
+
+// A function with one name for maps of one face and of several.
+const placed = (name, source, faces) =>
+    `vec3 ${name}(vec3 d) { return ${faces > 1 ? `${source}(d)` : `vec3(${source}(d), 0.0)`}; }\n`;
+
+class Painter {
+    constructor(canvas, scene) {
+        const gl = canvas.getContext("webgl2", { antialias: false, alpha: false });
+        if (!gl) throw new Error("This needs WebGL 2, which the browser does not offer.");
+        Object.assign(this, { gl, canvas, scene, programs: new Map(), textures: [], texels: [] });
+        gl.bindVertexArray(gl.createVertexArray());
+    }
+
+    async load() {
+        const { gl, scene } = this;
+        const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+        for (const image of scene.images) {
+            if (Math.max(image.width, image.height) > most) {
+                throw new Error(`This machine's textures end at ${most} texels: save with max_size=${most - 2}.`);
+            }
+            const texels = await textureWords(image);
+            const texture = gl.createTexture();
+            gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+            gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+            gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+            gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, gl.RGBA16F, image.width, image.height, image.faces, 0,
+                gl.RGBA, gl.HALF_FLOAT, texels);
+            this.textures.push(texture);
+            this.texels.push(texels);
+        }
+    }
+
+    // What a pair of images, a screen and a task (PICK, LOCATE or none) is drawn by.
+    program(first, second, screen, task = "") {
+        const key = [first, second, screen, task].join("|");
+        if (!this.programs.has(key)) {
+            const { images, screens, globe, body } = this.scene;
+            const parts = ["#version 300 es", task && `#define ${task}`, screens[screen].text];
+            parts.push(screens[screen].edge ? "bool screen_holds(vec2 uv) { return true; }"
+                : "bool screen_holds(vec2 uv) { return screen_valid(uv); }");
+            if (task === "PICK") {
+                const { own, own_faces, lookup, lookup_faces } = images[first];
+                parts.push(own, placed("own_place", "own_encode", own_faces),
+                    lookup.replaceAll("imageN", "image0"), placed("image0_place", "image0_encode", lookup_faces),
+                    `float own_solid(vec3 uvf) { return own_density(${own_faces > 1 ? "uvf" : "uvf.xy"}); }`);
+            } else if (!task) {
+                parts.push(globe);
+                for (const [k, which] of [first, second].entries()) {
+                    if (which === null) continue;
+                    const { lookup, lookup_faces } = images[which];
+                    parts.push(lookup.replaceAll("imageN", `image${k}`),
+                        placed(`image${k}_place`, `image${k}_encode`, lookup_faces));
+                }
+                if (second !== null) parts.push("#define SECOND");
+            }
+            parts.push(body);
+            this.programs.set(key, compiled(this.gl, parts.join("\n")));
+        }
+        return this.programs.get(key);
+    }
+
+    aim({ places }, view) {
+        const { gl } = this;
+        gl.uniform4f(places.rect, ...view.rect);
+        gl.uniform2f(places.scale, ...view.scale);
+        gl.uniformMatrix3fv(places.pose, false, view.pose);
+    }
+
+    picture(view, look, samples) {
+        const { gl, scene } = this;
+        const second = look.comparison === "first" || scene.images.length < 2 ? null : look.second;
+        const made = this.program(look.first, second, view.screen);
+        const { places } = made;
+        gl.useProgram(made.program);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+        gl.viewport(...view.rect);
+        this.aim(made, view);
+        for (const [k, which] of [look.first, second].entries()) {
+            if (which === null) continue;
+            gl.activeTexture(gl.TEXTURE0 + k);
+            gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.textures[which]);
+            gl.uniform4f(places[`grids[${k}].place`], ...scene.images[which].place);
+            gl.uniform1f(places[`grids[${k}].gain`], scene.images[which].gain);
+        }
+        gl.uniform1iv(places.texels, [0, second === null ? 0 : 1]);
+        const blink = look.comparison === "blink";
+        const mode = blink ? (look.blinked ? 1 : 0) : COMPARISONS.indexOf(look.comparison);
+        gl.uniform1i(places.comparison, second === null ? 0 : mode);
+        gl.uniform1f(places.split, look.split);
+        gl.uniform1f(places.exposure, look.exposure);
+        gl.uniform1i(places.curve, scene.curves.indexOf(look.curve));
+        gl.uniform1f(places.white, scene.white);
+        gl.uniform1i(places.false_color, look.false_color);
+        gl.uniform3fv(places.ramp, scene.ramp.flat());
+        gl.uniform1i(places.isolines, look.isolines);
+        gl.uniform1i(places.clipping, look.clipping);
+        gl.uniform1f(places.graticule, look.graticule);
+        gl.uniform3fv(places.outside, scene.outside);
+        gl.uniform3fv(places.missing, scene.missing);
+        gl.uniform1i(places.samples, samples);
+        gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+
+    // Numbers that a program writes, by their bits: integers can be drawn to everywhere.
+    numbers(made, view, columns, targets, prepare) {
+        const { gl } = this;
+        const frame = gl.createFramebuffer();
+        gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+        const buffers = [];
+        for (let k = 0; k < targets; k++) {
+            const buffer = gl.createRenderbuffer();
+            gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
+            gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA32UI, columns, 1);
+            gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.RENDERBUFFER, buffer);
+            buffers.push(buffer);
+        }
+        gl.drawBuffers(buffers.map((_, k) => gl.COLOR_ATTACHMENT0 + k));
+        gl.useProgram(made.program);
+        this.aim(made, view);
+        prepare(made.places);
+        gl.viewport(0, 0, columns, 1);
+        gl.drawArrays(gl.TRIANGLES, 0, 3);
+        const found = buffers.map((_, k) => {
+            const bits = new Uint32Array(4 * columns);
+            gl.readBuffer(gl.COLOR_ATTACHMENT0 + k);
+            gl.readPixels(0, 0, columns, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, bits);
+            return new Float32Array(bits.buffer);
+        });
+        gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+        buffers.forEach((buffer) => gl.deleteRenderbuffer(buffer));
+        gl.deleteFramebuffer(frame);
+        return found;
+    }
+
+    // What a pixel of the canvas sees, counted from the lower left corner.
+    pick(view, which, x, y) {
+        const made = this.program(which, null, view.screen, "PICK");
+        const [sight, own, apart] = this.numbers(made, view, 1, 3, (places) => {
+            this.gl.uniform2f(places.at, x, y);
+        });
+        const place = ([u, v, face]) => ({ u, v, face });
+        return { direction: [...sight.slice(0, 3)], held: sight[3] > 0, density: own[3], own: place(own), apart: place(apart) };
+    }
+
+    // Where directions lie on a screen: parts of the viewport from its upper left corner, or NaN.
+    locate(view, directions) {
+        const made = this.program(0, null, view.screen, "LOCATE");
+        const [found] = this.numbers(made, view, LOCATED, 1, (places) => {
+            const points = new Float32Array(3 * LOCATED);
+            points.set(directions.flat());
+            this.gl.uniform3fv(places.points, points);
+        });
+        return directions.map((_, k) => [found[4 * k], found[4 * k + 1]]);
+    }
+}
+
+// Cameras ----------------------------------------------------------------------------------------
+
+// Ry(yaw) Rx(pitch), column by column: right, up, back.
+function poseOf({ yaw, pitch }) {
+    const [sy, cy, sp, cp] = [Math.sin(yaw * DEGREE), Math.cos(yaw * DEGREE), Math.sin(pitch * DEGREE), Math.cos(pitch * DEGREE)];
+    return [cy, 0, -sy, sp * sy, cp, sp * cy, cp * sy, -sp, cp * cy];
+}
+
+const lensOf = (look) => (look.screen === "perspective" && look.fov > WIDEST_PERSPECTIVE ? "stereographic" : look.screen);
+
+function viewOf(scene, look, screen, rect) {
+    const { aspect, edge, turns } = scene.screens[screen];
+    const [, , width, height] = rect;
+    let scale;
+    if (edge) {
+        const half = Math.tan((Math.min(look.fov, FOV[1]) / turns) * DEGREE) / edge;
+        scale = [half, (half * height) / width];
+    } else {
+        // The whole map, as large as it fits.
+        const fit = Math.min(width / aspect, height);
+        scale = [width / (fit * aspect) / look.zoom, height / fit / look.zoom];
+    }
+    return { screen, rect, scale, pose: poseOf(look) };
+}
+
+// Controls ---------------------------------------------------------------------------------------
+
+function made(tag, attributes = {}, children = []) {
+    const element = document.createElement(tag);
+    for (const [name, value] of Object.entries(attributes)) {
+        if (name === "text") element.textContent = value;
+        else if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+        else if (value !== false) element.setAttribute(name, value === true ? "" : value);
+    }
+    element.append(...children);
+    return element;
+}
+
+function choice(label, values, get, set) {
+    const select = made("select", { "aria-label": label, onchange: () => set(select.value) },
+        values.map(([value, text]) => made("option", { value, text })));
+    return { element: made("label", {}, [made("span", { text: label }), select]), show: () => { select.value = get(); } };
+}
+
+function flag(label, key, get, set) {
+    const box = made("input", { type: "checkbox", "aria-keyshortcuts": key, onchange: () => set(box.checked) });
+    return { element: made("label", { title: `${label} (${key})` }, [box, made("span", { text: label })]), show: () => { box.checked = get(); } };
+}
+
+function slider(label, [low, high, step], get, set, shown) {
+    const range = made("input", { type: "range", min: low, max: high, step, "aria-label": label, oninput: () => set(Number(range.value)) });
+    const output = made("output");
+    return {
+        element: made("label", {}, [made("span", { text: label }), range, output]),
+        show: () => { range.value = get(); output.textContent = shown(get()); range.setAttribute("aria-valuetext", shown(get())); },
+    };
+}
+
+// The page ---------------------------------------------------------------------------------------
+
+export function mount(root, scene) {
+    const several = scene.images.length > 1;
+    const look = { comparison: several ? "split" : "first", first: 0, second: several ? 1 : 0, split: 0.5, blinked: false, beside: "", zoom: 1, ...scene.look };
+    const start = { ...look };
+    const canvas = made("canvas", {
+        tabindex: 0, role: "application", "aria-label": `${scene.title}: ${scene.images.map((i) => i.about).join("; ")}. Arrow keys turn, plus and minus zoom.`,
+        "aria-describedby": "spheremap-keys",
+    });
+    const labels = made("div", { class: "labels", "aria-hidden": "true" });
+    const legend = made("div", { class: "legend", role: "img" });
+    const message = made("p", { class: "message", role: "alert", hidden: true });
+    const readout = made("output", { class: "readout", "aria-live": "off", "aria-label": "Under the pointer" });
+    const said = made("p", { class: "said", "aria-live": "polite" });
+    const stage = made("div", { class: "stage" }, [canvas, labels, legend, message]);
+    const change = (changes) => { set(changes); };
+    const names = Object.keys(scene.screens);
+    const controls = [
+        choice("Screen", names.map((n) => [n, scene.screens[n].title ?? n]), () => look.screen, (screen) => change({ screen, zoom: 1 })),
+        choice("Beside", [["", "nothing"], ...names.filter((n) => !scene.screens[n].edge).map((n) => [n, scene.screens[n].title ?? n])], () => look.beside, (beside) => change({ beside })),
+        slider("Exposure", [-16, 16, 0.25], () => look.exposure, (exposure) => change({ exposure }), (x) => `${x > 0 ? "+" : ""}${x} stops`),
+        choice("Curve", scene.curves.map((n) => [n, n]), () => look.curve, (curve) => change({ curve })),
+        flag("False color", "f", () => look.false_color, (false_color) => change({ false_color })),
+        flag("Isolines", "i", () => look.isolines, (isolines) => change({ isolines })),
+        flag("Clipping", "c", () => look.clipping, (clipping) => change({ clipping })),
+        flag("Graticule", "g", () => look.graticule > 0, (on) => change({ graticule: on ? start.graticule || 30 : 0 })),
+        flag("Axes", "a", () => look.axes, (axes) => change({ axes })),
+    ];
+    if (several) {
+        const images = scene.images.map((image, k) => [String(k), image.name]);
+        controls.push(
+            choice("Image", images, () => String(look.first), (k) => change({ first: Number(k) })),
+            choice("Compared with", images, () => String(look.second), (k) => change({ second: Number(k) })),
+            choice("How", COMPARISONS.map((n) => [n, n]), () => look.comparison, (comparison) => change({ comparison })),
+            slider("Split", [0, 1, 0.01], () => look.split, (split) => change({ split }), (x) => `${Math.round(100 * x)} %`),
+        );
+    }
+    const help = made("details", {}, [made("summary", { text: "Keys" }),
+        made("dl", { id: "spheremap-keys" }, KEYS.flatMap(([key, what]) => [made("dt", { text: key }), made("dd", { text: what })]))]);
+    const bar = made("div", { class: "bar", role: "toolbar", "aria-label": "View" }, [...controls.map((c) => c.element), help]);
+    root.classList.add("spheremap");
+    root.replaceChildren(stage, readout, bar, said);
+
+    let painter = null, wanted = 0, quiet = 0, shrink = 1, last = 0;
+    const listeners = [], picked = [];
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+
+    // The viewports, the flat map to the right of the sphere.
+    function views() {
+        const { width, height } = canvas;
+        if (!look.beside) return [viewOf(scene, look, lensOf(look), [0, 0, width, height])];
+        const half = Math.floor(width / 2);
+        return [viewOf(scene, look, lensOf(look), [0, 0, half, height]),
+            viewOf(scene, { ...look, zoom: 1 }, look.beside, [half, 0, width - half, height])];
+    }
+
+    function fitted(ratio) {
+        const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+        if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    }
+
+    function draw(samples = 3) {
+        if (!painter) return;
+        for (const view of views()) painter.picture(view, look, samples);
+        drawLabels();
+    }
+
+    function drawLabels() {
+        labels.replaceChildren();
+        const marks = [...(look.axes ? Object.entries(AXES).map(([text, of]) => ({ text, direction: homeOf(of) })) : []), ...scene.marks];
+        if (!marks.length) return;
+        for (const view of views()) {
+            for (let k = 0; k < marks.length; k += LOCATED) {
+                const some = marks.slice(k, k + LOCATED);
+                painter.locate(view, some.map((mark) => mark.direction)).forEach(([x, y], j) => {
+                    if (!(x >= 0 && x <= 1 && y >= 0 && y <= 1)) return;
+                    const left = (100 * (view.rect[0] + x * view.rect[2])) / canvas.width;
+                    labels.append(made("span", { text: some[j].text, style: `left:${left}%;top:${100 * y}%` }));
+                });
+            }
+        }
+    }
+
+    // From the first image's world, which a person reads, to the page's, and back.
+    const homeOf = (d) => [0, 1, 2].map((i) => [0, 1, 2].reduce((sum, j) => sum + scene.world[j][i] * d[j], 0));
+    const worldOf = (d) => [0, 1, 2].map((i) => [0, 1, 2].reduce((sum, j) => sum + scene.world[i][j] * d[j], 0));
+
+    function drawLegend() {
+        const on = look.false_color && look.comparison !== "signed";
+        legend.hidden = !on;
+        if (!on) return;
+        const colors = scene.ramp.map((c) => `rgb(${c.map((x) => Math.round(255 * x)).join(" ")})`);
+        legend.setAttribute("aria-label", "Colors of luminance, in stops of 1 at this exposure");
+        legend.replaceChildren(made("div", { class: "ramp", style: `background:linear-gradient(to top, ${colors.join(", ")})` }),
+            made("ol", {}, [8, 4, 0, -4, -8].map((s) => made("li", { text: `${s > 0 ? "+" : ""}${s}: ${tail(2 ** (s - look.exposure)).replace(/\.0+$/, "")}` }))));
+    }
+
+    function show() {
+        controls.forEach((control) => control.show());
+        drawLegend();
+    }
+
+    // While a person moves, fewer pixels where frames take long; then all of them.
+    function ask(moving = false) {
+        if (!wanted) wanted = requestAnimationFrame((now) => frame(now, moving));
+        clearTimeout(quiet);
+    }
+
+    function frame(now, moving) {
+        wanted = 0;
+        if (!painter) return;
+        const took = last ? now - last : 0;
+        if (moving) {
+            if (took > 50 && took < 1000) shrink = Math.max(shrink / 1.4, 0.3);
+            else if (took && took < 20) shrink = Math.min(shrink * 1.2, 1);
+        }
+        last = moving ? now : 0;
+        fitted((moving ? shrink : 1) * Math.min(devicePixelRatio, 2));
+        draw(moving ? 1 : 3);
+        // Longer than a slow frame takes.
+        if (moving) quiet = setTimeout(() => ask(false), 400);
+    }
+
+    function set(changes, moving = false) {
+        Object.assign(look, changes);
+        look.fov = clamp(look.fov, ...FOV);
+        look.pitch = clamp(look.pitch, -90, 90);
+        look.yaw = ((look.yaw % 360) + 540) % 360 - 180;
+        look.zoom = clamp(look.zoom, 1, 64);
+        show();
+        ask(moving);
+        listeners.forEach((listener) => listener(look));
+    }
+
+    // What lies under a place on the canvas, in CSS pixels from its upper left corner.
+    function pick(left, top) {
+        if (!painter) return null;
+        const x = (left / canvas.clientWidth) * canvas.width, y = canvas.height - (top / canvas.clientHeight) * canvas.height;
+        const view = views().findLast((v) => x >= v.rect[0]);
+        const part = (x - view.rect[0]) / view.rect[2];
+        const other = several && (look.comparison === "second" || (look.comparison === "split" && part >= look.split) || (look.comparison === "blink" && look.blinked));
+        const which = other ? look.second : look.first, image = scene.images[which];
+        const { direction, held, density, own, apart } = painter.pick(view, which, x, y);
+        const result = { image: image.name, direction: held ? worldOf(direction) : null };
+        if (!held || Number.isNaN(own.u)) return result;
+        const [faces, height, width] = image.shape;
+        const nearest = (part, texels, corners) => clamp(Math.floor(corners ? part * (texels - 1) + 0.5 : part * texels), 0, texels - 1);
+        const texel = [nearest(own.u, width, image.grid === "corners"), nearest(own.v, height, image.grid !== "centers")];
+        if (faces > 1) result.face = Math.round(own.face);
+        return { ...result, uv: [own.u, own.v], texel, solid_angle: density / (width * height), value: valueAt(which, apart) };
+    }
+
+    // Of the texel that was sent, which stands with its face apart.
+    function valueAt(which, { u, v, face }) {
+        const { place, width, height, gain } = scene.images[which];
+        const column = clamp(Math.floor(u * place[0] + place[2] + 0.5), 1, width - 2);
+        const row = clamp(Math.floor(v * place[1] + place[3] + 0.5), 1, height - 2);
+        const k = 4 * ((Math.round(face) * height + row) * width + column);
+        const texel = painter.texels[which].subarray(k, k + 4);
+        if (texel[3] === 0) return null;
+        return texel[3] === 0x3c00 ? [...texel.subarray(0, 3)].map((half) => halfToNumber(half) * gain) : [NaN, NaN, NaN];
+    }
+
+    function tell(left, top) {
+        const found = pick(left, top);
+        if (found) picked.forEach((listener) => listener(found));
+        if (!found || !found.direction) { readout.textContent = "no direction"; return; }
+        const parts = [`direction ${found.direction.map((x) => x.toFixed(4)).join(" ")}`];
+        if (found.uv) {
+            parts.push(`uv ${found.uv.map((x) => x.toFixed(5)).join(" ")}`,
+                `texel ${found.texel.join(", ")}${"face" in found ? `, face ${found.face}` : ""}`,
+                `value ${found.value ? found.value.map(tail).join(" ") : "none"}`, `${tail(found.solid_angle)} sr`);
+        } else parts.push("not in the image");
+        if (several) parts.unshift(found.image);
+        readout.textContent = parts.join(" · ");
+    }
+
+    // Hands ---------------------------------------------------------------------------------------
+
+    const pointers = new Map();
+    const perPixel = () => (scene.screens[lensOf(look)].edge ? look.fov : 360 / look.zoom) / canvas.clientWidth;
+    const closer = (factor) => (scene.screens[lensOf(look)].edge ? { fov: look.fov * factor } : { zoom: look.zoom / factor });
+    canvas.addEventListener("pointerdown", (event) => {
+        canvas.setPointerCapture(event.pointerId);
+        pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+        const before = pointers.get(event.pointerId), here = [event.offsetX, event.offsetY];
+        if (!before) { tell(...here); return; }
+        const others = [...pointers].filter(([id]) => id !== event.pointerId);
+        pointers.set(event.pointerId, here);
+        if (others.length) {
+            const [, other] = others[0];
+            const apart = ([x, y]) => Math.max(Math.hypot(x - other[0], y - other[1]), 1);
+            set(closer(apart(before) / apart(here)), true);
+        } else {
+            const each = perPixel();
+            set({ yaw: look.yaw + (here[0] - before[0]) * each, pitch: look.pitch + (here[1] - before[1]) * each }, true);
+        }
+    });
+    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
+    canvas.addEventListener("wheel", (event) => {
+        event.preventDefault();
+        set(closer(2 ** (clamp(event.deltaY, -120, 120) / 480)), true);
+    }, { passive: false });
+
+    const toggle = (name, label) => () => { set({ [name]: !look[name] }); said.textContent = `${label} ${look[name] ? "on" : "off"}`; };
+    const turn = (yaw, pitch) => (event) => {
+        const step = (event.shiftKey ? 15 : 3) * Math.min(1, look.fov / 60);
+        set({ yaw: look.yaw + yaw * step, pitch: look.pitch + pitch * step }, true);
+        said.textContent = `direction ${directionOf().map((x) => x.toFixed(2)).join(" ")}`;
+    };
+    const directionOf = () => worldOf(poseOf(look).slice(6).map((x) => -x));
+    const zoom = (factor) => () => { set(closer(factor), true); said.textContent = `field of view ${look.fov.toFixed(0)} degrees`; };
+    const expose = (stops) => () => { set({ exposure: clamp(look.exposure + stops, -16, 16) }); said.textContent = `exposure ${look.exposure} stops`; };
+    const actions = {
+        ArrowLeft: turn(1, 0), ArrowRight: turn(-1, 0), ArrowUp: turn(0, 1), ArrowDown: turn(0, -1),
+        "+": zoom(0.9), "=": zoom(0.9), "-": zoom(1 / 0.9), "[": expose(-0.5), "]": expose(0.5),
+        Home: () => { set({ yaw: start.yaw, pitch: start.pitch, fov: start.fov, zoom: 1 }); said.textContent = "first view"; },
+        f: toggle("false_color", "false color"), i: toggle("isolines", "isolines"), c: toggle("clipping", "clipping"), a: toggle("axes", "axes"),
+        g: () => { set({ graticule: look.graticule ? 0 : start.graticule || 30 }); said.textContent = `graticule ${look.graticule ? "on" : "off"}`; },
+        p: () => { set({ screen: names[(names.indexOf(look.screen) + 1) % names.length], zoom: 1 }); said.textContent = look.screen; },
+        b: () => { set({ beside: look.beside ? "" : "latlong" }); },
+        x: () => {
+            if (!several) return;
+            if (look.comparison === "blink") set({ blinked: !look.blinked });
+            else set({ first: look.second, second: look.first });
+            said.textContent = scene.images[look.first].name;
+        },
+    };
+    canvas.addEventListener("keydown", (event) => {
+        const action = !event.ctrlKey && !event.metaKey && !event.altKey && actions[event.key];
+        if (!action) return;
+        event.preventDefault();
+        action(event);
+    });
+    if (several && !still) setInterval(() => { if (look.comparison === "blink") set({ blinked: !look.blinked }); }, 700);
+    new ResizeObserver(() => ask()).observe(canvas);
+
+    const fail = (error) => { message.textContent = error.message; message.hidden = false; throw error; };
+    const ready = (async () => {
+        const made = new Painter(canvas, scene);
+        canvas.addEventListener("webglcontextlost", () => { message.textContent = "The graphics card was lost: reload."; message.hidden = false; });
+        await made.load();
+        painter = made;
+        show();
+        fitted(Math.min(devicePixelRatio, 2));
+        draw();
+    })().catch(fail);
+    // The camera that looks along a direction of the reader's world.
+    function aim(direction) {
+        const [x, y, z] = homeOf(direction), level = Math.hypot(x, z);
+        set({ yaw: level > 1e-12 ? Math.atan2(-x, -z) / DEGREE : 0, pitch: Math.atan2(y, level) / DEGREE });
+    }
+    return { look, set, aim, pick, draw, ready, canvas, direction: directionOf,
+        onlook: (listener) => listeners.push(listener), onpick: (listener) => picked.push(listener) };
+}
+
+// A widget of anywidget: traits of the model are settings of the page, both ways.
+const SHARED = ["fov", "exposure", "curve", "false_color", "isolines", "clipping", "graticule", "axes"];
+
+function render({ model, el }) {
+    const root = made("div", { style: "height:520px" });
+    el.append(root);
+    const view = mount(root, model.get("scene"));
+    let waiting = 0, busy = false;
+    // Each side tells the other of changes, and not of those that it was told of.
+    const alone = (work) => (...given) => {
+        if (busy) return;
+        busy = true;
+        try { work(...given); } finally { busy = false; }
+    };
+    // What a hand does is told a few times a second.
+    const save = () => { waiting ||= setTimeout(() => { waiting = 0; model.save_changes(); }, 100); };
+    const changed = alone(() => {
+        view.set(Object.fromEntries(SHARED.map((name) => [name, model.get(name)])));
+        const asked = model.get("direction"), here = view.direction();
+        if (Math.hypot(...asked.map((x, k) => x - here[k])) > 1e-9) view.aim(asked);
+    });
+    view.onlook(alone(() => {
+        SHARED.forEach((name) => model.set(name, view.look[name]));
+        model.set("direction", view.direction());
+        save();
+    }));
+    view.onpick((found) => {
+        // A message has no NaN.
+        const told = (x) => (Number.isFinite(x) ? x : null);
+        model.set("picked", { ...found, value: found.value?.map(told) ?? null });
+        save();
+    });
+    [...SHARED, "direction"].forEach((name) => model.on(`change:${name}`, changed));
+    changed();
+    return () => [...SHARED, "direction"].forEach((name) => model.off(`change:${name}`, changed));
+}
+
+export default { render };

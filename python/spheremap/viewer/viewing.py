@@ -1,0 +1,494 @@
+"""`view`, and what it returns."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arrays import as_doubles, as_image, spatial_axes, spatial_shape
+from .._scalars import as_flag, as_items, as_text, as_whole
+from ..io.tonemap import Curve
+from ..io.whole import as_path, write_bytes
+from ..map.flat import flat
+from ..map.images import channels_last, expect_aspect
+from ..map.named import resolve
+from ..map.variants import changed
+from ..map.verbs import rotation as turned_by
+from . import page, shaders, still
+from .look import CHECKS, as_direction, as_side, yaw_and_pitch
+from .texels import apart, texels
+from .widget import widget
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from .._projection import Projection
+    from ..map.named import ProjectionLike
+
+__all__ = ["Viewer", "view"]
+
+# The longer side of what a notebook keeps with its text.
+_IN_NOTEBOOKS = 2048
+# Labels of a page, which are placed one by one.
+_MOST_MARKS = 1024
+
+
+@dataclass(frozen=True)
+class Shown:
+    """One image with its map, its channels last."""
+
+    pixels: NDArray[Any]
+    projection: Projection
+    name: str
+
+
+class Viewer:
+    """What `view` returns: images, and how they are looked at. A notebook shows it.
+
+    Attributes
+    ----------
+    direction : tuple of float
+        What is in the middle, in the world of the first image's projection.
+    fov : float
+        Degrees across, from 15 to 340: beyond 170 a perspective becomes a little planet.
+    exposure : float
+        In stops.
+    curve : str
+        As for `spheremap.io.tonemap`.
+    screen : Projection
+        What the picture plane is: a lens, or a flat map.
+    false_color, isolines, clipping, axes : bool
+    graticule : float
+        Degrees between lines; 0 for none.
+
+    Each is checked when it is set.
+    """
+
+    direction: tuple[float, float, float]
+    fov: float
+    exposure: float
+    curve: str
+    false_color: bool
+    isolines: bool
+    clipping: bool
+    graticule: float
+    axes: bool
+    max_size: int
+    screen: Projection
+
+    def __init__(self, shown: Shown, max_size: int, look: dict[str, Any]) -> None:
+        """Start with one image; `view` checks it."""
+        self._images = [shown]
+        self._marks: list[tuple[str, tuple[float, float, float]]] = []
+        self.max_size = max_size
+        for name, value in look.items():
+            setattr(self, name, value)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in CHECKS:
+            value = CHECKS[name](value, name)
+        elif name == "screen":
+            value = _screen(value)
+        elif name == "max_size":
+            value = as_side(as_whole(value, name), name)
+        elif not name.startswith("_"):
+            known = ", ".join([*CHECKS, "screen", "max_size"])
+            raise AttributeError(f"A viewer has no {name!r}; there are {known}.")
+        super().__setattr__(name, value)
+
+    def __repr__(self) -> str:
+        images = ", ".join(f"{shown.name!r}" for shown in self._images)
+        return f"<spheremap viewer of {images}: {self.screen.name}, fov={self.fov:g}>"
+
+    def add(
+        self,
+        image: ArrayLike,
+        /,
+        projection: ProjectionLike,
+        *,
+        name: str | None = None,
+        rotation: Any | None = None,
+        any_aspect: bool = False,
+        channels_first: bool = False,
+    ) -> Viewer:
+        """Add an image that is compared with the first, by one camera.
+
+        The page shows both with a slider between them, their difference, or one after the other.
+
+        Parameters
+        ----------
+        image, projection, name, rotation, any_aspect, channels_first
+            As for `view`. The worlds of several projections are matched, as in `convert`.
+
+        Returns
+        -------
+        Viewer
+            This one.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As for `view`.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> sky = np.ones((32, 64, 3), np.float32)
+        >>> cube = sm.convert(sky, "latlong", "cube", size=8)
+        >>> sm.view(sky, "latlong").add(cube, "cube", name="small")
+        <spheremap viewer of 'latlong', 'small': perspective, fov=90>
+        """
+        self._images.append(_shown(image, projection, name, rotation, any_aspect, channels_first))
+        return self
+
+    def mark(self, directions: ArrayLike, /, names: Sequence[str] | str | None = None) -> Viewer:
+        """Mark directions: points of interest, or lights.
+
+        Parameters
+        ----------
+        directions : array_like, shape (3,) or (N, 3)
+            In the world of the first image's projection; of any length.
+        names : str or sequence of str, optional
+            What stands there; a dot where nothing is said.
+
+        Returns
+        -------
+        Viewer
+            This one.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For what is no direction, for another number of names, and for more than 1024 marks.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> sky = np.ones((16, 32))
+        >>> v = sm.view(sky, "latlong").mark([0, 1, 0], "zenith")
+        >>> v = v.mark([light.direction for light in sm.light.lights(sky, "latlong", count=8)])
+        """
+        given = as_doubles(directions, "directions")
+        if given.shape[-1:] != (3,) or given.ndim > 2:
+            raise ValueError(
+                f"Expected `directions` to have shape (3,) or (N, 3), got {given.shape}."
+            )
+        rows = given.reshape(-1, 3)
+        if len(rows) + len(self._marks) > _MOST_MARKS:
+            raise ValueError(f"Expected at most {_MOST_MARKS} marks, got {len(rows)} more.")
+        if names is None:
+            names = ["•"] * len(rows)
+        elif isinstance(names, str):
+            names = [names]
+        words = [as_text(name, "names") for name in as_items(names, "names", "str")]
+        if len(words) != len(rows):
+            raise ValueError(f"Expected {len(rows)} names, one a direction, got {len(words)}.")
+        places = [as_direction(row, "directions") for row in rows]
+        self._marks += list(zip(words, places, strict=True))
+        return self
+
+    def html(self) -> str:
+        """Return a page that works offline and asks nothing of a server.
+
+        It needs a browser with WebGL 2.
+
+        Returns
+        -------
+        str
+        """
+        return page.page(self._scene(self.max_size))
+
+    def widget(self) -> Any:
+        """Return a widget for notebooks, by anywidget: ``pip install spheremap[view]``.
+
+        Its traits are both ways: ``w.direction = [1, 0, 0]`` turns the view, and ``w.fov`` is what
+        the wheel has made of it. ``w.picked`` is what lies under the pointer: a dict with
+        ``direction``, ``uv``, ``texel``, ``value`` and ``solid_angle``.
+
+        Returns
+        -------
+        anywidget.AnyWidget
+            With the settings of this viewer, but for `screen`, as traits. It holds at most 2048
+            texels along a side.
+
+        Raises
+        ------
+        ImportError
+            If anywidget is missing.
+        """
+        look = {name: getattr(self, name) for name in CHECKS}
+        look["direction"] = list(self.direction)
+        return widget(self._scene(min(self.max_size, _IN_NOTEBOOKS)), look)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the page of `html` to a file.
+
+        Parameters
+        ----------
+        path : path
+            As ``"look.html"``. It appears whole or not at all.
+
+        Raises
+        ------
+        OSError
+            Where it cannot be written.
+        TypeError, ValueError
+            For what is no path.
+        """
+        target = Path(as_path(path)).resolve()
+        write_bytes(target, self.html().encode("utf-8"))
+
+    def snapshot(self, size: tuple[int, int] = (720, 1280)) -> NDArray[np.uint8]:
+        """Return what is seen of the first image, by `convert` and no browser.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Rows and columns. A flat map is as large as it fits in. Of a little planet both are even
+            or both odd.
+
+        Returns
+        -------
+        picture : ndarray of uint8, shape (H, W, 3)
+            Gray where nothing is known of the sphere, magenta where a value is NaN. Without
+            graticule, axes, isolines and marks of clipping.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For a size that is none.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> v = sm.view(np.ones((32, 64), np.float32), "latlong", fov=60)
+        >>> v.snapshot((9, 16)).shape
+        (9, 16, 3)
+        """
+        sides = [as_side(as_whole(n, "size"), "size") for n in as_items(size, "size", "two sides")]
+        if len(sides) != 2:
+            raise ValueError(f"Expected `size` to be rows and columns, got {len(sides)} numbers.")
+        first = self._images[0]
+        yaw, pitch = self._angles()
+        found, held = still.seen(
+            first.pixels,
+            first.projection,
+            self.screen,
+            self.screen.name if _is_lens(self.screen) else "",
+            self.fov,
+            turned_by(yaw, pitch),
+            (sides[0], sides[1]),
+        )
+        return still.toned(
+            found, held, exposure=self.exposure, curve=self.curve, false_color=self.false_color
+        )
+
+    def _repr_html_(self) -> str:
+        return page.iframe(page.page(self._scene(min(self.max_size, _IN_NOTEBOOKS))))
+
+    def _angles(self) -> tuple[float, float]:
+        return yaw_and_pitch(_world(self._images[0].projection).T @ np.array(self.direction))
+
+    def _scene(self, max_size: int) -> dict[str, Any]:
+        screens, own = dict(shaders.screens()), self.screen
+        name = own.name
+        if name not in screens or own != _screen(name):
+            # One with parameters, a convention or axes of its own.
+            name = repr(own)
+            screens[name] = shaders.screen(own)
+        world = _world(self._images[0].projection)
+        yaw, pitch = self._angles()
+        look = {setting: getattr(self, setting) for setting in CHECKS if setting != "direction"}
+        look |= {"yaw": yaw, "pitch": pitch, "screen": name}
+        return page.scene(
+            " and ".join(shown.name for shown in self._images),
+            look,
+            [_record(shown, max_size) for shown in self._images],
+            screens,
+            world,
+            [{"text": text, "direction": (world.T @ at).tolist()} for text, at in self._marks],
+        )
+
+
+def view(
+    image: ArrayLike,
+    /,
+    projection: ProjectionLike,
+    *,
+    name: str | None = None,
+    direction: ArrayLike | None = None,
+    fov: float = 90.0,
+    exposure: float = 0.0,
+    curve: Curve | str | None = None,
+    screen: ProjectionLike = "perspective",
+    false_color: bool = False,
+    isolines: bool = False,
+    clipping: bool = False,
+    graticule: float = 0.0,
+    axes: bool = False,
+    max_size: int = 4096,
+    rotation: Any | None = None,
+    any_aspect: bool = False,
+    channels_first: bool = False,
+) -> Viewer:
+    """Look around in an image, in a notebook or a browser, with its full range of light.
+
+    Drag to look around, wheel for the field of view; the page lists its keys. It shows the
+    direction, (u, v), texel, value and solid angle under the pointer. Its shaders are those of
+    `code`: what they show is what `convert` gives.
+
+    Parameters
+    ----------
+    image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
+        Floats are linear light; uint8 and uint16 are pictures of sRGB. Of two channels the first is
+        shown, of more than three the first three.
+    projection : Projection or str
+        How the image maps the sphere.
+    name : str, optional
+        What the page calls it; the projection's name where nothing is said.
+    direction : array_like, shape (3,), optional
+        What is in the middle, in the world of `projection`. Where nothing is said, what is ahead,
+        or what is in the middle of an image that does not hold that.
+    fov : float
+        Degrees across, from 15 to 340: beyond 170 a perspective becomes a little planet.
+    exposure : float
+        In stops.
+    curve : {"reinhard", "none"}, optional
+        As for `spheremap.io.tonemap`; by default ``"none"`` for integers.
+    screen : Projection or str
+        What the picture plane is: ``"perspective"``, ``"stereographic"``, or a flat map, as
+        ``"latlong"`` or ``"mollweide"``. The page can switch to any other.
+    false_color : bool
+        Whether colors say how bright it is, in stops of luminance 1.
+    isolines : bool
+        Whether lines are drawn at whole stops.
+    clipping : bool
+        Whether stripes mark what is too bright for the curve, red, or negative, blue.
+    graticule : float
+        Degrees between parallels, and between meridians; 0 for none.
+    axes : bool
+        Whether ±x, ±y and ±z are named where they are, in the world of `projection`.
+    max_size : int
+        The longer side of a face, in texels, that a page holds: a larger image is made smaller by
+        `convert`. `snapshot` looks at the image itself.
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+        As for `convert`: turns the image in the world.
+    any_aspect, channels_first : bool
+        As for `convert`.
+
+    Returns
+    -------
+    Viewer
+        It shows itself in a notebook, as a page of at most 2048 texels. ``save("look.html")``
+        writes one, ``snapshot()`` is what is seen as an array, and ``add(image, projection)``
+        compares.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For an image that the projection cannot have, or that is empty; for settings that there are
+        not.
+
+    Notes
+    -----
+    Light is sent in half floats, scaled by a power of two, with a border that continues each face
+    over its seams. At the rim of a disk, and of a map as ``"mollweide"``, what lies beyond counts
+    for nothing, where `sample` looks across.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm
+    >>> sky = np.ones((32, 64, 3), np.float32)
+    >>> v = sm.view(sky, "latlong", direction=[1, 0, 0], graticule=15)
+    >>> v.fov = 60
+    >>> v
+    <spheremap viewer of 'latlong': perspective, fov=60>
+    >>> v.html().startswith("<!doctype html>")
+    True
+    """
+    shown = _shown(image, projection, name, rotation, any_aspect, channels_first)
+    if curve is None:
+        curve = "reinhard" if shown.pixels.dtype.kind == "f" else "none"
+    if direction is None:
+        direction = _first(shown.projection)
+    look = {
+        "direction": direction,
+        "fov": fov,
+        "exposure": exposure,
+        "curve": curve,
+        "screen": screen,
+        "false_color": false_color,
+        "isolines": isolines,
+        "clipping": clipping,
+        "graticule": graticule,
+        "axes": axes,
+    }
+    return Viewer(shown, max_size, look)
+
+
+def _shown(
+    image: ArrayLike,
+    projection: ProjectionLike,
+    name: str | None,
+    rotation: Any | None,
+    any_aspect: bool,
+    channels_first: bool,
+) -> Shown:
+    p = resolve(projection, rotation=rotation)
+    pixels = as_image(image, None)
+    if as_flag(channels_first, "channels_first"):
+        pixels = channels_last(pixels, spatial_axes(p))
+    if 0 in pixels.shape:
+        raise ValueError(f"Expected `image` to have texels, got shape {pixels.shape}.")
+    expect_aspect(p, pixels.shape, any_aspect)
+    spatial_shape(pixels, p, "image")
+    return Shown(pixels, p, p.name if name is None else as_text(name, "name"))
+
+
+def _screen(value: ProjectionLike) -> Projection:
+    """Return a screen as one image."""
+    p = resolve(value)
+    if _is_lens(p):
+        # Its field of view is the viewer's.
+        return resolve(p.name)
+    return p if p.faces == 1 else changed(p, layout=flat(p.name).layout)
+
+
+def _is_lens(p: Projection) -> bool:
+    return p.name in shaders.LENSES
+
+
+def _world(p: Projection) -> NDArray[np.float64]:
+    """Return the matrix from the page's directions, x right, y up, -z ahead, to those of a map."""
+    columns = np.zeros((3, 3))
+    for k, (word, sign) in enumerate(zip(p.world.split(), (1, 1, -1), strict=True)):
+        columns["xyz".index(word[1]), k] = sign if word[0] == "+" else -sign
+    return columns
+
+
+def _first(p: Projection) -> NDArray[np.float64]:
+    """Return what is ahead, or in the middle of an image that does not hold it."""
+    ahead = -_world(p)[:, 2]
+    middle = np.asarray(p.decode([0.5, 0.5] if p.faces == 1 else [0.5, 0.5, 0.0]), np.float64)
+    return ahead if p.covers(ahead) or not np.isfinite(middle).all() else middle
+
+
+def _record(shown: Shown, max_size: int) -> dict[str, Any]:
+    """Return what the page holds of an image."""
+    p = shown.projection
+    shape = shown.pixels.shape[: spatial_axes(p)]
+    sent = texels(apart(shown.pixels, p), p, max_size)
+    about = f"{p.name} of {' x '.join(map(str, shape))} texels"
+    return {
+        "name": shown.name,
+        "about": about,
+        "shape": (1, *shape) if p.faces == 1 else shape,
+        "grid": p.grid,
+        **shaders.image(p),
+        **sent.record(),
+    }

@@ -43,11 +43,13 @@ if TYPE_CHECKING:
 
     from ._arrays import Negative, Scalar, Size
     from ._names import CodeVerb, ConvertFilter, Filter, Language, SampleFilter
+    from .io.tonemap import Curve
     from .light.sources import Lights, Method, Sun
     from .light.specular import Distribution
     from .map.coding import Precision
     from .map.named import ProjectionLike, Worlds
     from .resample.plans import RemapPlan
+    from .viewer import Viewer
 
     Lobe = Literal["cone", "phong", "vmf"]
 
@@ -286,6 +288,7 @@ METHODS = (
     ("sh_project", "spheremap.sh", "project", "latlong",
      "p.sh_project(np.ones((8, 16)), order=1).round(6).tolist()[0]", "3.544908"),
     ("sun", LIGHT, "sun", "latlong", "p.sun(np.ones((16, 32))) is None", "True"),
+    ("view", "spheremap.viewer", "view", "latlong", "p.view(np.ones((4, 8)), fov=60).fov", "60.0"),
     ("weights", LIGHT, "weights", "latlong", "p.weights(4, normalized=True).shape", "(4, 8)"),
 )  # fmt: skip
 
@@ -325,7 +328,8 @@ def documentation(function: object, given: str, kind: str, example: str, shown: 
         sections.append(part.rstrip())
     code = f"import {'numpy as np, ' if 'np.' in example else ''}spheremap as sm"
     name = f"{function.__module__}.{function.__qualname__}"  # type: ignore[attr-defined]
-    public = re.sub(r"\.(map|resample)\.\w+\.|(\.light)\.\w+\.", lambda m: f"{m[2] or ''}.", name)
+    room = r"\.(map|resample|viewer)\.\w+\.|(\.light)\.\w+\."
+    public = re.sub(room, lambda m: f"{m[2] or ''}.", name)
     sections.append(f"See Also\n--------\n{public} : The same as a function, with notes.")
     sections.append(
         f'Examples\n--------\n>>> {code}\n>>> p = sm.projection("{kind}")\n>>> {example}\n{shown}'

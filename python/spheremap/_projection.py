@@ -25,11 +25,13 @@ if TYPE_CHECKING:
 
     from ._arrays import Negative, Scalar, Size
     from ._names import CodeVerb, ConvertFilter, Filter, Language, SampleFilter
+    from .io.tonemap import Curve
     from .light.sources import Lights, Method, Sun
     from .light.specular import Distribution
     from .map.coding import Precision
     from .map.named import ProjectionLike, Worlds
     from .resample.plans import RemapPlan
+    from .viewer import Viewer
 
     Lobe = Literal["cone", "phong", "vmf"]
 
@@ -2150,6 +2152,116 @@ class Projection(_core.Projection):
             luminance=luminance,
             skipna=skipna,
             negative=negative,
+            any_aspect=any_aspect,
+            channels_first=channels_first,
+        )
+
+    def view(
+        self,
+        image: ArrayLike,
+        /,
+        *,
+        name: str | None = None,
+        direction: ArrayLike | None = None,
+        fov: float = 90.0,
+        exposure: float = 0.0,
+        curve: Curve | str | None = None,
+        screen: ProjectionLike = "perspective",
+        false_color: bool = False,
+        isolines: bool = False,
+        clipping: bool = False,
+        graticule: float = 0.0,
+        axes: bool = False,
+        max_size: int = 4096,
+        rotation: Any | None = None,
+        any_aspect: bool = False,
+        channels_first: bool = False,
+    ) -> Viewer:
+        """Look around in an image, in a notebook or a browser, with its full range of light.
+
+        Drag to look around, wheel for the field of view; the page lists its keys. It shows the
+        direction, (u, v), texel, value and solid angle under the pointer. Its shaders are those of
+        `code`: what they show is what `convert` gives.
+
+        Parameters
+        ----------
+        image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
+            Floats are linear light; uint8 and uint16 are pictures of sRGB. Of two channels the
+            first is shown, of more than three the first three.
+        name : str, optional
+            What the page calls it; the projection's name where nothing is said.
+        direction : array_like, shape (3,), optional
+            What is in the middle, in the world of `projection`. Where nothing is said, what is
+            ahead, or what is in the middle of an image that does not hold that.
+        fov : float
+            Degrees across, from 15 to 340: beyond 170 a perspective becomes a little planet.
+        exposure : float
+            In stops.
+        curve : {"reinhard", "none"}, optional
+            As for `spheremap.io.tonemap`; by default ``"none"`` for integers.
+        screen : Projection or str
+            What the picture plane is: ``"perspective"``, ``"stereographic"``, or a flat map, as
+            ``"latlong"`` or ``"mollweide"``. The page can switch to any other.
+        false_color : bool
+            Whether colors say how bright it is, in stops of luminance 1.
+        isolines : bool
+            Whether lines are drawn at whole stops.
+        clipping : bool
+            Whether stripes mark what is too bright for the curve, red, or negative, blue.
+        graticule : float
+            Degrees between parallels, and between meridians; 0 for none.
+        axes : bool
+            Whether ±x, ±y and ±z are named where they are, in the world of `projection`.
+        max_size : int
+            The longer side of a face, in texels, that a page holds: a larger image is made smaller
+            by `convert`. `snapshot` looks at the image itself.
+        rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
+            As for `convert`: turns the image in the world.
+        any_aspect, channels_first : bool
+            As for `convert`.
+
+        Returns
+        -------
+        Viewer
+            It shows itself in a notebook, as a page of at most 2048 texels. ``save("look.html")``
+            writes one, ``snapshot()`` is what is seen as an array, and ``add(image, projection)``
+            compares.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For an image that the projection cannot have, or that is empty; for settings that there
+            are not.
+
+        See Also
+        --------
+        spheremap.view : The same as a function, with notes.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> p = sm.projection("latlong")
+        >>> p.view(np.ones((4, 8)), fov=60).fov
+        60.0
+        """
+        from .viewer import view
+
+        return view(
+            image,
+            self,
+            name=name,
+            direction=direction,
+            fov=fov,
+            exposure=exposure,
+            curve=curve,
+            screen=screen,
+            false_color=false_color,
+            isolines=isolines,
+            clipping=clipping,
+            graticule=graticule,
+            axes=axes,
+            max_size=max_size,
+            rotation=rotation,
             any_aspect=any_aspect,
             channels_first=channels_first,
         )

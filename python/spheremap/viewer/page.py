@@ -37,6 +37,8 @@ html, body {{ height: 100%; margin: 0; }}
 {js}
 const scene = JSON.parse(document.getElementById("scene").textContent);
 window.spheremap = mount(document.getElementById("view"), scene);
+// A page of its own listens to keys at once; a frame in a notebook would take them from the reader.
+if (window.parent === window) document.querySelector("#view canvas").focus();
 </script>
 </body>
 </html>

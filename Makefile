@@ -113,6 +113,7 @@ test-languages: $(BUILT) $(DEV_DEPS)
 test-torch: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group torch
 	"$(BIN)/python" -m pytest -m programs tests/tensors
+	"$(BIN)/python" -m pytest tests/package/test_docs.py -k torch.md
 
 test-programs: $(BUILT) $(DEV_DEPS)
 	@command -v exrenvmap >/dev/null || { echo "exrenvmap was not found; install the package openexr" >&2; exit 1; }

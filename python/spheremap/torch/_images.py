@@ -334,7 +334,7 @@ def _sample_reverse(
     if wanted[1]:
         slopes = sample_slopes(image, directions, spec, filter)
         of_uv = (slopes * gradient).sum(-1).movedim(0, -1)
-        of_directions = _verbs.encode_gradient(directions, spec, of_uv)
+        of_directions = _verbs.encode_gradient(directions, of_uv, spec)
     return of_image, of_directions
 
 

@@ -18,7 +18,7 @@ import torch
 from ..map.grid import on_corners, texel
 from ..resample import pad, sample
 from ..resample.matrix import weights_of
-from ._specs import HELD, map_of
+from ._specs import HELD, map_of, on_blocks
 from ._verbs import encode
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class Lookups:
         rows = tuple(torch.from_numpy(part) for part in (row, column, weight))
         return torch.from_numpy(index), (rows[0], rows[1], rows[2])
 
-    def four(self, directions: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    def four(self, directions: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Return four texels of the padded image (4, n), and the places between them, x and y.
 
         The last are NaN where the image does not hold the direction.
@@ -101,12 +101,13 @@ class Lookups:
         if uv.shape[-1] == 3:
             first += uv[..., 2].nan_to_num(0.0).long() * (across * (height + 2))
         steps = torch.tensor([0, 1, across, across + 1], device=first.device)
-        return first + steps[:, None], x - column, y - row, uv
+        return first + steps[:, None], x - column, y - row
 
     def mixed(self, directions: Tensor) -> tuple[Tensor, Tensor]:
         """Return four texels of the extended image for each direction, and their weights (4, n)."""
-        four, x, y, _ = self.four(directions)
-        index = self.padded[0].to(four.device)[four]
+        four, x, y = self.four(directions)
+        own = self.padded[0].to(four.device)
+        index = own.index_select(0, four.flatten()).view_as(four)
         weights = torch.stack([(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y])
         return index, weights.nan_to_num(0.0)
 
@@ -131,14 +132,24 @@ class Lookups:
 
     def slopes(self, image: Tensor, directions: Tensor) -> Tensor:
         """Return the derivatives (2, n, channels) of lookups by u and by v."""
+        whole = self.extended(image)
+        out = image.new_empty((2, len(directions), image.shape[1]))
+
+        def work(block: slice) -> None:
+            out[:, block] = self._slopes(whole, directions[block])
+
+        on_blocks(work, len(directions))
+        return out
+
+    def _slopes(self, whole: Tensor, directions: Tensor) -> Tensor:
         if not self.is_whole:
             raise NotImplementedError(
                 f"`sample` has no derivative by directions in images of '{self.p.name}', whose "
                 "edges or rims are inside its image. `convert` it to 'latlong' or 'octahedral'."
             )
-        four, x, y, _ = self.four(directions)
-        whole = self.extended(image)
-        a, b, c, d = (whole[i] for i in self.padded[0].to(four.device)[four])
+        four, x, y = self.four(directions)
+        own = self.padded[0].to(four.device)
+        a, b, c, d = (whole.index_select(0, own.index_select(0, one)) for one in four)
         x, y = x[:, None], y[:, None]
         (scale_u, _), (scale_v, _) = self.places
         by_u = ((b - a) * (1 - y) + (d - c) * y) * scale_u
@@ -152,9 +163,16 @@ class Lookups:
 
         shape = (len(directions), self.texels)
         if self.is_whole:
-            index, weights = self.mixed(directions)
-            rows = np.arange(0, 4 * shape[0] + 1, 4)
-            parts = (weights.T.reshape(-1).numpy(), index.T.reshape(-1).numpy(), rows)
+            chosen = np.empty((shape[0], 4), np.int32)
+            shares = np.empty((shape[0], 4), directions.numpy().dtype)
+
+            def work(block: slice) -> None:
+                index, weights = self.mixed(directions[block])
+                chosen[block], shares[block] = index.numpy().T, weights.numpy().T
+
+            on_blocks(work, shape[0])
+            rows = np.arange(0, 4 * shape[0] + 1, 4, dtype=np.int32)
+            parts = (shares.ravel(), chosen.ravel(), rows)
             mixed = self.padded[1]
             if mixed is None:
                 return csr_matrix(parts, shape=shape)
@@ -200,7 +218,7 @@ class Lookups:
             none = np.zeros(len(directions), bool)
             empty = np.zeros((4, len(directions)))
             return none, (empty.astype(np.int64), empty)
-        four, x, y, _ = self.four(directions)
+        four, x, y = self.four(directions)
         height, width = self.shape[-2:]
         held = np.isfinite(self.p.directions(self.shape)[..., 0]).reshape(-1, height, width)
         numbers = np.where(held, np.arange(self.texels).reshape(held.shape), -1)

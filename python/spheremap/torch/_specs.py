@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -10,11 +11,15 @@ import numpy as np
 import torch
 
 from .. import _core
+from .._threads import on_all_threads
 from ..map.named import resolve
 
 if TYPE_CHECKING:
     from .._projection import Projection
     from ..map.named import ProjectionLike
+
+# What is computed on a block stays in a core's cache.
+_BLOCK = 1 << 15
 
 # So many maps, or operators on images of a shape, are held at a time.
 HELD = 128
@@ -58,3 +63,14 @@ def turned_back(directions: torch.Tensor, rotation: torch.Tensor) -> torch.Tenso
 
 def _as_array(rotation: Any) -> Any:
     return rotation if hasattr(rotation, "as_matrix") else np.asarray(rotation)
+
+
+def on_blocks(work: Callable[[slice], None], count: int) -> None:
+    """Do the work on blocks of so many rows, by all threads."""
+
+    def alone(block: slice) -> None:
+        # Another thread knows nothing of being within an operator, where nothing is recorded.
+        with torch.no_grad():
+            work(block)
+
+    on_all_threads(alone, [slice(k, k + _BLOCK) for k in range(0, count, _BLOCK)])

@@ -64,7 +64,7 @@ def encode(
     >>> d = torch.tensor([0.0, 0.0, -2.0], requires_grad=True)
     >>> uv = spheremap.torch.encode(d, "latlong")
     >>> uv[0].backward()
-    >>> uv.tolist(), (d.grad * 4 * torch.pi).tolist()
+    >>> uv.tolist(), (d.grad * 4 * torch.pi + 0.0).tolist()
     ([0.5, 0.5], [1.0, 0.0, 0.0])
     """
     turn, fixed = split_rotation(rotation)

@@ -75,7 +75,11 @@ PYTHON: Floors = [
     },
     {"io": "image files"},
     {"light": "what a renderer needs", "ball": "photos of mirror balls"},
-    {"plot": "figures", "viewer": "pages to look around in images"},
+    {
+        "plot": "figures",
+        "viewer": "pages to look around in images",
+        "torch": "tensors, with gradients",
+    },
     {"_projection": "the class that people see, a method a verb; generated"},
     {"__init__": "the names a person sees"},
     {"cli": "the command line"},

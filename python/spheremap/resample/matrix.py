@@ -98,11 +98,22 @@ def weights_matrix(
     shape = plan.source_shape
     if shape is None:
         raise TypeError("Expected `source_shape` to be a shape, got None.")
-    sources, targets = math.prod(shape), math.prod(plan.shape)
 
     def convert(channels: Floats) -> Floats:
         return plan(channels.reshape(*shape, -1)).reshape(targets, -1)
 
+    targets = math.prod(plan.shape)
+    return csr_matrix(weights_of(convert, shape, targets), shape=(targets, math.prod(shape)))
+
+
+def weights_of(
+    convert: Callable[[Floats], Floats], shape: tuple[int, ...], targets: int
+) -> tuple[Floats, tuple[Places, Places]]:
+    """Return the weights, rows and columns of what makes sums of texels of an image.
+
+    `convert` takes the image as (texels, channels) and gives (targets, channels).
+    """
+    sources = math.prod(shape)
     # Numbers that no two texels have, nor means of them: they tell a texel from several.
     marks = np.random.default_rng(0).random(sources) + 1
     want = convert(marks[:, None])[:, 0]
@@ -116,7 +127,7 @@ def weights_matrix(
     if len(rows):
         _halving(convert, sources, rows, found)
     row, column, weight = found.triples()
-    return csr_matrix((weight, (row, column)), shape=(targets, sources))
+    return weight, (row, column)
 
 
 class _Found:

@@ -1,0 +1,397 @@
+"""The verbs of images as operators: lookups, and what is linear in an image, with adjoints.
+
+Here an image has its channels last, batches among them: (H, W, channels), (F, N, N, channels).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+
+from .. import resample
+from .._threads import on_all_threads
+from . import _verbs
+from ._lookups import lookups
+from ._operators import define
+from ._specs import map_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from torch import Tensor
+
+# Rows of a matrix go to threads in so many parts, whatever the number of threads.
+_PARTS = 16
+
+# Matrices are large: so many are held at a time.
+_MATRICES = 16
+
+
+class Matrix:
+    """A sparse matrix of which the adjoint is wanted: each row is summed in one order."""
+
+    def __init__(self, weights: Any) -> None:
+        self._weights = weights
+        self._held: dict[Any, Any] = {}
+
+    def times(self, given: Tensor) -> Tensor:
+        """Return the matrix times columns (sources, channels)."""
+        if given.device.type != "cpu":
+            return torch.sparse.mm(self._on(given, self._weights), given)
+        return self._product("forward", self._weights, given)
+
+    def adjoint(self, given: Tensor) -> Tensor:
+        """Return the transposed matrix times columns (targets, channels)."""
+        if given.device.type != "cpu":
+            return torch.sparse.mm(self._on(given, self._weights.T), given)
+        return self._product("adjoint", self._weights.T, given)
+
+    def _product(self, way: str, weights: Any, given: Tensor) -> Tensor:
+        columns = np.ascontiguousarray(given.detach().numpy())
+        parts = self._held.get((way, columns.dtype))
+        if parts is None:
+            rows = weights.tocsr().astype(columns.dtype)
+            # Weights of a row in the order of its columns: sums have one order.
+            rows.sort_indices()
+            bounds = np.linspace(0, rows.shape[0], _PARTS + 1).astype(int)
+            parts = [(a, b, rows[a:b]) for a, b in pairwise(bounds) if a < b]
+            self._held[way, columns.dtype] = parts
+        out = np.empty((weights.shape[0], columns.shape[1]), columns.dtype)
+
+        def work(part: Any) -> None:
+            first, last, rows = part
+            out[first:last] = rows @ columns
+
+        on_all_threads(work, parts)
+        return torch.from_numpy(out)
+
+    def _on(self, given: Tensor, weights: Any) -> Tensor:
+        held = weights.tocoo()
+        index = torch.from_numpy(np.stack([held.row, held.col]).astype(np.int64))
+        values = torch.from_numpy(held.data).to(given.dtype)
+        return torch.sparse_coo_tensor(index, values, held.shape).to(given.device)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A verb that makes sums of an image's texels, for images of one shape."""
+
+    key: str
+
+    @cached_property
+    def _given(self) -> dict[str, Any]:
+        given: dict[str, Any] = json.loads(self.key)
+        return given
+
+    @property
+    def source(self) -> tuple[int, ...]:
+        """The shape of the images."""
+        return tuple(self._given["source"])
+
+    @property
+    def target(self) -> tuple[int, ...]:
+        """The shape of the results."""
+        return tuple(self._given["target"])
+
+    def run(self, image: NDArray[Any], *, filled: bool = True) -> NDArray[Any]:
+        """Do it by the kernel."""
+        given = self._given
+        if given["verb"] == "pad":
+            p = map_of(given["src"])
+            found: NDArray[Any] = resample.pad(
+                image, p, given["n"], filter=given["filter"], any_aspect=True
+            )
+            return found
+        return resample.convert(
+            image,
+            map_of(given["src"]),
+            map_of(given["dst"]),
+            size=self.target,
+            filter=given["filter"],
+            fill=given["fill"] if filled else 0.0,
+            antialias=given["antialias"],
+            world=given["world"],
+            any_aspect=True,
+        )
+
+    @cached_property
+    def is_lookup(self) -> bool:
+        """Whether it is one bilinear lookup for each texel of the result."""
+        given = self._given
+        return (
+            given["verb"] == "convert" and given["filter"] == "bilinear" and not given["antialias"]
+        )
+
+    @cached_property
+    def matrix(self) -> Matrix:
+        """It as a matrix, to rounding."""
+        from scipy.sparse import csr_matrix
+
+        if self._given["filter"] == "mode":
+            raise NotImplementedError("`convert` with filter='mode' has no gradient.")
+        sources, targets = math.prod(self.source), math.prod(self.target)
+        if self.is_lookup:
+            return Matrix(lookups(self._given["src"], self.source).weights(self._directions()))
+
+        def columns(channels: NDArray[np.float64]) -> NDArray[np.float64]:
+            image = channels.reshape(*self.source, -1)
+            return self.run(image, filled=False).reshape(targets, -1)
+
+        found = resample.matrix.weights_of(columns, self.source, targets)
+        return Matrix(csr_matrix(found, shape=(targets, sources)))
+
+    def _directions(self) -> Tensor:
+        source, target = map_of(self._given["src"]), map_of(self._given["dst"])
+        if self._given["world"] == "match":
+            target = target.in_world_of(source)
+        return torch.from_numpy(target.directions(self.target)).reshape(-1, 3)
+
+    @cached_property
+    def empty(self) -> NDArray[np.bool_]:
+        """Which texels of the result are no sums, but `fill`."""
+        ones = np.ones((*self.source, 1))
+        none: NDArray[np.bool_] = self.run(ones, filled=False).reshape(-1) == 0
+        return none
+
+
+@lru_cache(_MATRICES)
+def linear_of(key: str) -> Linear:
+    """Return what a key stands for, which holds what it has prepared."""
+    return Linear(key)
+
+
+def _flat(image: Tensor, axes: int) -> Tensor:
+    return image.reshape(math.prod(image.shape[:axes]), image.shape[-1])
+
+
+def _by_channels(name: str) -> Callable[..., tuple[Tensor, int]]:
+    """Return a rule for what treats channels alike: more of the first tensor's are more channels.
+
+    Where other tensors have the axis it is done one by one.
+    """
+
+    def batched(in_dims: tuple[int | None, ...], *given: Any) -> tuple[Tensor, int]:
+        operator = getattr(torch.ops.spheremap, name)
+        first = in_dims[0]
+        if first is not None and not any(isinstance(axis, int) for axis in in_dims[1:]):
+            image = given[0].movedim(first, -1)
+            found = operator(image.flatten(-2), *given[1:])
+            return found.unflatten(-1, image.shape[-2:]), found.ndim
+        pairs = list(zip(given, in_dims, strict=True))
+        count = next(t.shape[k] for t, k in pairs if isinstance(k, int))
+        each = [
+            operator(*(t.select(k, n) if isinstance(k, int) else t for t, k in pairs))
+            for n in range(count)
+        ]
+        return torch.stack(each), 0
+
+    return batched
+
+
+# What is linear -----------------------------------------------------------------------------------
+
+
+def _linear(image: Tensor, key: str) -> Tensor:
+    made = linear_of(key)
+    if image.device.type == "cpu":
+        return torch.from_numpy(made.run(image.detach().numpy()))
+    found = made.matrix.times(_flat(image, len(made.source)))
+    fill = json.loads(key).get("fill", 0.0)
+    if fill != 0.0:
+        found[torch.from_numpy(made.empty).to(image.device)] = fill
+    return found.reshape(*made.target, -1)
+
+
+def _linear_adjoint(gradient: Tensor, key: str) -> Tensor:
+    made = linear_of(key)
+    found = made.matrix.adjoint(_flat(gradient, len(made.target)))
+    return found.reshape(*made.source, -1)
+
+
+def _plain(key: str) -> str:
+    """Return the key of the same without what is not linear."""
+    given = json.loads(key)
+    return json.dumps({**given, "fill": 0.0}) if given.get("fill", 0.0) != 0.0 else key
+
+
+def _linear_reverse(
+    wanted: Any, image: Tensor, key: str, result: Tensor, gradient: Tensor
+) -> tuple[Tensor]:
+    return (linear_adjoint(gradient, key),)
+
+
+def _linear_forward(image: Tensor, key: str, result: Tensor, tangent: Tensor) -> Tensor:
+    return linear(tangent, _plain(key))
+
+
+def _linear_adjoint_reverse(
+    wanted: Any, gradient: Tensor, key: str, result: Tensor, again: Tensor
+) -> tuple[Tensor]:
+    return (linear(again, _plain(key)),)
+
+
+def _linear_adjoint_forward(gradient: Tensor, key: str, result: Tensor, tangent: Tensor) -> Tensor:
+    return linear_adjoint(tangent, key)
+
+
+linear_adjoint: Callable[..., Tensor] = define(
+    "linear_adjoint(Tensor gradient, str key) -> Tensor",
+    kernel=_linear_adjoint,
+    fake=lambda g, key: g.new_empty((*linear_of(key).source, g.shape[-1])),
+    batched=_by_channels("linear_adjoint"),
+    reverse=_linear_adjoint_reverse,
+    forward=_linear_adjoint_forward,
+)
+linear: Callable[..., Tensor] = define(
+    "linear(Tensor image, str key) -> Tensor",
+    kernel=_linear,
+    fake=lambda image, key: image.new_empty((*linear_of(key).target, image.shape[-1])),
+    batched=_by_channels("linear"),
+    reverse=_linear_reverse,
+    forward=_linear_forward,
+)
+
+# Lookups ------------------------------------------------------------------------------------------
+
+
+def _sample(image: Tensor, directions: Tensor, spec: str, filter: str, fill: float) -> Tensor:
+    if image.device.type == "cpu":
+        found = resample.sample(
+            image.detach().numpy(),
+            directions.detach().numpy(),
+            map_of(spec),
+            filter=filter,
+            fill=fill,
+            any_aspect=True,
+        )
+        return torch.from_numpy(found)
+    made = lookups(spec, tuple(image.shape[:-1]))
+    if filter != "bilinear" or not made.is_whole:
+        raise NotImplementedError(
+            "Where there are no kernels `sample` is bilinear, in images without rims and faces."
+        )
+    found = made.looked_up(_flat(image, image.ndim - 1), directions.reshape(-1, 3), fill)
+    return found.reshape(*directions.shape[:-1], -1)
+
+
+def _sample_adjoint(
+    gradient: Tensor, directions: Tensor, spec: str, filter: str, shape: list[int]
+) -> Tensor:
+    made = lookups(spec, tuple(shape))
+    columns = gradient.reshape(-1, gradient.shape[-1])
+    flat = directions.reshape(-1, 3)
+    if gradient.device.type != "cpu":
+        index, weights = made.mixed(flat)
+        if made.padded[1] is not None or not made.is_whole:
+            raise NotImplementedError(f"No gradient of lookups in '{made.p.name}' there yet.")
+        out = gradient.new_zeros((made.texels, columns.shape[1]))
+        for i, w in zip(index, weights, strict=True):
+            out.index_add_(0, i, columns * w.to(columns.dtype)[:, None])
+        return out.reshape(*shape, -1)
+    if filter not in ("bilinear", "nearest"):
+        raise NotImplementedError(
+            f"`sample` with filter={filter!r} has no gradient; 'bilinear' and 'nearest' have."
+        )
+    matrix = made.weights if filter == "bilinear" else made.nearest
+    weights = matrix(flat.detach())
+    # Lookup by lookup: no sum waits for another, and the order is theirs.
+    held = weights.T.astype(columns.detach().numpy().dtype, copy=False)
+    found = held @ np.ascontiguousarray(columns.detach().numpy())
+    return torch.from_numpy(found).reshape(*shape, -1)
+
+
+def _sample_slopes(image: Tensor, directions: Tensor, spec: str, filter: str) -> Tensor:
+    if filter != "bilinear":
+        raise NotImplementedError(
+            f"`sample` with filter={filter!r} has no derivative by directions; 'bilinear' has."
+        )
+    made = lookups(spec, tuple(image.shape[:-1]))
+    found = made.slopes(_flat(image, image.ndim - 1), directions.reshape(-1, 3))
+    return found.reshape(2, *directions.shape[:-1], -1)
+
+
+def _sample_reverse(
+    wanted: Any,
+    image: Tensor,
+    directions: Tensor,
+    spec: str,
+    filter: str,
+    fill: float,
+    result: Tensor,
+    gradient: Tensor,
+) -> tuple[Tensor | None, Tensor | None]:
+    of_image = of_directions = None
+    if wanted[0]:
+        shape = list(image.shape[:-1])
+        of_image = sample_adjoint(gradient, directions, spec, filter, shape)
+    if wanted[1]:
+        slopes = sample_slopes(image, directions, spec, filter)
+        of_uv = (slopes * gradient).sum(-1).movedim(0, -1)
+        of_directions = _verbs.encode_gradient(directions, of_uv, spec)
+    return of_image, of_directions
+
+
+def _sample_forward(
+    image: Tensor,
+    directions: Tensor,
+    spec: str,
+    filter: str,
+    fill: float,
+    result: Tensor,
+    of_image: Tensor | None,
+    of_directions: Tensor | None,
+) -> Tensor:
+    found = torch.zeros_like(result)
+    if of_image is not None:
+        found = found + sample(of_image, directions, spec, filter, 0.0)
+    if of_directions is not None:
+        slopes = sample_slopes(image, directions, spec, filter)
+        along = _verbs.encode_tangent(directions, spec, of_directions)
+        found = found + slopes[0] * along[..., :1] + slopes[1] * along[..., 1:2]
+    return found
+
+
+def _adjoint_reverse(
+    wanted: Any,
+    gradient: Tensor,
+    directions: Tensor,
+    spec: str,
+    filter: str,
+    shape: list[int],
+    result: Tensor,
+    again: Tensor,
+) -> tuple[Tensor | None, None]:
+    if wanted[1]:
+        raise NotImplementedError("`sample` has no second derivative by directions.")
+    return sample(again, directions, spec, filter, 0.0), None
+
+
+sample_slopes = define(
+    "sample_slopes(Tensor image, Tensor directions, str spec, str filter) -> Tensor",
+    kernel=_sample_slopes,
+    fake=lambda image, d, spec, filter: image.new_empty((2, *d.shape[:-1], image.shape[-1])),
+    batched=_by_channels("sample_slopes"),
+)
+sample_adjoint = define(
+    "sample_adjoint(Tensor gradient, Tensor directions, str spec, str filter, SymInt[] shape)"
+    " -> Tensor",
+    kernel=_sample_adjoint,
+    fake=lambda g, d, spec, filter, shape: g.new_empty((*shape, g.shape[-1])),
+    batched=_by_channels("sample_adjoint"),
+    reverse=_adjoint_reverse,
+)
+sample = define(
+    "sample(Tensor image, Tensor directions, str spec, str filter, float fill) -> Tensor",
+    kernel=_sample,
+    fake=lambda image, d, spec, filter, fill: image.new_empty((*d.shape[:-1], image.shape[-1])),
+    batched=_by_channels("sample"),
+    reverse=_sample_reverse,
+    forward=_sample_forward,
+)

@@ -1,0 +1,113 @@
+"""How a call of the library becomes an operator of torch, with all its derivatives.
+
+`torch.library.custom_op` knows no forward derivatives: under `torch.func.jvp` such an operator says
+nothing and has a tangent of zero. So the rules are put where autograd itself looks for them, for
+one level at a time: for `backward`, `torch.func`, `torch.compile` and `torch.export` alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import torch
+from torch._functorch.autograd_function import enable_single_level_autograd_function
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+_library = torch.library.Library("spheremap", "DEF")
+
+
+def define(
+    schema: str,
+    *,
+    kernel: Callable[..., Tensor],
+    fake: Callable[..., Tensor],
+    batched: Callable[..., tuple[Tensor, int]],
+    reverse: Callable[..., tuple[Tensor | None, ...]] | None = None,
+    forward: Callable[..., Tensor] | None = None,
+) -> Callable[..., Tensor]:
+    """Define an operator and return it.
+
+    Parameters
+    ----------
+    schema : str
+        Its name and arguments: tensors first, plain values after them.
+    kernel : callable
+        What computes it.
+    fake : callable
+        Returns an empty tensor of the result's shape and dtype.
+    batched : callable
+        Takes `in_dims` and the arguments, one of which has an axis more; returns the result, and
+        where its axis is.
+    reverse : callable, optional
+        Takes which tensors want a gradient, the arguments, the result and its gradient; returns
+        one of each tensor. It is made of what has derivatives, where there are second ones.
+    forward : callable, optional
+        Takes the arguments, the result and the tangents (or None) of the tensors.
+
+    Without the last two, a derivative is an error.
+    """
+    name = schema.partition("(")[0]
+    _library.define(schema)
+    _library.impl(name, kernel, "CompositeExplicitAutograd")
+    torch.library.register_fake(f"spheremap::{name}", fake, lib=_library)
+    operator: Any = getattr(torch.ops.spheremap, name).default
+
+    def vmap(info: Any, in_dims: tuple[int | None, ...], *given: Any) -> tuple[Tensor, int]:
+        return batched(in_dims, *given)
+
+    torch.library.register_vmap(f"spheremap::{name}", vmap, lib=_library)
+    arguments = operator._schema.arguments
+    tensors = sum(str(one.type) == "Tensor" for one in arguments)
+    values = len(arguments) - tensors
+
+    class Rules(torch.autograd.function._SingleLevelFunction):  # type: ignore[misc]
+        @staticmethod
+        def forward(ctx: Any, *given: Any) -> Any:
+            with torch._C._AutoDispatchBelowAutograd():
+                result = operator(*given)
+            ctx.save_for_backward(*given[:tensors], result)
+            ctx.save_for_forward(*given[:tensors], result)
+            ctx.values = given[tensors:]
+            # No tangent is None, and not a zero that would ask for a derivative.
+            ctx.set_materialize_grads(False)
+            return result
+
+        @staticmethod
+        def backward(ctx: Any, *gradients: Any) -> Any:
+            if reverse is None:
+                raise NotImplementedError(f"spheremap::{name} has no derivative.")
+            if gradients[0] is None:
+                return (None,) * (tensors + values)
+            *given, result = ctx.saved_tensors
+            wanted = ctx.needs_input_grad[:tensors]
+            found = reverse(wanted, *given, *ctx.values, result, gradients[0])
+            return (*found, *(None for _ in range(values)))
+
+        @staticmethod
+        def jvp(ctx: Any, *tangents: Any) -> Any:
+            if forward is None:
+                raise NotImplementedError(f"spheremap::{name} has no forward derivative.")
+            *given, result = ctx.saved_tensors
+            return forward(*given, *ctx.values, result, *tangents[:tensors])
+
+    def differentiable(*given: Any) -> Any:
+        with enable_single_level_autograd_function():
+            return Rules.apply(*given)
+
+    _library.impl(name, differentiable, "Autograd")
+    found: Callable[..., Tensor] = operator
+    return found
+
+
+def in_float(tensor: Tensor, name: str) -> Tensor:
+    """Return a tensor in the width that it is computed in: half floats in float32."""
+    if not isinstance(tensor, torch.Tensor):
+        raise TypeError(f"Expected `{name}` to be a tensor, got {type(tensor).__name__}.")
+    if tensor.dtype in (torch.float16, torch.bfloat16):
+        return tensor.float()
+    if tensor.dtype not in (torch.float32, torch.float64):
+        raise TypeError(f"Expected `{name}` to be of floats, got {tensor.dtype}.")
+    return tensor

@@ -1,0 +1,76 @@
+"""Printed code of maps, compiled: what runs where there is no kernel, and second derivatives."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import torch
+
+from ..map.coding import code
+from ._specs import HELD, map_of
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    Function = Callable[..., Tensor]
+
+
+_CONSTANT = re.compile(r"^( +t\d+ = )(-?[\d.]+(?:e-?\d+)?)$", re.MULTILINE)
+
+
+@lru_cache(HELD)
+def printed(spec: str, double: bool) -> dict[str, Function]:
+    """Return the verbs of a map as functions of torch."""
+    verbs = ("encode", "decode", "density", "jacobian", "valid", "reflect")
+    dtype = "float64" if double else "float32"
+    names: dict[str, Any] = {}
+    text = code(map_of(spec), "torch", verbs=verbs, name="m", dtype=dtype)
+    # A constant with a name is printed as a number of Python, and `where` between two of these is
+    # of torch's default width.
+    text = _CONSTANT.sub(rf"\1torch.tensor(\2, dtype=torch.{dtype})", text)
+    # `asarray` may detach, and warns that it does not.
+    exec(text.replace("torch.asarray(", "torch.as_tensor("), names)
+    return {verb: names[f"m_{verb}"] for verb in verbs}
+
+
+def run(verb: str, data: Tensor, spec: str) -> Tensor:
+    """Return what a verb's kernel does, where there is none: on other devices than the CPU."""
+    functions = printed(spec, data.dtype == torch.float64)
+    if verb == "encode":
+        # What is printed takes unit vectors.
+        largest = data.abs().amax(-1, keepdim=True)
+        scaled = data / largest
+        unit = scaled / torch.linalg.vector_norm(scaled, dim=-1, keepdim=True)
+        found = functions[verb](unit)
+        return torch.where(unit.isfinite().all(-1, keepdim=True), found, torch.nan)
+    found = functions[verb](data)
+    valid = functions["valid"](data)
+    for _ in range(found.ndim - valid.ndim):
+        valid = valid.unsqueeze(-1)
+    return torch.where(valid, found, torch.nan)
+
+
+def by_place(verb: str, uv: Tensor, spec: str) -> Tensor:
+    """Return the derivatives of a verb of places by u and by v, in the last axis.
+
+    They are forward ones: a branch that is not taken leaves no NaN in the one that is.
+    """
+    function = printed(spec, uv.dtype == torch.float64)[verb]
+
+    def column(k: int) -> Tensor:
+        along = torch.zeros_like(uv)
+        along[..., k] = 1.0
+        with warnings.catch_warnings():
+            # torch's own forward rules use what it has deprecated, and say so once.
+            warnings.filterwarnings("ignore", ".*torch.jit.script")
+            found: Tensor = torch.func.jvp(function, (uv.detach(),), (along,))[1]
+        return found
+
+    # Within an operator torch has derivatives switched off; in another thread it has not.
+    with ThreadPoolExecutor(1) as apart:
+        return torch.stack(list(apart.map(column, range(2))), dim=-1)

@@ -1,0 +1,413 @@
+"""The verbs of images, of tensors as torch has them: channels before the rows."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+
+from .. import light, resample
+from .._arrays import spatial_axes
+from ..map.images import expect_aspect, target_shape
+from ..map.named import resolve
+from ..map.size import matching_size
+from . import _images
+from ._operators import in_float
+from ._specs import map_of, spec_of, split_rotation, turned_back
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from .._arrays import Size
+    from .._names import ConvertFilter, Filter
+    from .._projection import Projection
+    from ..map.named import ProjectionLike, Worlds
+
+__all__ = ["convert", "integrate", "pad", "sample"]
+
+
+def sample(
+    image: Tensor,
+    directions: Tensor,
+    /,
+    projection: ProjectionLike,
+    *,
+    filter: str = "bilinear",
+    axes: str | None = None,
+    rotation: Any | None = None,
+    fill: float = 0.0,
+    any_aspect: bool = False,
+) -> Tensor:
+    """Look directions up in an image.
+
+    Parameters
+    ----------
+    image : Tensor, shape (H, W), (C, H, W) or (N, C, H, W)
+        With faces (F, S, S), (F, C, S, S) or (N, F, C, S, S). Of floats.
+    directions : Tensor, shape (..., 3)
+        World directions of any length; the same are looked up in each image.
+    projection, axes, rotation
+        As for `encode`: how the image maps the sphere.
+    filter : {"bilinear", "nearest"} or str
+        As for `spheremap.sample`. Others have no gradient: asking for it is an error.
+    fill : float
+        As for `spheremap.sample`.
+    any_aspect : bool
+        As for `spheremap.sample`.
+
+    Returns
+    -------
+    values : Tensor, shape (...), (C, ...) or (N, C, ...)
+        Of the image's dtype.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `spheremap.sample`.
+    NotImplementedError
+        For a gradient, when it is asked for, that there is none of.
+
+    Notes
+    -----
+    The gradient of the image is the exact adjoint, summed in the order of the directions: the same
+    bits with any number of threads. It costs most for lookups at rims (`sphere`, `angular`) and
+    along the edges of a cube's faces, whose weights are found by looking up.
+
+    The gradient of directions is that of bilinear lookups: constant along each axis between four
+    texels, and of one side on the lines between centers. Maps of one rectangular image have it
+    (latlong, octahedral, equal_area, perspective, ...); of faces and disks it is an error. Outside
+    the coverage nothing changes: it is zero.
+
+    On other devices than the CPU lookups are bilinear, in the same maps.
+
+    Examples
+    --------
+    >>> import torch, spheremap.torch
+    >>> image = torch.zeros(3, 32, 64, requires_grad=True)
+    >>> values = spheremap.torch.sample(image, torch.tensor([[0.0, 0.0, -1.0]]), "latlong")
+    >>> values.sum().backward()
+    >>> values.shape, round(image.grad.sum().item(), 6)
+    (torch.Size([3, 1]), 3.0)
+    """
+    turn, fixed = split_rotation(rotation)
+    spec = spec_of(projection, axes, fixed)
+    return _looked_up(image, directions, spec, turn, filter, float(fill), any_aspect)
+
+
+def convert(
+    image: Tensor,
+    /,
+    src: ProjectionLike,
+    dst: ProjectionLike,
+    *,
+    size: Size | None = None,
+    rotation: Any | None = None,
+    filter: ConvertFilter | str = "bilinear",
+    fill: float = 0.0,
+    antialias: bool = True,
+    world: Worlds = "match",
+    any_aspect: bool = False,
+) -> Tensor:
+    """Turn an image from one projection into another.
+
+    Parameters
+    ----------
+    image : Tensor
+        As for `sample`.
+    src, dst, size, filter, antialias, world, any_aspect
+        As for `spheremap.convert`.
+    rotation : Tensor, array_like or an object with ``.as_matrix()``, optional
+        As for `spheremap.convert`, of shape (3, 3). Gradients flow to a tensor, with
+        ``filter="bilinear", antialias=False`` from the maps that `sample` names; else a tensor
+        that wants one is an error.
+    fill : float
+        As for `spheremap.convert`.
+
+    Returns
+    -------
+    image : Tensor
+        With the batch, channels and dtype of the image, and its memory format.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `spheremap.convert`.
+
+    Notes
+    -----
+    The gradient of the image is the exact adjoint, with every filter that adds texels up: all but
+    ``"mode"``. The matrix is found when it is first wanted and held for the next calls. With
+    ``filter="bilinear", antialias=False``, from a rectangular image, that takes no longer than a
+    call; with others as long as `weights_matrix` does, seconds for images of a hundred rows and
+    minutes for 512.
+
+    Examples
+    --------
+    >>> import torch, spheremap.torch
+    >>> batch = torch.ones(2, 3, 32, 64, requires_grad=True)
+    >>> cubes = spheremap.torch.convert(batch, "latlong", "cube", size=16, antialias=False)
+    >>> cubes.sum().backward()
+    >>> cubes.shape, round(batch.grad.sum().item())
+    (torch.Size([2, 6, 3, 16, 16]), 9216)
+    """
+    turn, fixed = split_rotation(rotation)
+    data = in_float(image, "image")
+    if turn is not None and (torch.is_grad_enabled() and turn.requires_grad):
+        if filter != "bilinear" or antialias:
+            raise ValueError(
+                "Gradients flow to `rotation` with filter='bilinear' and antialias=False alone."
+            )
+        source, grid = _turned_grid(src, dst, size, tuple(image.shape), world, any_aspect)
+        directions = grid.to(device=data.device, dtype=data.dtype)
+        found = _looked_up(image, directions, source, turn, filter, float(fill), any_aspect)
+        # (channels, faces, rows, columns), as values of directions come.
+        extra = image.ndim - _axes(source, tuple(image.shape), any_aspect)
+        faces = extra > 0 and grid.ndim == 4
+        return (found.movedim(extra - 1, -3) if faces else found).contiguous()
+    if turn is not None:
+        fixed = turn.detach().cpu().numpy()
+    held, key, made = _conversion(
+        tuple(image.shape), src, dst, size, fixed, filter, fill, antialias, world, any_aspect
+    )
+    texels, back = _channels_last(data, held)
+    return _as_before(_channels_first(_images.linear(texels, key), made, back), image)
+
+
+def pad(
+    image: Tensor,
+    /,
+    projection: ProjectionLike,
+    n: int,
+    *,
+    filter: Filter | str = "bilinear",
+    any_aspect: bool = False,
+) -> Tensor:
+    """Put a border of `n` texels around each face that continues the image over its seams.
+
+    Parameters
+    ----------
+    image : Tensor
+        As for `sample`.
+    projection, n, filter, any_aspect
+        As for `spheremap.pad`.
+
+    Returns
+    -------
+    padded : Tensor, shape (..., H + 2n, W + 2n)
+        As of `spheremap.pad`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `spheremap.pad`.
+
+    Notes
+    -----
+    The gradient is the exact adjoint; its matrix is found when it is first wanted, and held.
+
+    Examples
+    --------
+    >>> import torch, spheremap.torch
+    >>> spheremap.torch.pad(torch.zeros(8, 3, 32, 64), "latlong", 1).shape
+    torch.Size([8, 3, 34, 66])
+    """
+    data = in_float(image, "image")
+    held, key, made = _border(tuple(image.shape), projection, n, filter, any_aspect)
+    texels, back = _channels_last(data, held)
+    return _as_before(_channels_first(_images.linear(texels, key), made, back), image)
+
+
+def integrate(image: Tensor, /, projection: ProjectionLike, *, any_aspect: bool = False) -> Tensor:
+    """Integrate an image over the sphere: ∫ L dω.
+
+    Parameters
+    ----------
+    image : Tensor
+        As for `sample`.
+    projection, any_aspect
+        As for `light.integrate`.
+
+    Returns
+    -------
+    integral : Tensor, shape (), (C,) or (N, C)
+        Summed in float64, of the image's dtype. NaN spreads.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `light.integrate`.
+
+    Notes
+    -----
+    The gradient is the solid angle of each texel, `light.weights`.
+
+    Examples
+    --------
+    >>> import torch, spheremap.torch
+    >>> float(spheremap.torch.integrate(torch.ones(64, 128), "latlong") / torch.pi)
+    4.0
+    """
+    data = in_float(image, "image")
+    spec = spec_of(projection)
+    held = _axes(spec, tuple(image.shape), any_aspect)
+    texels, back = _channels_last(data, held)
+    weights = _weights(spec, tuple(texels.shape[:-1])).to(image.device)
+    total = (texels.double() * weights.unsqueeze(-1)).flatten(0, -2).sum(0)
+    return back(total).to(image.dtype)
+
+
+def _looked_up(
+    image: Tensor,
+    directions: Tensor,
+    spec: str,
+    turn: Tensor | None,
+    filter: str,
+    fill: float,
+    any_aspect: bool,
+) -> Tensor:
+    data = in_float(image, "image")
+    looked = in_float(directions, "directions").to(data.dtype)
+    if looked.ndim == 0 or looked.shape[-1] != 3:
+        raise ValueError(f"Expected `directions` to be (..., 3), got {tuple(looked.shape)}.")
+    if turn is not None:
+        looked = turned_back(looked, turn)
+    texels, back = _channels_last(data, _axes(spec, tuple(image.shape), any_aspect))
+    found = _images.sample(texels, looked, spec, filter, fill)
+    # (..., channels) becomes (N, C, ...).
+    return back(found.movedim(-1, 0)).to(image.dtype)
+
+
+def _channels_last(image: Tensor, axes: int) -> tuple[Tensor, Callable[[Tensor], Tensor]]:
+    """Return an image with all its channels last, and what gives (channels, ...) its batch back.
+
+    `axes` is how many axes an image has without channels.
+    """
+    extra = image.ndim - axes
+    if extra == 0:
+        return image.unsqueeze(-1).contiguous(), lambda made: made.squeeze(0)
+    channel = image.ndim - 3
+    last = image.movedim(channel, -1)
+    if extra == 1:
+        return last.contiguous(), lambda made: made
+    lead = (image.shape[0], last.shape[-1])
+    merged = last.movedim(0, -2).flatten(-2)
+    return merged.contiguous(), lambda made: made.unflatten(0, lead)
+
+
+def _channels_first(made: Tensor, axes: int, back: Callable[[Tensor], Tensor]) -> Tensor:
+    """Return an image of all channels last as torch has it."""
+    many = back(made.movedim(-1, 0))
+    extra = many.ndim - axes
+    # With faces, channels lie between them and the rows.
+    return many if axes == 2 or extra == 0 else many.movedim(extra - 1, -3)
+
+
+def _as_before(made: Tensor, image: Tensor) -> Tensor:
+    """Return a result with the dtype and the memory format of what it was made of."""
+    kept = made.ndim == 4 and image.ndim == 4
+    is_last = kept and image.is_contiguous(memory_format=torch.channels_last)
+    if is_last and not image.is_contiguous():
+        return made.to(image.dtype).contiguous(memory_format=torch.channels_last)
+    return made.to(image.dtype).contiguous()
+
+
+@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
+def _axes(spec: str, shape: tuple[int, ...], any_aspect: bool) -> int:
+    """Return how many axes an image of a map has without channels; its aspect is checked."""
+    p = map_of(spec)
+    axes = spatial_axes(p)
+    _spatial(p, shape, axes, any_aspect)
+    return axes
+
+
+def _spatial(p: Projection, shape: tuple[int, ...], axes: int, any_aspect: bool) -> tuple[int, ...]:
+    """Return the shape of an image without channels."""
+    if not axes <= len(shape) <= axes + 2:
+        raise ValueError(
+            f"Expected `image` to have {axes} to {axes + 2} axes, channels before the rows, "
+            f"got {shape}."
+        )
+    sides = shape[-2:]
+    if axes == 3:
+        # Faces lie before the channels, and a batch before them.
+        sides = (shape[1 if len(shape) == 5 else 0], *sides)
+    expect_aspect(p, sides, any_aspect)
+    return sides
+
+
+@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
+def _conversion(
+    shape: tuple[int, ...],
+    src: ProjectionLike,
+    dst: ProjectionLike,
+    size: Size | None,
+    rotation: Any | None,
+    filter: str,
+    fill: float,
+    antialias: bool,
+    world: str,
+    any_aspect: bool,
+) -> tuple[int, str, int]:
+    """Return the axes of the source, the key of a conversion, and the axes of the result."""
+    source, target = resolve(src), resolve(dst)
+    axes = spatial_axes(source)
+    sides = _spatial(source, shape, axes, any_aspect)
+    if size is None:
+        size = matching_size(sides, source, target)
+    made = target.shape(target_shape(target, size, any_aspect))
+    # All that is wrong with options is said at once, of a plan that is not kept.
+    options: dict[str, Any] = {"filter": filter, "fill": float(fill), "antialias": antialias}
+    plan = resample.remap_plan(
+        source, target, size=made, world=world, any_aspect=True, rotation=rotation, **options
+    )
+    key = {
+        "verb": "convert",
+        "src": spec_of(plan.src),
+        "dst": spec_of(target),
+        "source": sides,
+        "target": made,
+        "world": world,
+        **options,
+    }
+    return axes, json.dumps(key), len(made)
+
+
+@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
+def _border(
+    shape: tuple[int, ...], projection: ProjectionLike, n: int, filter: str, any_aspect: bool
+) -> tuple[int, str, int]:
+    """Return the axes of an image, the key of its padding, and the axes of the result."""
+    p = resolve(projection)
+    axes = spatial_axes(p)
+    sides = _spatial(p, shape, axes, any_aspect)
+    like = resample.pad(np.zeros(sides, np.float32), p, n, filter=filter, any_aspect=True)
+    key = {"verb": "pad", "src": spec_of(p), "source": sides, "target": like.shape}
+    return axes, json.dumps({**key, "n": int(n), "filter": filter}), like.ndim
+
+
+@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
+def _turned_grid(
+    src: ProjectionLike,
+    dst: ProjectionLike,
+    size: Size | None,
+    shape: tuple[int, ...],
+    world: str,
+    any_aspect: bool,
+) -> tuple[str, Tensor]:
+    """Return the source, and the directions of the result's texels in its world."""
+    source, target = resolve(src), resolve(dst)
+    if size is None:
+        sides = _spatial(source, shape, spatial_axes(source), any_aspect)
+        size = matching_size(sides, source, target)
+    if world == "match":
+        target = target.in_world_of(source)
+    made = target.directions(target_shape(target, size, any_aspect))
+    return spec_of(source), torch.from_numpy(made)
+
+
+@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
+def _weights(spec: str, shape: tuple[int, ...]) -> Tensor:
+    return torch.from_numpy(light.weights(map_of(spec), shape, any_aspect=True))

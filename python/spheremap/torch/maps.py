@@ -1,0 +1,325 @@
+"""The verbs of one map, of tensors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import torch
+
+from ..map import verbs
+from . import _verbs
+from ._operators import in_float
+from ._printed import printed
+from ._specs import map_of, spec_of, split_rotation, turned_back
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from .._arrays import Size
+    from ..map.named import ProjectionLike
+
+__all__ = ["decode", "density", "directions", "encode", "jacobian", "reflect"]
+
+
+def encode(
+    directions: Tensor,
+    /,
+    projection: ProjectionLike,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+) -> Tensor:
+    """Map directions to image coordinates.
+
+    Parameters
+    ----------
+    directions : Tensor, shape (..., 3)
+        World directions of any length, of floats. float16 and bfloat16 are computed in float32.
+    projection, axes
+        As for `spheremap.encode`.
+    rotation : Tensor, array_like or an object with ``.as_matrix()``, optional
+        As for `spheremap.encode`. A tensor of shape (..., 3, 3), to which gradients flow, is
+        multiplied as it is, unchecked; its leading axes broadcast against those of `directions`.
+
+    Returns
+    -------
+    uv : Tensor, shape (..., 2), or (..., 3) for a projection of several faces
+        As of `spheremap.encode`, of the dtype and on the device of `directions`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `spheremap.encode`; TypeError for what is no tensor of floats.
+
+    Notes
+    -----
+    The gradient is the inverse of `jacobian`, over the length of the direction. It has second
+    derivatives, and forward ones. At a pole it is not finite, on a crease it is that of the side
+    that `encode` takes. Outside the coverage it is NaN, but zero where no gradient comes in: what a
+    `torch.where` leaves out does not spoil the rest. The number of a face has none.
+
+    Examples
+    --------
+    >>> import torch, spheremap.torch
+    >>> d = torch.tensor([0.0, 0.0, -2.0], requires_grad=True)
+    >>> uv = spheremap.torch.encode(d, "latlong")
+    >>> uv[0].backward()
+    >>> uv.tolist(), (d.grad * 4 * torch.pi + 0.0).tolist()
+    ([0.5, 0.5], [1.0, 0.0, 0.0])
+    """
+    turn, fixed = split_rotation(rotation)
+    data = _with_axis(in_float(directions, "directions"), 3, "directions")
+    if turn is not None:
+        data = turned_back(data, turn)
+    return _verbs.encode(data, spec_of(projection, axes, fixed)).to(directions.dtype)
+
+
+def decode(
+    uv: Tensor,
+    /,
+    projection: ProjectionLike,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+) -> Tensor:
+    """Map image coordinates to directions: the inverse of `encode`.
+
+    Parameters
+    ----------
+    uv : Tensor, shape (..., 2), or (..., 3) for a projection of several faces
+        As `encode` returns.
+    projection, axes, rotation
+        As for `encode`.
+
+    Returns
+    -------
+    directions : Tensor, shape (..., 3)
+        World directions of unit length; NaN outside the valid image.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `encode`.
+
+    Notes
+    -----
+    The gradient is `jacobian`. It has second derivatives, and forward ones.
+
+    Examples
+    --------
+    >>> import torch, spheremap.torch
+    >>> uv = torch.tensor([0.5, 0.5])
+    >>> (spheremap.torch.decode(uv, "octahedral") + 0.0).tolist()
+    [0.0, 0.0, 1.0]
+    """
+    turn, fixed = split_rotation(rotation)
+    spec = spec_of(projection, axes, fixed)
+    data = _of_places(uv, spec)
+    found = _verbs.decode(data, spec)
+    if turn is not None:
+        found = (turn.to(found.dtype) @ found.unsqueeze(-1)).squeeze(-1)
+    return found.to(uv.dtype)
+
+
+def jacobian(
+    uv: Tensor,
+    /,
+    projection: ProjectionLike,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+) -> Tensor:
+    """Return the derivative of the direction by the image coordinates.
+
+    Parameters
+    ----------
+    uv : Tensor, shape (..., 2), or (..., 3) for a projection of several faces
+        Image coordinates.
+    projection, axes, rotation
+        As for `encode`.
+
+    Returns
+    -------
+    jacobian : Tensor, shape (..., 3, 2)
+        As of `spheremap.jacobian`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `encode`.
+
+    Notes
+    -----
+    The gradient is derived from printed code (`spheremap.code`); it has no second one.
+
+    Examples
+    --------
+    >>> import torch, spheremap.torch
+    >>> found = spheremap.torch.jacobian(torch.tensor([0.5, 0.5]), "latlong")
+    >>> (found + 0.0).tolist()  # doctest: +ELLIPSIS
+    [[6.28318..., 0.0], [0.0, -3.14159...], [0.0, 0.0]]
+    """
+    turn, fixed = split_rotation(rotation)
+    spec = spec_of(projection, axes, fixed)
+    found = _verbs.jacobian(_of_places(uv, spec), spec)
+    if turn is not None:
+        found = turn.to(found.dtype) @ found
+    return found.to(uv.dtype)
+
+
+def density(uv: Tensor, /, projection: ProjectionLike) -> Tensor:
+    """Return the solid angle per unit of image area, dω/(du dv).
+
+    Parameters
+    ----------
+    uv : Tensor, shape (..., 2), or (..., 3) for a projection of several faces
+        Image coordinates.
+    projection : Projection or str
+        As for `encode`.
+
+    Returns
+    -------
+    density : Tensor, shape (...)
+        Steradians per unit of uv area; NaN outside the valid image.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `encode`.
+
+    Notes
+    -----
+    The gradient is that of `jacobian`: from printed code, and once.
+
+    Examples
+    --------
+    >>> import torch, spheremap.torch
+    >>> spheremap.torch.density(torch.tensor([0.5, 0.5]), "sphere").round(decimals=4).item()
+    16.0
+    """
+    spec = spec_of(projection)
+    return _verbs.density(_of_places(uv, spec), spec).to(uv.dtype)
+
+
+def directions(
+    projection: ProjectionLike,
+    size: Size,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+    dtype: torch.dtype = torch.float32,
+    device: torch.device | str | None = None,
+    any_aspect: bool = False,
+) -> Tensor:
+    """Return the direction of every texel.
+
+    Parameters
+    ----------
+    projection, axes, rotation
+        As for `encode`; a tensor of rotations has shape (3, 3).
+    size : int or tuple of int
+        As for `spheremap.directions`.
+    dtype : torch.dtype
+        Of the result, any of floats.
+    device : torch.device or str, optional
+        Of the result; by default that of a tensor `rotation`, else the CPU.
+    any_aspect : bool
+        As for `spheremap.directions`.
+
+    Returns
+    -------
+    directions : Tensor, the image's shape + (3,)
+        Unit length; NaN for texels whose center lies outside the valid image.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `spheremap.directions`.
+
+    Examples
+    --------
+    >>> import torch, spheremap.torch
+    >>> spheremap.torch.directions("cube", 16).shape
+    torch.Size([6, 16, 16, 3])
+    """
+    turn, fixed = split_rotation(rotation)
+    if device is None and turn is not None:
+        device = turn.device
+    found = _grid(projection, size, axes, fixed, any_aspect, dtype == torch.float64).to(device)
+    if turn is not None:
+        found = found @ turn.to(found.dtype).mT
+    return found.to(dtype)
+
+
+def reflect(view: Tensor, normal: Tensor, /) -> Tensor:
+    """Reflect view vectors about normals: r = 2(v·n)n/(n·n) - v.
+
+    Parameters
+    ----------
+    view : Tensor, shape (..., 3)
+        From the surface toward the eye; the result keeps its length.
+    normal : Tensor, shape (..., 3)
+        Of any length. The two broadcast.
+
+    Returns
+    -------
+    reflected : Tensor, shape (..., 3)
+        The direction to look up in an environment map.
+
+    Raises
+    ------
+    TypeError
+        For what is no tensor of floats.
+
+    Notes
+    -----
+    It is printed code (`spheremap.code`), with all derivatives.
+
+    Examples
+    --------
+    >>> import torch, spheremap.torch
+    >>> view, normal = torch.tensor([[1.0, 1.0, 0.0], [0.0, 2.0, 0.0]])
+    >>> spheremap.torch.reflect(view, normal).tolist()
+    [-1.0, 1.0, 0.0]
+    """
+    dtype = torch.promote_types(view.dtype, normal.dtype)
+    vectors = (in_float(view, "view"), in_float(normal, "normal"))
+    width = torch.promote_types(vectors[0].dtype, vectors[1].dtype)
+    function = printed("latlong", width == torch.float64)["reflect"]
+    return function(*torch.broadcast_tensors(*vectors)).to(dtype)
+
+
+@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
+def _grid(
+    projection: ProjectionLike,
+    size: Size,
+    axes: str | None,
+    rotation: Any | None,
+    any_aspect: bool,
+    double: bool,
+) -> Tensor:
+    found = verbs.directions(
+        projection,
+        size,
+        axes=axes,
+        rotation=rotation,
+        dtype="float64" if double else "float32",
+        any_aspect=any_aspect,
+    )
+    return torch.from_numpy(found)
+
+
+def _of_places(uv: Tensor, spec: str) -> Tensor:
+    return _with_axis(in_float(uv, "uv"), _numbers(spec), "uv")
+
+
+@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
+def _numbers(spec: str) -> int:
+    """Return how many numbers a place of a map has."""
+    return _verbs.width(map_of(spec))
+
+
+def _with_axis(data: Tensor, length: int, name: str) -> Tensor:
+    if data.ndim == 0 or data.shape[-1] != length:
+        raise ValueError(f"Expected `{name}` to be (..., {length}), got {tuple(data.shape)}.")
+    return data

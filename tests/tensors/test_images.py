@@ -1,0 +1,286 @@
+"""Verbs of images: values of NumPy, exact adjoints, gradients of directions, shapes, transforms."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+import spheremap as sm
+from conftest import FILTERS, NAMES, assert_same_bits, random_directions
+
+torch = pytest.importorskip("torch")
+import spheremap.torch as smt  # noqa: E402
+from spheremap.torch._images import linear_of  # noqa: E402
+
+pytestmark = [
+    pytest.mark.programs,
+    # What torch's own forward rules are made of, it has deprecated.
+    pytest.mark.filterwarnings("ignore:.*torch.jit.script:FutureWarning"),
+]
+
+SAME = {"rtol": 0.0, "atol": 0.0}
+# Two sums of some hundred products of order 1, in float64, in two orders: the issue's own bound.
+EXACT = 1e-12
+MEANS = [name for name in FILTERS if name != "mode"]
+
+
+def made(case: str) -> sm.Projection:
+    name, _, layout = case.partition("/")
+    return sm.projection(name, layout=layout) if layout else sm.projection(name)
+
+
+def random(shape: tuple[int, ...], seed: int) -> Any:
+    return torch.from_numpy(np.random.default_rng(seed).random(shape))
+
+
+def assert_adjoint(verb: Any, shape: tuple[int, ...]) -> None:
+    """Hold ⟨A x, y⟩ to ⟨x, Aᵀ y⟩, and the second derivative to A again."""
+    x, other = random(shape, 1).requires_grad_(), random(shape, 2)
+    result = verb(x)
+    y = random(tuple(result.shape), 3).requires_grad_()
+    (back,) = torch.autograd.grad((result * y).sum(), x, create_graph=True)
+    left, right = (verb(other) * y).sum(), (other * back).sum()
+    assert abs(left - right) < EXACT * (1 + abs(left))
+    (again,) = torch.autograd.grad((back * other).sum(), y)
+    torch.testing.assert_close(again, verb(other).detach(), rtol=EXACT, atol=EXACT)
+    tangent = torch.func.jvp(verb, (x.detach(),), (other,))[1]
+    torch.testing.assert_close(tangent, verb(other).detach(), **SAME)
+
+
+@pytest.mark.parametrize("case", [*NAMES, "cube/cross", "cube/strip"])
+def test_lookups_have_exact_adjoints(case: str) -> None:
+    p = made(case)
+    d = torch.from_numpy(random_directions(400, 1))
+    for filter in ("bilinear", "nearest"):
+        assert_adjoint(lambda x, f=filter: smt.sample(x, d, p, filter=f), p.shape(6))
+    x = random(p.shape(6), 4)
+    wanted = torch.from_numpy(sm.sample(x.numpy(), d.numpy(), p))
+    torch.testing.assert_close(smt.sample(x, d, p), wanted, **SAME)
+
+
+@pytest.mark.parametrize("filter", MEANS)
+@pytest.mark.parametrize(
+    "src, dst", [("latlong", "cube"), ("cube", "latlong"), ("angular", "cube")]
+)
+def test_conversions_have_exact_adjoints(src: str, dst: str, filter: str) -> None:
+    shape = sm.projection(src).shape(8)
+
+    def verb(x: Any) -> Any:
+        return smt.convert(x, src, dst, size=4, filter=filter)
+
+    assert_adjoint(verb, shape)
+    x = random(shape, 4)
+    wanted = torch.from_numpy(sm.convert(x.numpy(), src, dst, size=4, filter=filter))
+    torch.testing.assert_close(verb(x), wanted, **SAME)
+
+
+@pytest.mark.parametrize("case", [*NAMES, "cube/cross"])
+def test_plain_lookups_borders_and_sums_have_exact_adjoints(case: str) -> None:
+    p = made(case)
+    shape = p.shape(6)
+    assert_adjoint(lambda x: smt.convert(x, p, "latlong:blender", size=5, antialias=False), shape)
+    assert_adjoint(lambda x: smt.pad(x, p, 2), shape)
+    x = random(shape, 4).requires_grad_()
+    total = smt.integrate(x, p)
+    wanted = sm.light.integrate(x.detach().numpy(), p)
+    # A sum of some hundred numbers in another order.
+    assert abs(total.item() - wanted) < EXACT * wanted
+    total.backward()
+    torch.testing.assert_close(x.grad, torch.from_numpy(sm.light.weights(p, shape)), **SAME)
+
+
+def test_large_conversions_by_polynomials_have_the_adjoint_of_what_they_do() -> None:
+    """A block of a large image is converted by polynomials of its coordinates."""
+    key_of = {"size": 64, "antialias": False}
+    x, other = random((3, 128, 256), 1).requires_grad_(), random((3, 128, 256), 2)
+    result = smt.convert(x, "latlong", "cube", **key_of)
+    y = random(tuple(result.shape), 3)
+    (back,) = torch.autograd.grad((result * y).sum(), x)
+    left = (smt.convert(other, "latlong", "cube", **key_of) * y).sum()
+    assert abs(left - (other * back).sum()) < EXACT * left
+
+
+WHOLE = [
+    name for name in NAMES if sm.projection(name).faces == 1 and sm.projection(name).used_part == 1
+]
+
+
+@pytest.mark.parametrize("case", WHOLE)
+def test_directions_have_the_gradient_of_a_lookup(case: str) -> None:
+    p = sm.projection(case)
+    d = random_directions(200, 5)
+    # Inside: beside a pole or a cut a difference steps over what has no derivative.
+    uv = p.encode(d)
+    kept = (p.density(uv) > 1) & (np.abs(uv - 0.5) < 0.4).all(axis=-1)
+    at = torch.from_numpy(d[kept][:8]).requires_grad_()
+    assert len(at) == 8
+    x = random((2, *p.shape(8)), 6).requires_grad_()
+    assert torch.autograd.gradcheck(
+        lambda image, where: smt.sample(image, where, p), (x, at), check_forward_ad=True
+    )
+    turn = torch.from_numpy(sm.rotation(1, 2, 3)).requires_grad_()
+    where = at.detach()
+    assert torch.autograd.gradcheck(lambda r: smt.sample(x.detach(), where, p, rotation=r), turn)
+
+
+def test_rotation_of_a_conversion_has_a_gradient_where_it_says_so() -> None:
+    x = random((2, 3, 8, 16), 1)
+    turn = torch.from_numpy(sm.rotation(10, 20, 30)).requires_grad_()
+    options: dict[str, Any] = {"size": 3, "antialias": False}
+
+    def verb(r: Any) -> Any:
+        return smt.convert(x, "latlong", "cube", rotation=r, **options)
+
+    fixed = turn.detach().numpy()
+    wanted = sm.convert(
+        x.numpy(), "latlong", "cube", rotation=fixed, channels_first=True, **options
+    )
+    # Directions are turned once more than by the kernel; 16 columns of slopes up to 1.
+    torch.testing.assert_close(verb(turn).detach(), torch.from_numpy(wanted), rtol=0, atol=1e-13)
+    torch.testing.assert_close(verb(turn.detach()), torch.from_numpy(wanted), **SAME)
+    assert torch.autograd.gradcheck(verb, turn)
+    for more in ({"filter": "area"}, {"antialias": True}):
+        with pytest.raises(ValueError, match="Gradients flow to `rotation`"):
+            smt.convert(x, "latlong", "cube", rotation=turn, size=3, **more)
+
+
+def test_no_gradient_is_silently_wrong() -> None:
+    d = torch.from_numpy(random_directions(3, 5)).requires_grad_()
+    for p, filter, said in (
+        ("cube", "bilinear", "no derivative by directions in images of 'cube'"),
+        ("latlong", "nearest", "filter='nearest' has no derivative by directions"),
+    ):
+        found = smt.sample(random(sm.projection(p).shape(4), 1), d, p, filter=filter)
+        with pytest.raises(NotImplementedError, match=said):
+            found.sum().backward()
+    x = random((4, 8), 1).requires_grad_()
+    found = smt.sample(x, d.detach(), "latlong", filter="catmull-rom")
+    with pytest.raises(NotImplementedError, match="filter='catmull-rom' has no gradient"):
+        found.sum().backward()
+    found = smt.convert(x, "latlong", "cube", size=2, filter="mode")
+    with pytest.raises(NotImplementedError, match="'mode' has no gradient"):
+        found.sum().backward()
+
+
+@pytest.mark.parametrize("src, dst", [("latlong", "cube"), ("cube", "latlong"), ("cube", "cube")])
+def test_shapes_are_those_of_channels_first(src: str, dst: str) -> None:
+    p, d = sm.projection(src), torch.from_numpy(random_directions(6, 1)).reshape(2, 3, 3)
+    shape = p.shape(4)
+    rows = len(shape) - 2
+    for lead, channels in (((), ()), ((), (3,)), ((2,), (3,))):
+        x = random((*lead, *shape[:rows], *channels, *shape[rows:]), 1)
+        first = bool(channels)
+        wanted = sm.convert(x.numpy(), src, dst, size=4, channels_first=first)
+        torch.testing.assert_close(
+            smt.convert(x, src, dst, size=4), torch.from_numpy(wanted), **SAME
+        )
+        wanted = sm.sample(x.numpy(), d.numpy(), src, channels_first=first)
+        torch.testing.assert_close(smt.sample(x, d, src), torch.from_numpy(wanted), **SAME)
+        wanted = sm.pad(x.numpy(), src, 1, channels_first=first)
+        torch.testing.assert_close(smt.pad(x, src, 1), torch.from_numpy(wanted), **SAME)
+        wanted = sm.light.integrate(x.numpy(), src, channels_first=first)
+        # Sums in another order.
+        torch.testing.assert_close(
+            smt.integrate(x, src), torch.from_numpy(wanted), rtol=EXACT, atol=EXACT
+        )
+
+
+def test_memory_formats_and_half_are_kept() -> None:
+    x = random((2, 3, 8, 16), 1).float()
+    last = x.to(memory_format=torch.channels_last)
+    found = smt.convert(last, "latlong", "octahedral", size=8)
+    assert found.is_contiguous(memory_format=torch.channels_last)
+    torch.testing.assert_close(found, smt.convert(x, "latlong", "octahedral", size=8), **SAME)
+    half = smt.convert(x.half(), "latlong", "octahedral", size=8)
+    assert half.dtype == torch.float16
+    wanted = smt.convert(x.half().float(), "latlong", "octahedral", size=8).half()
+    torch.testing.assert_close(half, wanted, **SAME)
+
+
+def test_any_number_of_threads_gives_the_same_bits() -> None:
+    x = random((3, 32, 64), 1).float().requires_grad_()
+    d = torch.from_numpy(random_directions(5000, 1)).float().requires_grad_()
+    found = []
+    for threads in (1, 2, 3):
+        sm.set_num_threads(threads)
+        torch.set_num_threads(threads)
+        y = smt.sample(x, d, "latlong")
+        z = smt.convert(x, "latlong", "cube", size=16)
+        found.append(torch.autograd.grad((y**2).sum() + (z**2).sum(), (x, d)))
+    for other in found[1:]:
+        for a, b in zip(found[0], other, strict=True):
+            assert_same_bits(a.numpy(), b.numpy())
+
+
+def test_transforms_and_compilation() -> None:
+    x = random((4, 3, 8, 16), 1)
+    d = torch.from_numpy(random_directions(20, 1))
+
+    def total(image: Any) -> Any:
+        cube = smt.convert(image, "latlong", "cube", size=4)
+        border = smt.pad(image, "latlong", 1)
+        return (smt.sample(image, d, "latlong") ** 2).sum() + (cube**2).sum() + border.sum()
+
+    wanted = torch.stack([torch.func.grad(total)(one) for one in x])
+    # Of each texel three gradients are added, in another order.
+    close = {"rtol": 1e-15, "atol": 1e-15}
+    torch.testing.assert_close(torch.func.vmap(torch.func.grad(total))(x), wanted, **close)
+    compiled = torch.compile(total, fullgraph=True, backend="aot_eager")
+    one = x[0].clone().requires_grad_()
+    compiled(one).backward()
+    torch.testing.assert_close(one.grad, wanted[0], **close)
+
+
+def test_operators_are_as_torch_wants_them() -> None:
+    x = random((4, 8, 2), 1).requires_grad_()
+    d = torch.from_numpy(random_directions(5, 1)).requires_grad_()
+    key = _key()
+    calls = [
+        (torch.ops.spheremap.sample.default, (x, d, "latlong", "bilinear", 0.0)),
+        (torch.ops.spheremap.linear.default, (x, key)),
+        (torch.ops.spheremap.linear_adjoint.default, (random((6, 2, 2, 2), 1), key)),
+    ]
+    for operator, given in calls:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = torch.library.opcheck(operator, given)
+        assert set(found.values()) == {"SUCCESS"}
+
+
+def _key() -> str:
+    from spheremap.torch.images import _conversion
+
+    given = ((4, 8), "latlong", "cube", 2, None, "bilinear", 0.0, True, "match", False)
+    return _conversion(*given)[1]
+
+
+def test_other_devices_look_up_alike() -> None:
+    """What runs where there is no kernel, run here."""
+    from spheremap.torch._lookups import lookups
+
+    d = torch.from_numpy(random_directions(300, 1))
+    for case in WHOLE:
+        shape = sm.projection(case).shape(8)
+        x = random((*shape, 2), 1)
+        found = lookups(case, shape).looked_up(x.reshape(-1, 2), d, -1.0)
+        wanted = sm.sample(x.numpy(), d.numpy(), case, fill=-1.0)
+        # Four products of numbers up to 1 and their sum.
+        torch.testing.assert_close(found, torch.from_numpy(wanted), rtol=0, atol=1e-14)
+    x = random((32, 3), 1)
+    made = linear_of(_key())
+    wanted = torch.from_numpy(made.run(x.reshape(4, 8, 3).numpy())).reshape(-1, 3)
+    # Sums of some weights of up to 1, in another order.
+    torch.testing.assert_close(made.matrix.times(x), wanted, rtol=EXACT, atol=EXACT)
+
+
+def test_errors_say_what_was_expected() -> None:
+    with pytest.raises(ValueError, match="2 to 4 axes"):
+        smt.sample(torch.zeros(4), torch.zeros(3), "latlong")
+    with pytest.raises(ValueError, match="each side within a texel"):
+        smt.convert(torch.zeros(3, 8, 8), "latlong", "cube")
+    with pytest.raises(TypeError, match="to be of floats"):
+        smt.convert(torch.zeros(3, 4, 8, dtype=torch.uint8), "latlong", "cube")
+    with pytest.raises(ValueError, match="bilinaer"):
+        smt.sample(torch.zeros(4, 8), torch.zeros(3), "latlong", filter="bilinaer")

@@ -1,0 +1,201 @@
+"""Derivatives of the verbs of one map: against differences, and under all that torch does."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import spheremap as sm
+from conftest import NAMES, random_directions
+
+torch = pytest.importorskip("torch")
+import spheremap.torch as smt  # noqa: E402
+
+pytestmark = [
+    pytest.mark.programs,
+    # What torch's own forward rules are made of, it has deprecated.
+    pytest.mark.filterwarnings("ignore:.*torch.jit.script:FutureWarning"),
+]
+
+CASES = [*NAMES, "cube:unreal", "latlong:mitsuba", "angular(fov=180)"]
+# Kernels in float64 against themselves at the dtype's rounding: a few roundings each.
+SAME = {"rtol": 0.0, "atol": 0.0}
+
+
+def some(case: str, count: int = 4) -> tuple[Any, Any, Any]:
+    """Return directions that a map covers, their places and the numbers of their faces."""
+    p = sm.projection(case)
+    d = random_directions(400, 3)
+    uv = p.encode(d)
+    # Away from creases, rims and poles: what lies a thousandth of the image around is smooth.
+    near = [uv]
+    for axis in range(2):
+        for step in (-1e-3, 1e-3):
+            moved = uv.copy()
+            moved[:, axis] += step
+            near.append(moved)
+    found = np.stack([p.jacobian(at) for at in near])
+    size = np.linalg.norm(found[0], axis=(1, 2))
+    change = np.linalg.norm(found - found[0], axis=(2, 3)).max(axis=0)
+    # NaN is not below: places beside a rim are left out.
+    kept = np.flatnonzero((change < 0.05 * size) & (p.density(uv) > 0.05))[:count]
+    assert len(kept) == count
+    return tuple(torch.from_numpy(x[kept]) for x in (d, uv[:, :2], uv[:, 2:]))
+
+
+def whole(uv: Any, face: Any) -> Any:
+    return torch.cat([uv, face], -1)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_values_are_those_of_numpy(case: str) -> None:
+    d, uv, face = some(case)
+    at = whole(uv, face)
+    p = sm.projection(case)
+    for dtype in (torch.float32, torch.float64):
+        for name, data in (("encode", d), ("decode", at), ("jacobian", at), ("density", at)):
+            given = data.to(dtype)
+            found = getattr(smt, name)(given, p)
+            assert found.dtype == dtype
+            wanted = torch.from_numpy(getattr(sm, name)(given.numpy(), p))
+            torch.testing.assert_close(found, wanted, **SAME)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_first_and_second_derivatives_are_those_of_differences(case: str) -> None:
+    d, uv, face = some(case, 2)
+    verbs: list[tuple[Callable[[Any], Any], Any]] = [
+        (lambda x: smt.encode(x, case)[..., :2], 1.5 * d),
+        (lambda x: smt.decode(whole(x, face), case), uv),
+    ]
+    for verb, at in verbs:
+        at = at.clone().requires_grad_()
+        # Forward, in batches and reverse, at gradcheck's own bounds for float64.
+        assert torch.autograd.gradcheck(verb, at, check_forward_ad=True, check_batched_grad=True)
+        assert torch.autograd.gradgradcheck(verb, at)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_derivatives_of_derivatives_are_those_of_differences(case: str) -> None:
+    _, uv, face = some(case, 2)
+    for name in ("jacobian", "density"):
+
+        def verb(x: Any, name: str = name) -> Any:
+            return getattr(smt, name)(whole(x, face), case)
+
+        at = uv.clone().requires_grad_()
+        assert torch.autograd.gradcheck(verb, at)
+        tangent = torch.ones_like(uv)
+        forward = torch.func.jvp(verb, (uv,), (tangent,))[1]
+        columns = torch.autograd.functional.jacobian(verb, uv)
+        reverse = torch.tensordot(columns, tangent, 2)
+        # Both are sums of the same two columns.
+        torch.testing.assert_close(forward, reverse, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_printed_code_of_other_devices_agrees(case: str) -> None:
+    from spheremap.torch import _printed, _verbs
+
+    d, uv, face = some(case, 40)
+    for name, data in (("encode", 1e-3 * d), ("decode", whole(uv, face))):
+        found = _printed.run(name, data, case)
+        # A few units in the last place, and the turn of a latlong from 1 to 0.
+        torch.testing.assert_close(found, getattr(_verbs, name)(data, case), rtol=0, atol=1e-13)
+    outside = torch.tensor([[np.nan, 0.0, 1.0], [0.0, 0.0, 0.0]], dtype=torch.float64)
+    assert _printed.run("encode", outside, case).isnan().all()
+
+
+def test_rotation_and_reflection_have_gradients() -> None:
+    d = torch.from_numpy(random_directions(5, 1))
+    turn = torch.from_numpy(sm.rotation(30, 20, 10)).requires_grad_()
+    # One product more than the kernel that turns, of components up to 1.
+    close = {"rtol": 0.0, "atol": 1e-15}
+    found = smt.encode(d, "octahedral", rotation=turn)
+    wanted = smt.encode(d, "octahedral", rotation=turn.detach().numpy())
+    torch.testing.assert_close(found, wanted, **close)
+    assert torch.autograd.gradcheck(lambda r: smt.encode(d, "octahedral", rotation=r), turn)
+    assert torch.autograd.gradcheck(
+        lambda r: smt.decode(found.detach(), "octahedral", rotation=r), turn
+    )
+    view, normal = (torch.from_numpy(random_directions(3, k)).requires_grad_() for k in (4, 5))
+    assert torch.autograd.gradcheck(smt.reflect, (view, normal))
+    wanted = torch.from_numpy(sm.reflect(view.detach().numpy(), normal.detach().numpy()))
+    torch.testing.assert_close(smt.reflect(view, normal).detach(), wanted, **close)
+
+
+def test_what_is_left_out_spoils_nothing() -> None:
+    d = torch.tensor([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], requires_grad=True)
+    uv = smt.encode(d, "perspective")
+    assert uv[1].isnan().all()
+    torch.where(uv.isnan(), 0.0, uv).sum().backward()
+    assert d.grad is not None and d.grad.isfinite().all()
+    assert (d.grad[1] == 0).all() and (d.grad[0] != 0).any()
+
+
+def test_transforms_compile_and_export() -> None:
+    d = torch.from_numpy(random_directions(6, 2)).reshape(2, 3, 3)
+    turned = sm.projection("octahedral").turned(sm.rotation(20))
+    for p in ("cube", "latlong", turned):
+
+        def total(x: Any, p: Any = p) -> Any:
+            return (smt.decode(smt.encode(x, p), p) ** 3).sum()
+
+        wanted = torch.func.grad(total)(d)
+        each = torch.func.vmap(torch.func.grad(total))(d)
+        # The same operations on the same numbers.
+        torch.testing.assert_close(each, wanted, **SAME)
+        compiled = torch.compile(total, fullgraph=True, backend="aot_eager")
+        x = d.clone().requires_grad_()
+        compiled(x).backward()
+        torch.testing.assert_close(x.grad, wanted, **SAME)
+        along = torch.func.jvp(total, (d,), (torch.ones_like(d),))[1]
+        # A sum in another order, of numbers of order 1.
+        torch.testing.assert_close(along, wanted.sum(), rtol=1e-12, atol=1e-12)
+
+    class Net(torch.nn.Module):
+        def forward(self, x: Any) -> Any:
+            return smt.encode(x, "latlong")
+
+    exported = torch.export.export(Net(), (d,))
+    torch.testing.assert_close(exported.module()(d), smt.encode(d, "latlong"), **SAME)
+
+
+@pytest.mark.parametrize("name", ["encode", "decode", "jacobian", "density"])
+def test_operators_are_as_torch_wants_them(name: str) -> None:
+    d, uv, face = some("cube", 3)
+    data = d if name == "encode" else whole(uv, face)
+    operator = getattr(torch.ops.spheremap, name).default
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = torch.library.opcheck(operator, (data.clone().requires_grad_(), "cube"))
+    assert set(found.values()) == {"SUCCESS"}
+
+
+@pytest.mark.parametrize("dtype", ["float16", "bfloat16"])
+def test_half_is_computed_in_float32(dtype: str) -> None:
+    d = torch.from_numpy(random_directions(50, 2)).to(getattr(torch, dtype))
+    found = smt.encode(d, "octahedral")
+    assert found.dtype == d.dtype
+    wanted = smt.encode(d.float(), "octahedral").to(d.dtype)
+    torch.testing.assert_close(found, wanted, **SAME)
+
+
+def test_errors_say_what_was_expected() -> None:
+    with pytest.raises(TypeError, match=r"to be of floats, got torch\.int64"):
+        smt.encode(torch.zeros(3, dtype=torch.int64), "latlong")
+    with pytest.raises(TypeError, match="to be a tensor, got ndarray"):
+        smt.encode(np.zeros(3), "latlong")
+    with pytest.raises(ValueError, match=r"to be \(\.\.\., 3\)"):
+        smt.encode(torch.zeros(2), "latlong")
+    with pytest.raises(ValueError, match=r"to be \(\.\.\., 3\)"):
+        smt.decode(torch.zeros(2), "cube")
+    with pytest.raises(ValueError, match="latlang"):
+        smt.encode(torch.zeros(3), "latlang")
+    with pytest.raises(NotImplementedError, match="no derivative"):
+        uv = torch.tensor([0.4, 0.6], requires_grad=True)
+        (first,) = torch.autograd.grad(smt.density(uv, "sphere"), uv, create_graph=True)
+        first.sum().backward()

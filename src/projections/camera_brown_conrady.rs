@@ -68,6 +68,14 @@ impl Lens for BrownConrady {
         [x * n, y * n, n]
     }
 
+    /// That of the plane itself, cos³ θ, over how much of it is distorted there.
+    #[inline(always)]
+    fn density<R: Real>(self, point: [R; 2]) -> Option<R> {
+        let (area, [x, y]) = self.0.shrinks(point);
+        let n = R::ONE / (R::ONE + x * x + y * y).sqrt();
+        Some(area * (n * n * n))
+    }
+
     #[inline(always)]
     fn holds<R: Real>(self, point: [R; 2]) -> R::Mask {
         self.0.holds(point)

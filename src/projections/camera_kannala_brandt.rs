@@ -157,6 +157,17 @@ impl Lens for FisheyePolynomial {
         [a * factor, b * factor, R::cos_half_turns(half_turns, t)]
     }
 
+    /// sin θ dθ dφ over r dr dφ.
+    #[inline(always)]
+    fn density<R: Real>(self, [a, b]: [R; 2]) -> Option<R> {
+        let s = (a * a + b * b).clamped(0.0, self.limit);
+        let w = self.square_of_angle(s).clamped(0.0, PI * PI);
+        let half_turns = w * R::new(1.0 / (PI * PI));
+        let sinc = R::sinc_half_turns(half_turns, half_turns.sqrt()) * R::new(1.0 / PI);
+        let stretch = self.stretch(w);
+        Some(sinc / (stretch * (stretch + self.bend(w))))
+    }
+
     #[inline(always)]
     fn holds<R: Real>(self, [a, b]: [R; 2]) -> R::Mask {
         let s = a * a + b * b;

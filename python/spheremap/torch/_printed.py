@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -20,21 +19,13 @@ if TYPE_CHECKING:
     Function = Callable[..., Tensor]
 
 
-_CONSTANT = re.compile(r"^( +t\d+ = )(-?[\d.]+(?:e-?\d+)?)$", re.MULTILINE)
-
-
 @lru_cache(HELD)
 def printed(spec: str, double: bool) -> dict[str, Function]:
     """Return the verbs of a map as functions of torch."""
     verbs = ("encode", "decode", "density", "jacobian", "valid", "reflect")
     dtype = "float64" if double else "float32"
     names: dict[str, Any] = {}
-    text = code(map_of(spec), "torch", verbs=verbs, name="m", dtype=dtype)
-    # A constant with a name is printed as a number of Python, and `where` between two of these is
-    # of torch's default width.
-    text = _CONSTANT.sub(rf"\1torch.tensor(\2, dtype=torch.{dtype})", text)
-    # `asarray` may detach, and warns that it does not.
-    exec(text.replace("torch.asarray(", "torch.as_tensor("), names)
+    exec(code(map_of(spec), "torch", verbs=verbs, name="m", dtype=dtype), names)
     return {verb: names[f"m_{verb}"] for verb in verbs}
 
 

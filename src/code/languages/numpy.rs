@@ -23,6 +23,8 @@ pub trait Arrays: Sync {
     const PROMISE: &'static str;
     /// What runs it in the tests.
     const CHECKED: &'static str;
+    /// The function that takes what an argument is as an array.
+    const TAKE: &'static str = "asarray";
     /// The method that makes an array of another type.
     const CAST: &'static str = "astype";
     /// The name of the axis that arrays are stacked along.
@@ -160,7 +162,7 @@ impl<A: Arrays> Dialect for A {
         let atom = value
             .chars()
             .all(|c| c.is_ascii_alphanumeric() || "._".contains(c))
-            || value == format!("{}.asarray(code)", A::MODULE);
+            || value == format!("{}.{}(code)", A::MODULE, A::TAKE);
         let value = if atom {
             value.to_owned()
         } else {
@@ -184,7 +186,7 @@ impl<A: Arrays> Dialect for A {
         for argument in &signature.takes {
             let name = argument.name;
             if let Kind::Word(words) = argument.kind {
-                let array = format!("{module}.asarray({name})");
+                let array = format!("{module}.{}({name})", A::TAKE);
                 let word = A::word(words.all()).unwrap_or_default();
                 lines.push(format!("    {name} = {}", self.cast(word, &array)));
             }
@@ -193,7 +195,8 @@ impl<A: Arrays> Dialect for A {
             };
             let places: Vec<_> = (0..n).map(|k| format!("{name}[..., {k}]")).collect();
             lines.push(format!(
-                "    {name} = {module}.asarray({name}, dtype={width})"
+                "    {name} = {module}.{}({name}, dtype={width})",
+                A::TAKE
             ));
             let parts = argument.parts[..n].join(", ");
             lines.push(format!("    {parts} = {}", places.join(", ")));
@@ -208,7 +211,11 @@ impl<A: Arrays> Dialect for A {
         }
     }
 
-    fn local(&self, _local: Local, name: &str, value: &str, _text: &Text) -> String {
+    fn local(&self, _local: Local, name: &str, value: &str, text: &Text) -> String {
+        // A choice between two of these has to know its width.
+        if value.parse::<f64>().is_ok() {
+            return format!("{name} = {}", A::constant(value, text));
+        }
         format!("{name} = {value}")
     }
 

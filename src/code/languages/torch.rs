@@ -11,6 +11,8 @@ impl Arrays for Torch {
     const TITLE: &'static str = "PyTorch";
     const MODULE: &'static str = "torch";
     const WIDTHS: [&'static str; 2] = ["torch.float32", "torch.float64"];
+    // `asarray` may detach, and warns where it does not.
+    const TAKE: &'static str = "as_tensor";
     const CAST: &'static str = "to";
     const IMPORT: &'static str = "import torch";
     const PROMISE: &'static str = "Within a few units in the last place: its square root, and what is divided into a constant, are not rounded correctly.";

@@ -41,6 +41,11 @@ pub trait Lens: Copy + Debug + Send + Sync + 'static {
     /// The unit direction of a point that it [`holds`](Lens::holds).
     fn unproject<R: Real>(self, point: [R; 2]) -> [R; 3];
 
+    /// The solid angle over the area of the plane at a point that it [`holds`](Lens::holds), where it has a closed form.
+    fn density<R: Real>(self, _point: [R; 2]) -> Option<R> {
+        None
+    }
+
     /// Whether a point is that of a direction.
     fn holds<R: Real>(self, point: [R; 2]) -> R::Mask;
 
@@ -420,6 +425,14 @@ impl<L: Lens> Projection for Camera<L> {
     }
 
     #[inline(always)]
+    fn density<R: Real>(self, uv: Uv<R>) -> R {
+        match self.lens.density(self.point(uv)) {
+            Some(density) => density * R::new(4.0 / (self.focal[0] * self.focal[1])),
+            None => projection::density(self, uv),
+        }
+    }
+
+    #[inline(always)]
     fn contains<R: Real>(self, uv: Uv<R>) -> R::Mask {
         if self.whole {
             return uv.in_bounds(1);
@@ -449,7 +462,7 @@ impl<L: Lens> Projection for Camera<L> {
         match self.lens.solid_angle(rect, self.half(), self.principal) {
             Some(exact) => exact,
             None if (rect.u1 - rect.u0).max(rect.v1 - rect.v0) <= 1.0 / 64.0 => {
-                solid_angle::smooth(rect, |u, v| projection::density(self, Uv::flat(u, v)))
+                solid_angle::smooth(rect, |u, v| self.density(Uv::flat(u, v)))
             }
             None => solid_angle::quadrature(rect, &density),
         }

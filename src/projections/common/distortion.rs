@@ -209,6 +209,14 @@ impl Distortion {
         self.newton(at.map(R::constant), point)
     }
 
+    /// The area around what comes to a point that is [held](Distortion::holds) over that around the point, and where it is.
+    #[inline(always)]
+    pub fn shrinks<R: Real>(self, point: [R; 2]) -> (R, [R; 2]) {
+        let at = self.undistort(point);
+        let [xx, xy, yy] = self.mapped(at).slope;
+        (R::ONE / (xx * yy - xy * xy), at)
+    }
+
     /// Whether a point is that of one in the disk.
     #[inline(always)]
     pub fn holds<R: Real>(self, [a, b]: [R; 2]) -> R::Mask {

@@ -100,7 +100,7 @@ WORKS = {
 def test_each_work_is_named_on_a_terminal_alone(command: str, tmp_path: Path) -> None:
     sky, out = tmp_path / "sky.exr", tmp_path / "o.exr"
     # More texels than `info` sums directly.
-    io.write(sky, np.abs(smooth(sm.directions("latlong", 600))))
+    io.write(sky, np.abs(smooth(sm.directions("latlong", 750))))
     arguments = {
         "convert": (sky, out, "--from", "latlong", "--to", "octahedral", "--size", 1024),
         "info": (sky,),

@@ -8,11 +8,11 @@ from typing import Annotated
 import typer
 
 import spheremap as sm
-from spheremap import _core
 from spheremap.cli import files, picture
 from spheremap.cli.options import FromGuess, Part
 from spheremap.cli.tables import print_table
 from spheremap.cli.terminal import as_usage, check_projection, progress, refuse
+from spheremap.map.named import registered
 from spheremap.map.table import HEAD, NOTE
 
 Name = Annotated[
@@ -39,7 +39,7 @@ def projections(
             coverage=coverage, equal_area=equal_area or None, conformal=conformal or None
         )
     heads = (*HEAD, "layouts", "conventions", "what")
-    entries = {entry["name"]: entry for entry in _core.registry()}
+    entries = {entry["name"]: entry for entry in registered()}
     rows = []
     for row in chosen.figures:
         entry = entries[row.name]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 # Texels of which `light.energy` is quick and takes some 100 MB.
-FEW = 1 << 19
+FEW = 1 << 20
 # In degrees: a sun is compared to what lies within 20 of its peak. At most as many pixels a side.
 _VIEW = 50.0
 _MOST_PIXELS = 600

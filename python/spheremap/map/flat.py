@@ -5,8 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from .. import _core
-from .named import projection
+from .named import projection, registered
 
 if TYPE_CHECKING:
     from .._projection import Projection
@@ -20,7 +19,7 @@ _LEGIBLE = ("cross", "strip")
 @cache
 def layouts(name: str) -> tuple[str, ...]:
     """Return the layouts of a projection that make one image of its faces."""
-    (entry,) = (entry for entry in _core.registry() if entry["name"] == name)
+    (entry,) = (entry for entry in registered() if entry["name"] == name)
     return tuple(layout for layout in entry["layouts"] if layout != "faces")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from .. import _core
@@ -27,6 +28,12 @@ _named: dict[str, Projection] = {}
 # them; the package hands it down, so that no room imports from above.
 _class: type[Projection]
 _made = _core.Projection.__new__
+
+
+@cache
+def registered() -> tuple[dict[str, Any], ...]:
+    """Return what every projection claims. Ranges of densities are searched for: only once."""
+    return tuple(_core.registry())
 
 
 def use_class(made: type[Projection]) -> None:
@@ -231,7 +238,7 @@ def conventions(name: ProjectionName | str | None = None) -> Conventions:
         if "; there are " not in str(error):
             raise
         known = {row["name"].split("-")[0] for row in rows}
-        known |= {entry["name"] for entry in _core.registry()}
+        known |= {entry["name"] for entry in registered()}
         _core.check_word("projection or program", name, sorted(known))
         raise
     return Conventions(row for row in rows if row["kind"] == kind)

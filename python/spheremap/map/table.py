@@ -11,7 +11,7 @@ import numpy as np
 from .. import _core
 from .._scalars import as_number, as_text, as_whole
 from .._show import html_table, text_table
-from .named import resolve
+from .named import registered, resolve
 
 # Places a side of a face at which figures are taken that have no closed form.
 _SIDE = 64
@@ -138,7 +138,7 @@ def projections(
     >>> list(sm.projections(equal_area=True, coverage="sphere", faces=1, seam="rim-mirrored"))
     ['mollweide', 'hammer', 'sinusoidal']
     """
-    entries = _core.registry()
+    entries = registered()
     for what, value in (("coverage", coverage), ("seam", seam)):
         _check_word(what, value, [entry[what] for entry in entries])
     wanted: dict[str, Any] = {
@@ -170,7 +170,7 @@ def _check_word(what: str, value: str | None, known: list[str]) -> None:
 @cache
 def figures(name: str) -> Figures:
     """Return the figures of a projection."""
-    entry = next(entry for entry in _core.registry() if entry["name"] == name)
+    entry = next(entry for entry in registered() if entry["name"] == name)
     covered, number = entry["coverage_solid_angle"], entry["faces"]
     low, high = entry["density_range"]
     p = resolve(name)

@@ -10,10 +10,9 @@ import math
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from .. import _core
 from ..map.coding import code
 from ..map.flat import flat
-from ..map.named import resolve
+from ..map.named import registered, resolve
 from .texels import own_faces
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ def screens() -> dict[str, dict[str, Any]]:
         lens = screen(resolve(f"{name}(fov={widest:g})"))
         edge = math.tan(math.radians(widest) / turns)
         found[name] = lens | {"edge": edge, "turns": turns}
-    for entry in _core.registry():
+    for entry in registered():
         name = entry["name"]
         if name not in found and not name.startswith("camera_"):
             found[name] = screen(flat(name))

@@ -106,7 +106,7 @@ def fault_of(error: BaseException, text: str) -> tuple[str, str] | None:
     # What converts an argument of the core says which in a note.
     named = any("while processing '" in note for note in getattr(error, "__notes__", ()))
     allowed: tuple[type[BaseException], ...] = (ValueError, TypeError, MemoryError)
-    if "sm.io." in text or "sm.cameras." in text:
+    if any(word in text for word in ("sm.io.", "sm.cameras.", ".save(")):
         allowed += (OSError,)
     if named:
         # An integer beyond 64 bits.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from .. import _core
-from .._arrays import as_array, as_doubles, common_shape
+from .._arrays import as_array, as_doubles, common_shape, expect_room
 from .._scalars import as_flag, as_whole
 from ..map.named import resolve
 
@@ -562,6 +562,7 @@ def _sides(nside: Nside) -> Any:
     if _is_one(nside):
         return as_nside(nside)
     sides = _integers(nside, "nside")
+    expect_room(sides.shape, np.dtype(np.int64))
     for end in (sides.min(initial=1), sides.max(initial=1)):
         as_nside(end)
     return sides.astype(np.int64)

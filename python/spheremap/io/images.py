@@ -14,7 +14,7 @@ from .._scalars import as_items, as_number, as_text
 from .header import KINDS, PROJECTION, TRAVELS, header_of, upright
 from .opened import library, one_line, opened, said_by
 from .packets import with_panorama
-from .whole import as_path, written_whole
+from .whole import as_path, check_place, written_whole
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -201,7 +201,7 @@ def write(
     target = Path(os.path.realpath(name))
     extension = target.suffix.lower()
     pixels = _stored(as_array(image, "image"), extension, name)
-    _check_place(target, name)
+    check_place(target, name)
 
     height, width, count = pixels.shape
     spec = oiio.ImageSpec(width, height, count, KINDS[pixels.dtype.name])
@@ -286,7 +286,7 @@ def check_target(path: str | os.PathLike[str], *, compression: str | None = None
         _check_format(target.suffix.lower(), name)
     if compression is not None:
         _check_compression(compression, target.suffix.lower())
-    _check_place(target, name)
+    check_place(target, name)
 
 
 def _check_compression(compression: str, extension: str) -> None:
@@ -337,17 +337,6 @@ def _check_format(extension: str, name: str) -> None:
         raise OSError(
             f"cannot write {name!r}: unknown format {extension!r}; use one of {', '.join(STORED)}"
         )
-
-
-def _check_place(target: Path, name: str) -> None:
-    if target.is_dir():
-        raise IsADirectoryError(f"cannot write {name!r}: it is a folder")
-    if not target.parent.is_dir():
-        raise FileNotFoundError(f"cannot write {name!r}: no folder {str(target.parent)!r}")
-    # The rename asks the folder alone; a file that its owner protected must stay as well.
-    for place in (target.parent, target):
-        if place.exists() and not os.access(place, os.W_OK):
-            raise PermissionError(f"cannot write {name!r}: no permission to write {str(place)!r}")
 
 
 # Their libraries end the process, or say that all is well, where a disk is full.

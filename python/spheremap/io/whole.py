@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["as_path", "write_bytes", "written_whole"]
+__all__ = ["as_path", "check_place", "write_bytes", "written_whole"]
 
 _MARK = "spheremap-part"
 _LEFT = re.compile(rf"\..*\.{_MARK}-(\d+)-[0-9a-f]{{8}}(\.[^.]*)?")
@@ -28,6 +28,18 @@ def as_path(path: object) -> str:
     if "\0" in text or any("\ud800" <= c <= "\udfff" for c in text):
         raise ValueError(f"Expected `path` to be a path, got {text!r:.80}.")
     return text
+
+
+def check_place(target: Path, name: str) -> None:
+    """Raise an OSError where no file can be written; `name` is what the caller called it."""
+    if target.is_dir():
+        raise IsADirectoryError(f"cannot write {name!r}: it is a folder")
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"cannot write {name!r}: no folder {str(target.parent)!r}")
+    # The rename asks the folder alone; a file that its owner protected must stay as well.
+    for place in (target.parent, target):
+        if place.exists() and not os.access(place, os.W_OK):
+            raise PermissionError(f"cannot write {name!r}: no permission to write {str(place)!r}")
 
 
 def written_whole(target: Path, write: Callable[[Path], None]) -> None:
@@ -61,11 +73,19 @@ def written_whole(target: Path, write: Callable[[Path], None]) -> None:
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
     """Write a file whole or not at all."""
+    name = as_path(path)
+    target = Path(os.path.realpath(name))
 
     def write(place: Path) -> None:
         place.write_bytes(data)
 
-    written_whole(Path(os.path.realpath(as_path(path))), write)
+    try:
+        check_place(target, name)
+        written_whole(target, write)
+    except OSError as error:
+        if error.errno is None:
+            raise
+        raise OSError(f"cannot write {name!r}: {error.strerror}") from None
 
 
 def _remove_left(folder: Path) -> None:

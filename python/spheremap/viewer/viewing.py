@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from .._arrays import as_doubles, as_image, spatial_axes, spatial_shape
 from .._scalars import as_flag, as_items, as_text, as_whole
 from ..io.tonemap import Curve
-from ..io.whole import as_path, write_bytes
+from ..io.whole import write_bytes
 from ..map.flat import flat
 from ..map.images import channels_last, expect_aspect
 from ..map.named import resolve
@@ -240,8 +239,7 @@ class Viewer:
         TypeError, ValueError
             For what is no path.
         """
-        target = Path(as_path(path)).resolve()
-        write_bytes(target, self.html().encode("utf-8"))
+        write_bytes(path, self.html().encode("utf-8"))
 
     def snapshot(self, size: tuple[int, int] = (720, 1280)) -> NDArray[np.uint8]:
         """Return what is seen of the first image, by `convert` and no browser.

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from spheremap._names import ConvertFilter
+    from spheremap.io.tonemap import Curve
     from spheremap.map.named import Worlds
 
 _TEXTURE_WRITERS = {".ktx2": io.write_ktx2, ".dds": io.write_dds}
@@ -51,7 +52,7 @@ class Options:
     single: bool
     bits: int | None
     color_space: str | None
-    tonemap: picture.Tonemap
+    tonemap: Curve
     exposure: float
     preview: Path | None
     compression: str | None

@@ -13,7 +13,6 @@ from spheremap._names import ConvertFilter
 from spheremap.cli import files, sizes, targets
 from spheremap.cli.conversion import Options, convert_file
 from spheremap.cli.options import AnyAspect, ColorSpace, Part, World, as_options, finite
-from spheremap.cli.picture import Tonemap
 from spheremap.cli.terminal import (
     UsageError,
     as_usage,
@@ -22,6 +21,7 @@ from spheremap.cli.terminal import (
     refuse,
 )
 from spheremap.io.images import STORED, TEXTURES
+from spheremap.io.tonemap import Curve
 from spheremap.map.flat import flat
 
 
@@ -116,7 +116,7 @@ def convert(
     ] = None,
     colorspace: ColorSpace = None,
     tonemap: Annotated[
-        Tonemap, typer.Option(help="How floats become integers; none cuts at 1.")
+        Curve, typer.Option(help="How floats become integers; none cuts at 1.")
     ] = "none",
     exposure: Annotated[
         float,

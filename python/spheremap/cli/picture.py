@@ -16,11 +16,10 @@ import numpy as np
 from spheremap import io
 from spheremap.cli.terminal import UsageError, read
 from spheremap.io.header import is_linear
+from spheremap.io.tonemap import Curve
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-Tonemap = Literal["none", "reinhard"]
 
 # Formats whose readers expect colors that are not multiplied by alpha.
 _STRAIGHT = (".png", ".tif", ".tiff")
@@ -125,7 +124,7 @@ def as_light(picture: Picture) -> Picture:
 
 
 def as_stored(
-    picture: Picture, depth: str, suffix: str, *, tonemap: Tonemap, exposure: float
+    picture: Picture, depth: str, suffix: str, *, tonemap: Curve, exposure: float
 ) -> Picture:
     """Return a picture in the type that a file will hold."""
     alpha = picture.alpha_channel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["tonemap"]
 
 Curve: TypeAlias = Literal["none", "reinhard"]
-CURVES = ("none", "reinhard")
+CURVES: tuple[str, ...] = get_args(Curve)
 # Light that Reinhard's curve shows as white.
 WHITE = 4.0
 

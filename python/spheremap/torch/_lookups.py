@@ -108,7 +108,7 @@ class Lookups:
         four, x, y = self.four(directions)
         own = self.padded[0].to(four.device)
         index = own.index_select(0, four.flatten()).view_as(four)
-        weights = torch.stack([(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y])
+        weights = _shares(x, y)
         return index, weights.nan_to_num(0.0)
 
     def extended(self, image: Tensor) -> Tensor:
@@ -224,11 +224,16 @@ class Lookups:
         numbers = np.where(held, np.arange(self.texels).reshape(held.shape), -1)
         numbers = np.pad(numbers, ((0, 0), (1, 1), (1, 1)), constant_values=-1)
         index = numbers.ravel()[four.numpy()]
-        weights = torch.stack([(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y]).numpy()
+        weights = _shares(x, y).numpy()
         # A direction that is not covered has no weights, as one inside that sees nothing.
         outside = np.isnan(weights[0])
         inner = (index >= 0).all(axis=0) | outside
         return inner, (np.where(index < 0, 0, index), np.where(outside, 0.0, weights))
+
+
+def _shares(x: Tensor, y: Tensor) -> Tensor:
+    """Return the weights of four texels (4, n) at places between them."""
+    return torch.stack([(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y])
 
 
 @lru_cache(HELD)

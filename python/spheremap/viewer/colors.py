@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..light.image import REC709
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -36,13 +38,11 @@ RAMP = (
     (0.480, 0.016, 0.011),
 )
 _STOPS = 8
-# Of linear light with the primaries of sRGB.
-LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 def falsely(light: NDArray[np.float32], exposure: float) -> NDArray[np.uint8]:
     """Return the colors of luminance in stops of 1, at an exposure."""
-    luminance = np.clip(np.nan_to_num(light, nan=0.0) @ np.array(LUMINANCE), 1e-12, 1e30)
+    luminance = np.clip(np.nan_to_num(light, nan=0.0) @ np.array(REC709), 1e-12, 1e30)
     stops = np.clip(np.log2(luminance) + exposure, -_STOPS, _STOPS)
     places = np.arange(-_STOPS, _STOPS + 1)
     colors = [np.interp(stops, places, channel) for channel in zip(*RAMP, strict=True)]

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from .map.coding import Precision
     from .map.named import ProjectionLike, Worlds
     from .resample.plans import RemapPlan
+    from .resample.windows import Window
     from .viewer import Viewer
 
     Lobe = Literal["cone", "phong", "vmf"]

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .map.coding import Precision
     from .map.named import ProjectionLike, Worlds
     from .resample.plans import RemapPlan
+    from .resample.windows import Window
     from .viewer import Viewer
 
     Lobe = Literal["cone", "phong", "vmf"]
@@ -888,6 +889,7 @@ class Projection(_core.Projection):
         world: Worlds = "match",
         any_aspect: bool = False,
         channels_first: bool = False,
+        window: Window | None = None,
     ) -> NDArray[Scalar]: ...
     @overload
     def convert(
@@ -907,6 +909,7 @@ class Projection(_core.Projection):
         world: Worlds = "match",
         any_aspect: bool = False,
         channels_first: bool = False,
+        window: Window | None = None,
     ) -> NDArray[Any]: ...
     def convert(
         self,
@@ -925,6 +928,7 @@ class Projection(_core.Projection):
         world: Worlds = "match",
         any_aspect: bool = False,
         channels_first: bool = False,
+        window: Window | None = None,
     ) -> NDArray[Any]:
         """Turn an image from one projection into another.
 
@@ -976,11 +980,15 @@ class Projection(_core.Projection):
         channels_first : bool
             Whether channels lie right before the rows, in `image` and in the result: (C, H, W), or
             with faces (F, C, N, N). Both are copied.
+        window : tuple of slice, (rows, columns) or, with faces, (rows, columns, face), optional
+            The part of the result that is made, where all of it is too much at once. It has the
+            bits of the whole: windows side by side are the image.
 
         Returns
         -------
         image : ndarray of the same dtype and channels
-            Of a batch as many, each with the bits that it has alone.
+            Of a batch as many, each with the bits that it has alone. Of a `window`, its rows and
+            columns: (H, W) or (H, W, C).
 
         Raises
         ------
@@ -1015,6 +1023,7 @@ class Projection(_core.Projection):
             world=world,
             any_aspect=any_aspect,
             channels_first=channels_first,
+            window=window,
         )
 
     def convert_depth(

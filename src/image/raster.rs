@@ -11,6 +11,7 @@ use crate::map::grid::{Grid, GridAxis};
 use crate::projections::Kind;
 use crate::projections::faces::{FacePlacement, MAX_FACES};
 use crate::projections::projection::{Outline, Projection, Uv, Visitor};
+use std::ops::Range;
 
 /// Where the texels of one canonical face are stored: texel (i, j) at `start + i·along_u + j·along_v`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -296,6 +297,17 @@ impl Raster {
         &self,
         first: usize,
         height: usize,
+        size: (usize, usize),
+        work: impl FnMut(Block),
+    ) {
+        self.blocks_within((first, 0..self.columns), height, size, work);
+    }
+
+    /// The same for a band of some columns alone, which is as wide as these.
+    pub fn blocks_within(
+        &self,
+        (first, within): (usize, Range<usize>),
+        height: usize,
         (columns, rows): (usize, usize),
         mut work: impl FnMut(Block),
     ) {
@@ -311,14 +323,18 @@ impl Raster {
                     (face, texel, [along, down])
                 });
                 for column in (0..run.length).step_by(columns) {
+                    let stored = run.column + column;
+                    if !within.contains(&stored) {
+                        continue;
+                    }
                     work(Block {
                         face: face.map(|(face, [i, j], [along, down])| {
                             let moved = column as isize;
                             let texel = [i + moved * along[0], j + moved * along[1]];
                             (face, texel, [along, down])
                         }),
-                        start: (row - first) * self.columns + run.column + column,
-                        columns: columns.min(run.length - column),
+                        start: (row - first) * within.len() + stored - within.start,
+                        columns: columns.min(run.length - column).min(within.end - stored),
                         rows,
                     });
                 }

@@ -214,6 +214,13 @@ pub fn rows<T: Send>(
     each(points, rows, |(row, out)| work(row, out));
 }
 
+/// How many rows [`bands`] of so many in all have, of `points` points in all.
+pub fn band_rows(height: usize, points: usize, step: usize) -> usize {
+    (BLOCK * height / points.max(1))
+        .max(1)
+        .next_multiple_of(step)
+}
+
 /// Calls `work(first, band)` on bands of rows of `width` items, spread over threads where there are enough
 /// points in all. A band has about [`BLOCK`] points, in a multiple of `step` rows.
 pub fn bands<T: Send>(
@@ -227,8 +234,6 @@ pub fn bands<T: Send>(
         return;
     }
     let height = output.len() / width;
-    let band = (BLOCK * height / points.max(1))
-        .max(1)
-        .next_multiple_of(step);
+    let band = band_rows(height, points, step);
     rows(output, band * width, points, |k, out| work(k * band, out));
 }

@@ -49,7 +49,7 @@ pub fn mipmaps<'py>(
 
 /// An image of one projection as an image of another.
 #[pyfunction]
-#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None, skipna=false, antialias=true, alpha=None, world="match"))]
+#[pyo3(signature = (image, src, dst, shape, /, *, rotation=None, filter="bilinear", fill=None, out=None, skipna=false, antialias=true, alpha=None, world="match", window=None))]
 #[expect(clippy::too_many_arguments, reason = "the Python signature")]
 pub fn convert<'py>(
     py: Python<'py>,
@@ -65,7 +65,12 @@ pub fn convert<'py>(
     antialias: bool,
     alpha: Option<i64>,
     world: &str,
+    window: Option<[usize; 4]>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let window = window.map(|[top, bottom, left, right]| resample::Window {
+        rows: top..bottom,
+        columns: left..right,
+    });
     let fill = match fill {
         Some(fill) => images::fill(Some(fill))?,
         None => 0.0.into(),
@@ -76,7 +81,8 @@ pub fn convert<'py>(
         .worlds(Worlds::find(world)?)
         .antialias(antialias)
         .fill(fill)
-        .skipna(skipna);
+        .skipna(skipna)
+        .window(window);
     let shape = size(&dst.0, shape)?;
     let asked = Asked {
         options,

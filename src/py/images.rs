@@ -250,9 +250,12 @@ fn convert_texels<'py, T: PyTexel>(
     let (source_shape, channels, texel) = split(src, image.shape())?;
     let options = options.alpha(channel(alpha, image.shape(), channels)?);
     let view = ImageView::new(src, source_shape, channels, image.as_slice()?)?;
-    let mut whole = shape.to_vec();
-    whole.extend_from_slice(texel);
-    let array = output::<T>(py, out, T::NAME, &whole)?;
+    let mut filled = match &options.window {
+        Some(window) => vec![window.rows.len(), window.columns.len()],
+        None => shape.to_vec(),
+    };
+    filled.extend_from_slice(texel);
+    let array = output::<T>(py, out, T::NAME, &filled)?;
     {
         let mut target = writable(&array)?;
         let into = target.as_slice_mut()?;

@@ -12,15 +12,16 @@ use crate::resample::options::Options;
 use crate::resample::request::Request;
 use crate::resample::sample::Sampler;
 use crate::resample::weighted::{Looks, Weighted};
+use crate::resample::window::Window;
 use crate::resample::{area, lookup, mipmapped};
 
-/// Fills an image of `map`, of this shape without channels, with what `image` shows.
+/// Fills an image of `map`, of this shape without channels, with what `image` shows, or an [`Options::window`] of it.
 ///
 /// The worlds of both maps are matched: up stays up, what is ahead stays ahead, and nothing is mirrored
 /// ([`Map::in_world_of`]), unless [`Options::worlds`] says that (x, y, z) stays what it is.
 ///
 /// # Errors
-/// For a shape that the map has not, an `out` of another length, a `fill` of another number of channels or beyond the range
+/// For a shape that the map has not, a window beyond it, an `out` of another length, a `fill` of another number of channels or beyond the range
 /// of `T`, and an `alpha` that is no channel.
 ///
 /// ```
@@ -51,7 +52,13 @@ pub fn convert<T: Texel>(
         Worlds::Match => map.in_world_of(image.map()),
         Worlds::Literal => map.clone(),
     };
-    let count = Raster::new(map, shape)?.texels();
+    let raster = Raster::new(map, shape)?;
+    let window = match &options.window {
+        Some(window) => window,
+        None => &Window::whole(&raster),
+    };
+    window.check(&raster)?;
+    let count = window.texels();
     if count.checked_mul(channels) != Some(out.len()) {
         return Err(Error::Shape(format!(
             "Expected `out` to have {count} texels of {channels} numbers each, got {} numbers.",
@@ -70,6 +77,7 @@ pub fn convert<T: Texel>(
         shape,
         rotation: options.rotation,
         fill: &fill,
+        window,
     };
     let Some(weighted) = Weighted::new(image, opacity, skipna)? else {
         return plain(request, options.filter, options, within, out);
@@ -92,6 +100,7 @@ pub fn convert<T: Texel>(
             shape,
             rotation: options.rotation,
             fill: &nothing,
+            window,
         };
         plain(request, filter, options, false, seen)
     })
@@ -121,7 +130,9 @@ pub fn converted<T: Texel>(
     shape: &[usize],
     options: &Options,
 ) -> Result<Vec<T>, Error> {
-    let count = Raster::new(map, shape)?.texels();
+    let raster = Raster::new(map, shape)?;
+    let window = options.window.as_ref();
+    let count = window.map_or(raster.texels(), Window::texels);
     let mut out = vec![T::default(); count * image.channels()];
     convert(image, map, shape, options, &mut out)?;
     Ok(out)

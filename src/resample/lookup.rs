@@ -22,6 +22,7 @@ use crate::resample::polynomial;
 use crate::resample::polynomial::{CoordinatePolynomial, CoordinatePolynomials, Refused};
 use crate::resample::request::Request;
 use crate::resample::sample::{Lookups, Rectangle, Texture};
+use crate::resample::window::Window;
 
 /// The longest side for which f32 coordinates serve: they are off by up to 3·2⁻²³ of an image, 1/350 of a texel
 /// there.
@@ -53,6 +54,8 @@ pub(crate) fn convert<T: Texel>(
     out: &mut [T],
 ) -> Result<(), Error> {
     let target = Raster::new(request.map, request.shape)?;
+    let rows = threads::band_rows(target.rows, target.texels(), PATCH.1);
+    let block = (PATCH.0, rows);
     let map = request.image.map();
     let coordinate_map = CoordinateMap::new(map, request.map, request.rotation);
     let single = size_of::<T::Float>() == size_of::<f32>();
@@ -73,14 +76,16 @@ pub(crate) fn convert<T: Texel>(
         antialias,
         fill: request.fill,
     };
-    interrupt::part(0.0, 1.0, || {
-        if rounds && whole && longest <= SINGLE_SIDE {
-            job.run::<f32>(out);
-        } else {
-            job.run::<f64>(out);
-        }
-    });
-    Ok(())
+    let window = request.window;
+    window.fill(&target, window, block, out, |blocks, out| {
+        interrupt::part(0.0, 1.0, || {
+            if rounds && whole && longest <= SINGLE_SIDE {
+                job.run::<f32>(blocks, rows, out);
+            } else {
+                job.run::<f64>(blocks, rows, out);
+            }
+        });
+    })
 }
 
 struct Conversion<'s, 'a, T> {
@@ -98,11 +103,12 @@ struct Conversion<'s, 'a, T> {
 
 impl<'s, T: Texel> Conversion<'s, '_, T> {
     /// Looks every texel of the target up where the coordinate_map takes it.
-    fn run<R: Scalar>(&self, out: &mut [T]) {
+    fn run<R: Scalar>(&self, window: &Window, rows: usize, out: &mut [T]) {
         let target = &self.target;
         let centers = Centers::new(target);
         let channels = self.fill.len();
-        let width = target.columns * channels;
+        let columns = window.columns.len();
+        let width = columns * channels;
         let nothing = vec![T::Float::default(); channels];
         let fewest = if self.antialias { FEWEST_MEANS } else { FEWEST };
         let patches = self
@@ -112,11 +118,13 @@ impl<'s, T: Texel> Conversion<'s, '_, T> {
                 CoordinatePolynomials::new(self.coordinate_map, source, target, fewest)
             })
             .flatten();
-        threads::bands(out, width, target.texels(), PATCH.1, |first, band| {
-            let rows = band.len() / width;
+        threads::rows(out, rows * width, window.texels(), |number, band| {
+            let first = window.rows.start + number * rows;
+            let height = band.len() / width;
             let mut walk = Walk::<T, R> {
                 job: self,
                 centers: &centers,
+                columns,
                 patches: patches.as_ref(),
                 lookups: Lookups::new(self.source, self.filter, self.fill),
                 means: self.antialias.then(|| {
@@ -130,7 +138,8 @@ impl<'s, T: Texel> Conversion<'s, '_, T> {
                 }),
                 band,
             };
-            target.blocks(first, rows, PATCH, |whole| walk.patch(whole));
+            let band = (first, window.columns.clone());
+            target.blocks_within(band, height, PATCH, |whole| walk.patch(whole));
             walk.finish();
         });
     }
@@ -140,6 +149,8 @@ impl<'s, T: Texel> Conversion<'s, '_, T> {
 struct Walk<'w, 's, 'a, T: Texel, R: Scalar> {
     job: &'w Conversion<'s, 'a, T>,
     centers: &'w Centers<R>,
+    /// Those of the band.
+    columns: usize,
     patches: Option<&'w CoordinatePolynomials<'s>>,
     lookups: Lookups<'w, 'a, T, T, R>,
     means: Option<Antialias<'w, 'a, T, R>>,
@@ -155,7 +166,7 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
         let patch = patches.map_or(Err(Refused::Nowhere), |patches| patches.of(&whole));
         let bent = matches!(patch, Err(Refused::Bent));
         if bent && patches.is_some_and(|patches| patches.serve(whole.quarter())) {
-            for part in whole.parts(whole.quarter(), target.columns) {
+            for part in whole.parts(whole.quarter(), self.columns) {
                 self.patch(part);
             }
             return;
@@ -165,7 +176,7 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
             means.next_patch();
         }
         let rows = (BLOCK.0 * BLOCK.1 / whole.columns).max(1);
-        for (row, block) in whole.bands(rows, target.columns) {
+        for (row, block) in whole.bands(rows, self.columns) {
             self.block(&block, patch.as_ref().map(|patch| (patch, row)));
         }
     }
@@ -175,6 +186,7 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
         let Walk {
             job,
             centers,
+            columns,
             lookups,
             means,
             band,
@@ -185,7 +197,7 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
         let area = Rectangle {
             start: block.start,
             columns: block.columns,
-            stride: target.columns,
+            stride: *columns,
         };
         if target.misses(block) {
             for row in 0..block.rows {

@@ -19,6 +19,7 @@ use crate::resample::lod::Between;
 use crate::resample::mips;
 use crate::resample::request::Request;
 use crate::resample::sample::{Level, Texture};
+use crate::resample::window::Window;
 
 /// How much longer a lookup takes than a texel of the chain, about.
 const LOOKUP: f64 = 4.0;
@@ -47,13 +48,14 @@ pub(crate) fn convert<T: Texel>(
     let all = all.chain(smaller.iter().map(|level| level as &dyn Level));
     let levels = Levels::halved([source.raster.width, source.raster.height], all);
     let centers = Centers::new(&target);
-    let width = target.columns * channels;
-    let work = |first: usize, band: &mut [T]| {
+    let work = |window: &Window, first: usize, band: &mut [T]| {
+        let width = window.columns.len() * channels;
         let mut uv = Tile::new();
         let mut parts = [Part::default(); TILE];
         let mut footprints = [Footprint::default(); TILE];
         let mut values = vec![0.0; 2 * channels];
-        target.blocks(first, band.len() / width, (TILE, 1), |block| {
+        let at = (window.rows.start + first, window.columns.clone());
+        target.blocks_within(at, band.len() / width, (TILE, 1), |block| {
             let out = &mut band[block.start * channels..][..block.columns * channels];
             let out = out.chunks_exact_mut(channels);
             if block.face.is_none() {
@@ -82,8 +84,13 @@ pub(crate) fn convert<T: Texel>(
             }
         });
     };
-    interrupt::part(start, 1.0, || {
-        threads::bands(out, width, target.texels() * 32, 1, work);
-    });
-    Ok(())
+    let window = request.window;
+    window.fill(&target, window, (TILE, 1), out, |window, out| {
+        let (width, points) = (window.columns.len() * channels, window.texels() * 32);
+        interrupt::part(start, 1.0, || {
+            threads::bands(out, width, points, 1, |first, band| {
+                work(window, first, band)
+            });
+        });
+    })
 }

@@ -25,6 +25,7 @@ mod sample;
 mod seam;
 mod size;
 mod weighted;
+mod window;
 
 pub use convert::{convert, converted, sample};
 pub use filters::Filter;
@@ -34,3 +35,4 @@ pub use options::{Fill, Options};
 pub use pad::{pad, padded_shape};
 pub use sample::Sampler;
 pub use size::matching_size;
+pub use window::Window;

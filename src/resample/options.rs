@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::geometry::world::Worlds;
 use crate::image::texel::Texel;
 use crate::resample::filters::Filter;
+use crate::resample::window::Window;
 use glam::DMat3;
 
 /// The value where an image holds nothing.
@@ -88,6 +89,8 @@ pub struct Options {
     pub alpha: Option<usize>,
     /// Whether NaN and infinity have no weight. By default they spread to all that they touch.
     pub skipna: bool,
+    /// The part of a target that a conversion makes, with the bits of the whole; all by default.
+    pub window: Option<Window>,
 }
 
 impl Default for Options {
@@ -100,6 +103,7 @@ impl Default for Options {
             fill: Fill::Nothing,
             alpha: None,
             skipna: false,
+            window: None,
         }
     }
 }
@@ -193,6 +197,18 @@ impl Options {
     /// ```
     pub fn skipna(mut self, skipna: bool) -> Options {
         self.skipna = skipna;
+        self
+    }
+
+    /// With another [`Options::window`], or none.
+    ///
+    /// ```
+    /// use spheremap::resample::{Options, Window};
+    /// let upper = Window { rows: 0..8, columns: 0..32 };
+    /// assert_eq!(Options::new().window(upper.clone()).window, Some(upper));
+    /// ```
+    pub fn window(mut self, window: impl Into<Option<Window>>) -> Options {
+        self.window = window.into();
         self
     }
 

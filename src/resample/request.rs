@@ -2,6 +2,7 @@
 
 use crate::image::view::ImageView;
 use crate::map::Map;
+use crate::resample::window::Window;
 use glam::DMat3;
 
 /// An image, and the one that is to be made of it.
@@ -17,4 +18,6 @@ pub(crate) struct Request<'a, T> {
     pub(crate) rotation: Option<DMat3>,
     /// A texel where there is nothing.
     pub(crate) fill: &'a [T],
+    /// The part of it that is made.
+    pub(crate) window: &'a Window,
 }

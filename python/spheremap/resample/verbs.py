@@ -12,6 +12,7 @@ from ..map.images import images, is_chain, target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
 from .labels import labeled
+from .windows import stored_part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from .._arrays import Scalar, Size
     from .._names import ConvertFilter, SampleFilter
     from ..map.named import ProjectionLike, Worlds
+    from .windows import Window
 
 __all__ = ["convert", "mipmaps", "sample"]
 
@@ -190,6 +192,7 @@ def convert(
     world: Worlds = "match",
     any_aspect: bool = False,
     channels_first: bool = False,
+    window: Window | None = None,
 ) -> NDArray[Any]:
     """Turn an image from one projection into another.
 
@@ -241,11 +244,15 @@ def convert(
     channels_first : bool
         Whether channels lie right before the rows, in `image` and in the result: (C, H, W), or with
         faces (F, C, N, N). Both are copied.
+    window : tuple of slice, (rows, columns) or, with faces, (rows, columns, face), optional
+        The part of the result that is made, where all of it is too much at once. It has the bits of
+        the whole: windows side by side are the image.
 
     Returns
     -------
     image : ndarray of the same dtype and channels
-        Of a batch as many, each with the bits that it has alone.
+        Of a batch as many, each with the bits that it has alone. Of a `window`, its rows and
+        columns: (H, W) or (H, W, C).
 
     Raises
     ------
@@ -292,6 +299,14 @@ def convert(
     >>> bool(np.isclose((cube * sm.solid_angle("cube", 16)).sum(), before, rtol=1e-6))
     True
 
+    The upper left quarter of the face +z, of a cube too large for memory:
+
+    >>> corner = sm.convert(
+    ...     probe, "angular", "cube", size=40_000, window=(slice(0, 64), slice(0, 64), 4)
+    ... )
+    >>> corner.shape
+    (64, 64, 3)
+
     A batch as networks have it, each image turned by its own rotation:
 
     >>> batch = np.zeros((4, 3, 32, 64), np.float32)
@@ -313,6 +328,7 @@ def convert(
         size = matching_size(np.shape(image), source, target)
     shape = target.shape(size)
     source = resolve(source, rotation=rotation)
+    part = None if window is None else stored_part(window, shape)
 
     def converted(image: Any, fill: Any, out: Any) -> NDArray[Any]:
         return _core.convert(
@@ -327,6 +343,7 @@ def convert(
             antialias=antialias,
             alpha=alpha,
             world=world,
+            window=part,
         )
 
     if not _has_texels(image):

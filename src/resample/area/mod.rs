@@ -79,6 +79,7 @@ use crate::resample::area::sweep::{Sweep, Tally};
 use crate::resample::area::traced::density::Density;
 use crate::resample::filters::AreaFilter;
 use crate::resample::request::Request;
+use crate::resample::window::Window;
 use glam::DMat3;
 
 /// Fills the image that a request asks for with what each of its texels covers, by `filter`. With `skipna`, what is not finite has no
@@ -129,12 +130,13 @@ fn convert_by<T: Texel>(
         shape,
         rotation,
         fill,
+        window,
     } = request;
     let frame = frame(image.map(), map, rotation);
     let mut from = Lattice::new(image.map(), image.shape(), None)?;
     let mut into = Lattice::new(map, shape, Some(frame))?;
     let channels = image.channels();
-    let (columns, texels) = (into.raster.columns, into.raster.texels());
+    let texels = into.raster.texels();
     let fast = match path {
         Path::Best => from.raster.texels() + texels >= LARGE,
         #[cfg(test)]
@@ -155,13 +157,16 @@ fn convert_by<T: Texel>(
     let parts = into.refined;
     let rim = Rim::new(&into.raster);
     let side = (sweep::BLOCK / parts).max(1);
-    let width = columns * channels;
-    let work = |first: usize, band: &mut [T]| {
+    let height = threads::band_rows(into.raster.rows, texels * cost, side);
+    let work = |window: &Window, number: usize, band: &mut [T]| {
+        let columns = window.columns.len();
+        let first = window.rows.start + number * height;
         let coarse = coarse.as_ref().unwrap_or(&from);
         let mut sweep = Sweep::new([&from, coarse], &into, varies, fast);
         let mut tallies = Tallies::new(image, filter, skipna, side * side);
-        let rows = band.len() / width;
-        into.raster.blocks(first, rows, (side, side), |block| {
+        let rows = band.len() / (columns * channels);
+        let at = (first, window.columns.clone());
+        into.raster.blocks_within(at, rows, (side, side), |block| {
             let Some((face, texel, [along, down])) = block.face else {
                 for row in 0..block.rows {
                     let out = &mut band[(block.start + row * columns) * channels..];
@@ -222,17 +227,27 @@ fn convert_by<T: Texel>(
         });
         sweep.count(tally);
     };
-    interrupt::part(0.0, 1.0, || {
-        threads::bands(out, width, texels * cost, side, work);
-    });
-    for face in 0..into.raster.faces() {
-        let view = into.raster.view(face);
-        for Across { texel, owner } in &rim.across {
-            let [to, from] = [texel, owner].map(|[i, j]| view.index(*i, *j) * channels);
-            out.copy_within(from..from + channels, to);
+    // Owners of texels across the rim are near, and may lie in other blocks.
+    let mut needed = window.clone();
+    for (texel, owner) in rim.stored(&into.raster) {
+        if window.index(texel, &into.raster).is_some() {
+            needed.include(owner, &into.raster);
         }
     }
-    Ok(())
+    window.fill(&into.raster, &needed, (side, height), out, |window, out| {
+        interrupt::part(0.0, 1.0, || {
+            let width = window.columns.len() * channels;
+            threads::rows(out, height * width, window.texels() * cost, |k, band| {
+                work(window, k, band)
+            });
+        });
+        for (texel, owner) in rim.stored(&into.raster) {
+            let [to, from] = [texel, owner].map(|texel| window.index(texel, &into.raster));
+            if let (Some(to), Some(from)) = (to, from) {
+                out.copy_within(from * channels..(from + 1) * channels, to * channels);
+            }
+        }
+    })
 }
 
 /// The target's texels across its rim, by owner.
@@ -248,6 +263,16 @@ impl Rim {
         });
         across.sort_by_key(|Across { texel, owner }| (owner[1], owner[0], texel[1], texel[0]));
         Rim { across }
+    }
+
+    /// All of them on all faces, and their owners, as they are stored.
+    fn stored<'a>(&'a self, raster: &'a Raster) -> impl Iterator<Item = (usize, usize)> + 'a {
+        let views = raster.views()[..raster.faces()].iter();
+        views.flat_map(|view| {
+            let stored = |[i, j]: [usize; 2]| view.index(i, j);
+            let all = self.across.iter();
+            all.map(move |Across { texel, owner }| (stored(*texel), stored(*owner)))
+        })
     }
 
     /// Those whose owners lie in a rectangle.

@@ -39,12 +39,14 @@ fn converted(
     let mut out = vec![0.0; texels(into)];
     let tally = Tally::default();
     let source = ImageView::new(source, from, 1, &image).unwrap();
+    let window = Window::whole(&Raster::new(target, into).unwrap());
     let request = Request {
         image: &source,
         map: target,
         shape: into,
         rotation,
         fill: &[f64::NAN],
+        window: &window,
     };
     convert_by(path, &tally, request, AreaFilter::Area, false, &mut out).unwrap();
     let counts = [&tally.fast, &tally.followed, &tally.general];

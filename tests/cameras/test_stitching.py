@@ -41,7 +41,7 @@ def lenses(size=256, fov=200):
     return [np.nan_to_num(scene(c.directions(size))) for c in cameras], cameras
 
 
-@pytest.mark.parametrize("blend", ["feather", "nearest"])
+@pytest.mark.parametrize("blend", ["feather", "bands", "nearest"])
 @pytest.mark.parametrize("dst, size", [("latlong", 256), ("cube", 128), ("octahedral", 256)])
 @pytest.mark.parametrize("name", RIGS)
 def test_a_panorama_comes_back_from_its_views(name, dst, size, blend):
@@ -417,3 +417,35 @@ def test_what_is_wrong_is_told(images, cameras, options, text):
 def test_what_is_of_another_kind_is_told(images, options, text):
     with pytest.raises(TypeError, match=text):
         sm.cameras.stitch(images, [BACK], "latlong", **options)
+
+
+def test_bands_spread_what_exposure_leaves_and_keep_detail():
+    cameras = sm.cameras.back_to_back(BACK)
+    # Brighter by 30 % in one lens: the step is 0.3 where nothing is mixed.
+    flat = [np.ones((256, 256), np.float32), np.full((256, 256), 1.3, np.float32)]
+    steps = {}
+    for blend in ("nearest", "feather", "bands"):
+        image = sm.cameras.stitch(flat, cameras, "latlong", size=128, blend=blend)
+        steps[blend] = np.abs(np.diff(image, axis=1)).max()
+        # Weighted means of float32 in 1 to 1.3.
+        assert image.min() > 1 - 1e-6 and image.max() < 1.3 + 1e-6
+    assert steps["bands"] < steps["feather"] < 0.2 * steps["nearest"]
+    # Bars that do not fit: their mean is gray, and bands show one of both.
+    wave = np.sin(np.arange(512) * (np.pi / 2)).astype(np.float32)
+    bars = [np.tile(1 + sign * wave, (256, 1)) for sign in (1, -1)]
+    pair = [sm.convert(b, "latlong", c, size=1024) for b, c in zip(bars, cameras, strict=True)]
+    contrast = {}
+    for blend in ("feather", "bands"):
+        image = sm.cameras.stitch(pair, cameras, "latlong", size=256, blend=blend)[128]
+        contrast[blend] = np.convolve(np.abs(image - 1), np.ones(8) / 8, mode="valid").min()
+    assert contrast["bands"] > 2 * contrast["feather"]
+
+
+def test_bands_leave_out_what_no_view_sees():
+    camera = sm.projection("angular", fov=120)
+    one = np.full((64, 64, 3), 100, np.uint8)
+    image, weight = sm.cameras.stitch(
+        [one], [camera], "latlong", size=32, blend="bands", return_weight=True
+    )
+    assert (image[weight > 0] == 100).all() and (image[weight == 0] == 0).all()
+    assert 0 < (weight == 0).mean() < 1

@@ -14,6 +14,7 @@ from ..map.images import target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
 from ..resample import convert
+from .bands import banded
 from .exposure import coded, expect_curve, gains_of
 from .pictures import blocks, exact, pictures_of
 
@@ -24,10 +25,11 @@ if TYPE_CHECKING:
 
     from .._arrays import Size
     from ..map.named import ProjectionLike, Worlds
+    from .bands import Layer
     from .exposure import Curve
     from .pictures import Cameras, Picture
 
-    Blend: TypeAlias = Literal["feather", "nearest"]
+    Blend: TypeAlias = Literal["feather", "bands", "nearest"]
 
 __all__ = ["stitch"]
 
@@ -102,8 +104,10 @@ def stitch(
         The projection of the result.
     size : int or tuple of int, optional
         As for `spheremap.convert`. By default the largest that it would choose for a view.
-    blend : {"feather", "nearest"}
-        Views are mixed by their weights, or the one with the largest is taken.
+    blend : {"feather", "bands", "nearest"}
+        Views are mixed by their weights, or the one with the largest is taken; "bands" takes that
+        one, too, and mixes around its border what is coarse over many pixels and what is fine over
+        few: detail that does not quite fit stays sharp.
     exposure : "match", array_like of shape (n,), or None
         Whether each picture's light is multiplied by its `gains`, or by these numbers.
     curve : {"srgb", "linear"}
@@ -146,8 +150,15 @@ def stitch(
     with slope 0. Weighted pixels and weights go through `convert`, antialiased, and are divided at
     the end. As there, values are mixed as they are: decode colors for exact light.
 
+    Bands are those of Burt and Adelson [1]_, five and what is left, in the panorama's `mipmaps`.
+
     Memory: two images of the result's size in float32 with one channel more, the largest picture as
-    one, and the result.
+    one, and the result; with "bands" seven of them.
+
+    References
+    ----------
+    .. [1] Burt, P. J. and Adelson, E. H., A Multiresolution Spline with Application to Image
+       Mosaics, ACM Transactions on Graphics 2(4), 1983.
 
     Examples
     --------
@@ -167,8 +178,8 @@ def stitch(
     ((32, 64, 3), np.uint8(200))
     """
     target = resolve(dst)
-    if as_text(blend, "blend") not in ("feather", "nearest"):
-        raise ValueError(f"Expected `blend` to be 'feather' or 'nearest', got {blend!r}.")
+    if as_text(blend, "blend") not in ("feather", "bands", "nearest"):
+        raise ValueError(f"Expected `blend` to be 'feather', 'bands' or 'nearest', got {blend!r}.")
     with_weight = as_flag(return_weight, "return_weight")
     curve_of = expect_curve(curve)
     shape = None if size is None else target_shape(target, size, any_aspect)
@@ -182,25 +193,29 @@ def stitch(
     first = pictures[0].pixels
     # With one more channel, the weight. Two of them, and no more for more views.
     total: NDArray[Any] = np.empty((*shape, first.shape[-1] + 1), exact(first.dtype))
-    layer = np.empty_like(total) if len(pictures) > 1 else None
     source = None
+
+    def layer(k: int, into: NDArray[Any]) -> NDArray[Any]:
+        nonlocal source
+        values = _values(first.dtype, curve_of, factors[k])
+        source = pictures[k].weighted(values, source)
+        return convert(
+            source,
+            pictures[k].camera,
+            target,
+            size=shape,
+            rotation=rotation,
+            world=world,
+            any_aspect=True,
+            out=into,
+        )
+
     with part(0.3, 0.95):
-        for k, (picture, factor) in enumerate(zip(counted(pictures), factors, strict=True)):
-            source = picture.weighted(_values(first.dtype, curve_of, factor), source)
-            into = total if layer is None or k == 0 else layer
-            convert(
-                source,
-                picture.camera,
-                target,
-                size=shape,
-                rotation=rotation,
-                world=world,
-                any_aspect=True,
-                out=into,
-            )
-            if into is not total:
-                _add(total, into, blend)
-    del source, layer
+        if blend == "bands":
+            banded(target, total, len(pictures), layer)
+        else:
+            _summed(total, len(pictures), layer, blend)
+    source = None
     image = _divided(total, first.dtype)
     if is_gray:
         image = image[..., 0]
@@ -233,6 +248,16 @@ def _values(dtype: np.dtype[Any], curve: str, gain: float) -> NDArray[np.float32
     if gain == 1:
         return 1.0
     return coded(dtype, curve, gain) if dtype.kind == "u" else float(gain)
+
+
+def _summed(total: NDArray[Any], count: int, layer: Layer, blend: str) -> None:
+    """Write the sum of all views, or the view that counts for more than the others."""
+    more = np.empty_like(total) if count > 1 else total
+    for k in counted(range(count)):
+        if k == 0:
+            layer(k, total)
+        else:
+            _add(total, layer(k, more), blend)
 
 
 def _add(total: NDArray[Any], layer: NDArray[Any], blend: str) -> None:

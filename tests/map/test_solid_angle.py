@@ -51,9 +51,9 @@ def check_total(p: sm.Projection, r: reference.Reference, n: int) -> None:
 
 
 @each(QUICK)
-def test_totals_at_every_size_to_64(case):
+def test_totals_at_every_small_size(case):
     p, r = case.make(), case.reference()
-    for n in range(1, 65):
+    for n in (*range(1, 33), 47, 63, 64):
         check_total(p, r, n)
 
 

@@ -53,7 +53,7 @@ def test_leading_axes_are_free(case, verb):
 
 @each(DEFAULTS)
 @pytest.mark.parametrize("verb", VERBS)
-@pytest.mark.parametrize("n", [1, 2, 3, 7, 63, 64, 65, 127, 128, 129, 1000])
+@pytest.mark.parametrize("n", [1, 2, 7, 63, 64, 65, 129, 1000])
 def test_block_sizes(case, verb, n):
     # Results are the same however the input is cut: no remainder loop of its own.
     p = case.make()

@@ -78,6 +78,7 @@ PYTHON: Floors = [
     {
         "plot": "figures",
         "viewer": "pages to look around in images",
+        "video": "videos",
         "torch": "tensors, with gradients",
     },
     {"_projection": "the class that people see, a method a verb; generated"},

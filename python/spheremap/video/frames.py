@@ -134,9 +134,10 @@ class FrameConversion:
         # Luma has the aspect of the map; half as wide is as right.
         options |= {"source_shape": source, "size": target, "any_aspect": True}
         before = after = None
-        if any(at):
+        if any(at) and src.grid == "centers":
             turned = turn(src, source, at)
             src, before = (src, (-at[0], -at[1])) if turned is None else (src.turned(turned), None)
+        if any(at) and dst.grid == "centers":
             turned = turn(dst, target, at)
             dst, after = (dst, at) if turned is None else (dst.turned(turned), None)
         return PlaneConversion(plane, remap_plan(src, dst, **options), before, after)

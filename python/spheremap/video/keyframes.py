@@ -67,7 +67,7 @@ class Keyframes:
         try:
             times = np.asarray(self.times, np.float64)
             angles = np.asarray(self.angles, np.float64)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ValueError("Expected `times` and `angles` to be numbers.") from None
         if times.ndim != 1 or not len(times) or angles.shape != (len(times), 3):
             raise ValueError(
@@ -158,7 +158,7 @@ def read_keyframes(path: str | os.PathLike[str], /) -> Keyframes:
         if line.strip() and not line.lstrip().startswith("#")
     ]
     columns: tuple[str, ...] = COLUMNS
-    if lines and any(letter.isalpha() for letter in lines[0][1].replace("e", "")):
+    if lines and not any(_is_number(field) for field in _fields(lines[0][1])):
         columns = _header(name, lines.pop(0)[1])
     rows = [_row(name, k, line, columns) for k, line in lines]
     try:
@@ -169,6 +169,14 @@ def read_keyframes(path: str | os.PathLike[str], /) -> Keyframes:
 
 def _fields(line: str) -> list[str]:
     return [field.strip() for field in next(csv.reader([line]))]
+
+
+def _is_number(field: str) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
 
 
 def _header(name: str, line: str) -> tuple[str, ...]:

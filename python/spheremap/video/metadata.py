@@ -81,8 +81,7 @@ def projection(path: str | os.PathLike[str], /) -> Projection | None:
 
     Examples
     --------
-    >>> import numpy as np, spheremap as sm, tempfile, pathlib
-    >>> av = __import__("av")
+    >>> import av, numpy as np, spheremap as sm, tempfile, pathlib
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "gray.mkv"
     >>> with av.open(str(path), "w") as file:
     ...     stream = file.add_stream("ffv1", rate=25, width=128, height=64)

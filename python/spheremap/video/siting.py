@@ -6,6 +6,9 @@ of it, on a texel of luma: half a texel of luma left of the center, a quarter of
 Of a latlong, and of any other picture around an axis, such a shift is a small turn of the world:
 the turned map has its texels there, and nothing is resampled for it. Else the plane itself is
 moved, by four taps along each axis.
+
+On a grid of corners the first and last texels of each plane lie on the edges, as FFmpeg's v360
+reads them: there no siting is known.
 """
 
 from __future__ import annotations
@@ -75,7 +78,7 @@ def moved(
 ) -> NDArray[Any]:
     """Return the plane whose texel i is what the given one has at i + shift, right and down.
 
-    By Catmull-Rom's cubic (Keys 1981) in 128ths, within each face; what lies beyond its edge is as
+    By Catmull-Rom's cubic (Keys 1981), within each face; what lies beyond its edge is as
     at the edge. Shifts are from -1 to 1.
     """
     if shift[0]:
@@ -88,14 +91,18 @@ def moved(
 def _along_rows(plane: NDArray[Any], shift: float, faces: int, top: int | None) -> NDArray[Any]:
     rows, columns = plane.shape
     t = abs(shift)
+    # Exact for all offsets that there are: quarters in 128ths, eighths in 1024ths.
+    bits = 7 if (4 * t).is_integer() else 10
     weights = {
-        -1: round(128 * (-t + 2 * t * t - t**3) / 2),
-        1: round(128 * (t + 4 * t * t - 3 * t**3) / 2),
-        2: round(128 * (t**3 - t * t) / 2),
+        -1: round((-t + 2 * t * t - t**3) * 2 ** (bits - 1)),
+        1: round((t + 4 * t * t - 3 * t**3) * 2 ** (bits - 1)),
+        2: round((t**3 - t * t) * 2 ** (bits - 1)),
     }
-    exact = {"u1": np.int16, "u2": np.int32}.get(plane.dtype.str[1:], np.float32)
+    exact: type[Any] = np.int32 if top is not None else np.float32
+    if plane.dtype == np.uint8 and bits == 7:
+        exact = np.int16
     side = columns // faces
-    texels = plane.astype(exact).reshape(rows, faces, side)
+    texels: NDArray[Any] = plane.astype(exact).reshape(rows, faces, side)
     padded = np.pad(texels, ((0, 0), (0, 0), (2, 2)), "edge")
     total = np.zeros_like(texels)
     for distance, weight in weights.items():
@@ -103,9 +110,9 @@ def _along_rows(plane: NDArray[Any], shift: float, faces: int, top: int | None) 
         # As differences to the texel itself, a sum of bytes stays within 16 bits.
         total += (padded[..., first : first + side] - texels) * exact(weight)
     if top is None:
-        return (texels + total / 128).astype(plane.dtype).reshape(rows, columns)
-    total += 64
-    total >>= 7
+        return (texels + total / 2**bits).astype(plane.dtype).reshape(rows, columns)
+    total += 1 << (bits - 1)
+    total >>= bits
     total += texels
     return np.clip(total, 0, top, out=total).astype(plane.dtype).reshape(rows, columns)
 

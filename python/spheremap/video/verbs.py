@@ -143,8 +143,7 @@ def convert(
 
     Examples
     --------
-    >>> import numpy as np, spheremap as sm, tempfile, pathlib
-    >>> av = __import__("av")
+    >>> import av, numpy as np, spheremap as sm, tempfile, pathlib
     >>> folder = pathlib.Path(tempfile.mkdtemp())
     >>> with av.open(str(folder / "sky.mkv"), "w") as file:
     ...     stream = file.add_stream("ffv1", rate=25, width=128, height=64)

@@ -88,9 +88,9 @@ def video(
         Literal["both", "v1", "v2", "none"] | None,
         typer.Option(help="How OUT says that it is a panorama. [default: both, of a latlong]"),
     ] = None,
-    audio: Annotated[
-        bool, typer.Option("--audio/--no-audio", help="Copy audio and subtitles.")
-    ] = True,
+    silent: Annotated[
+        bool, typer.Option("--no-audio", help="Copy neither audio nor subtitles.")
+    ] = False,
     any_aspect: AnyAspect = False,
     no_clobber: Annotated[
         bool, typer.Option("--no-clobber", help="Replace no file that is there.")
@@ -133,7 +133,7 @@ def video(
                 pixel_format=pixel_format,
                 options=_options(options or []),
                 siting=siting,
-                audio=audio,
+                audio=not silent,
                 metadata=metadata,
             )
     seconds = time.perf_counter() - start

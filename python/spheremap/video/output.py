@@ -129,7 +129,7 @@ class Output:
                 return None
             raise ValueError(
                 f"{self.name!r} cannot hold the audio as it is ({codec}): write .mkv or .mov, or "
-                "no `audio`"
+                "no audio"
             ) from None
         copy.metadata.update(stream.metadata)
         return copy

@@ -110,7 +110,8 @@ def _along_rows(plane: NDArray[Any], shift: float, faces: int, top: int | None) 
         # As differences to the texel itself, a sum of bytes stays within 16 bits.
         total += (padded[..., first : first + side] - texels) * exact(weight)
     if top is None:
-        return (texels + total / 2**bits).astype(plane.dtype).reshape(rows, columns)
+        texels += total / 2**bits
+        return texels.reshape(rows, columns)
     total += 1 << (bits - 1)
     total >>= bits
     total += texels

@@ -86,7 +86,7 @@ def remap(path: Path, shape: tuple[int, int], count: int, filter: str, siting: s
     options = {"filter": filter, "antialias": False, "any_aspect": False}
     src, dst = sm.projection(SRC), sm.projection(DST)
     work = FrameConversion(frame.format, 0, src, dst, shape, siting, options)
-    return lambda: [work(frame) for _ in range(count)] and None
+    return lambda: [work.take_back(work(frame)) for _ in range(count)] and None
 
 
 def frames_and_start(

@@ -1,7 +1,8 @@
-"""The conversion of a frame: a plan for each plane, made once."""
+"""The conversion of a frame: a plan for planes of each size, made once."""
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,16 +22,21 @@ if TYPE_CHECKING:
 __all__ = ["FrameConversion"]
 
 Shift = tuple[float, float]
+# How many written frames an encoder may look at still.
+_KEPT = 2
 
 
 @dataclass(frozen=True)
-class PlaneConversion:
-    """The conversion of one plane.
+class PlanesConversion:
+    """The conversion of planes of one size, whose texels lie in the same places.
+
+    The core computes where they lie once for all channels of an image: several planes are put into
+    one and taken out of it.
 
     Attributes
     ----------
     plane : Plane
-        What it holds.
+        What each holds.
     plan : RemapPlan
         From texels at (i + ½)/n to texels at (i + ½)/n of the maps that it names.
     before, after : (float, float) or None
@@ -47,27 +53,53 @@ class PlaneConversion:
     spread: Shift | None = None
 
     def __call__(
-        self, image: NDArray[Any], out: NDArray[Any], rotation: NDArray[np.float64] | None
+        self,
+        images: list[NDArray[Any]],
+        outs: list[NDArray[Any]],
+        rotation: NDArray[np.float64] | None,
     ) -> None:
-        """Convert a plane into another."""
-        plan, top = self.plan, self.plane.top
+        """Convert planes into others."""
+        plan = self.plan
         if rotation is not None:
             plan = replace(plan, src=plan.src.turned(rotation))
+        sited = [self._fetched(image) for image in images]
+        is_as_stored = self.after is None and self.spread is None
+        if len(images) > 1:
+            results = plan(_stacked(sited))
+            found = [results[..., k] for k in range(len(outs))]
+        elif is_as_stored and outs[0].flags.c_contiguous:
+            found = [plan(sited[0], out=outs[0])]
+        else:
+            found = [plan(sited[0])]
+        for result, out in zip(found, outs, strict=True):
+            self._put(result, out)
+
+    def _fetched(self, image: NDArray[Any]) -> NDArray[Any]:
+        faces = cells(self.plan.src)
         if self.spread is not None:
-            image = spread(image, self.plane, self.spread, cells(plan.src))
-        elif self.before is not None:
-            image = moved(image, self.before, cells(plan.src), top)
-        in_place = self.after is None and self.spread is None and out.flags.c_contiguous
-        result = plan(image, out=out if in_place else None)
+            return spread(image, self.plane, self.spread, faces)
+        return image if self.before is None else moved(image, self.before, faces, self.plane.top)
+
+    def _put(self, result: NDArray[Any], out: NDArray[Any]) -> None:
+        top = self.plane.top
         if self.spread is not None:
             result = result[:: self.plane.down, :: self.plane.across]
         if self.after is not None:
-            result = moved(result, self.after, cells(plan.dst), top)
-        if top is not None and top < np.iinfo(result.dtype).max:
+            result = moved(result, self.after, cells(self.plan.dst), top)
+        if top is not None and top < np.iinfo(out.dtype).max:
             # Filters that ring leave the ten bits of sixteen.
-            np.minimum(result, top, out=result)
-        if not in_place:
+            np.minimum(result, top, out=out)
+        elif result is not out:
             out[...] = result
+
+
+def _stacked(images: list[NDArray[Any]]) -> NDArray[Any]:
+    """Return planes as channels; two as three, of which the core has a faster loop."""
+    channels = max(len(images), 3)
+    together = np.zeros((*images[0].shape, channels), images[0].dtype)
+    for k, image in enumerate(images):
+        together[..., k] = image
+    return together
 
 
 class FrameConversion:
@@ -105,20 +137,32 @@ class FrameConversion:
         options: dict[str, Any],
     ) -> None:
         self.name, self.shape = pixel_format.name, shape
+        self._spare: deque[VideoFrame] = deque()
         self.planes = described(pixel_format, color_range)
         self.source_shape = pixel_format.height, pixel_format.width
         for what, sides in (("frames", self.source_shape), ("`size`", shape)):
             _expect_whole(what, sides, self.planes, self.name)
+        siting = "center" if options["filter"] == "nearest" else siting
+        groups: dict[tuple[int, int], list[int]] = {}
+        for k, plane in enumerate(self.planes):
+            groups.setdefault((plane.across, plane.down), []).append(k)
         self.conversions = [
-            self._of(plane, src, dst, "center" if options["filter"] == "nearest" else siting,
-                     options)
-            for plane in self.planes
-        ]  # fmt: skip
+            (group, self._of([self.planes[k] for k in group], src, dst, siting, options))
+            for group in groups.values()
+        ]
 
     def _of(
-        self, plane: Plane, src: Projection, dst: Projection, siting: str, options: dict[str, Any]
-    ) -> PlaneConversion:
-        options = options | {"fill": plane.black}
+        self,
+        planes: list[Plane],
+        src: Projection,
+        dst: Projection,
+        siting: str,
+        options: dict[str, Any],
+    ) -> PlanesConversion:
+        plane, *others = planes
+        black = [each.black for each in planes]
+        # Of the third channel of two planes nothing is kept.
+        options = options | {"fill": [*black, *[0.0] * (3 - len(planes))] if others else black[0]}
         at = offset(plane, siting)
         if plane.across != plane.down and (src.layout or dst.layout):
             # Faces are squares: those of such chroma are none.
@@ -126,7 +170,7 @@ class FrameConversion:
             first = (1 / plane.across - 1) / 2, (1 / plane.down - 1) / 2
             rest = at[0] - first[0], at[1] - first[1]
             plan = remap_plan(src, dst, **options)
-            return PlaneConversion(plane, plan, None, rest if any(rest) else None, at)
+            return PlanesConversion(plane, plan, None, rest if any(rest) else None, at)
         source, target = (
             (sides[0] // plane.down, sides[1] // plane.across)
             for sides in (self.source_shape, self.shape)
@@ -140,7 +184,7 @@ class FrameConversion:
         if any(at) and dst.grid == "centers":
             turned = turn(dst, target, at)
             dst, after = (dst, at) if turned is None else (dst.turned(turned), None)
-        return PlaneConversion(plane, remap_plan(src, dst, **options), before, after)
+        return PlanesConversion(plane, remap_plan(src, dst, **options), before, after)
 
     def __call__(
         self, frame: VideoFrame, rotation: NDArray[np.float64] | None = None
@@ -148,8 +192,8 @@ class FrameConversion:
         """Return a frame's conversion: its colors, its time."""
         result = self.blank(frame)
         images, outs = views(frame, self.planes), views(result, self.planes)
-        for convert, image, out in zip(self.conversions, images, outs, strict=True):
-            convert(image, out, rotation)
+        for group, convert in self.conversions:
+            convert([images[k] for k in group], [outs[k] for k in group], rotation)
         return result
 
     def blank(self, frame: VideoFrame) -> VideoFrame:
@@ -162,14 +206,26 @@ class FrameConversion:
                 f"Expected all frames to be {self.source_shape[1]} x {self.source_shape[0]} of "
                 f"{self.name!r}, got {held[1]} x {held[0]} of {held[2]!r}."
             )
-        height, width = self.shape
-        result = av.VideoFrame(width, height, self.name)
+        if len(self._spare) > _KEPT:
+            result = self._spare.popleft()
+            # An encoder may look at it yet; then it is copied.
+            result.make_writable()
+        else:
+            result = av.VideoFrame(self.shape[1], self.shape[0], self.name)
         for name in ("pts", "time_base", "duration", "color_range", "colorspace",
                      "color_primaries", "color_trc"):  # fmt: skip
             value = getattr(frame, name)
             if value is not None:
                 setattr(result, name, value)
         return result
+
+    def take_back(self, frame: VideoFrame) -> None:
+        """Take a frame that was made here and is written: its memory serves another.
+
+        New memory costs a quarter of a conversion: the system clears each of its pages.
+        """
+        if frame.format.name == self.name:
+            self._spare.append(frame)
 
 
 def _expect_whole(what: str, sides: tuple[int, int], planes: tuple[Plane, ...], name: str) -> None:

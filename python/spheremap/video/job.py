@@ -159,6 +159,8 @@ class Job:
             def take(item: Item) -> None:
                 with writing(output.name):
                     output.write(item.frame, item.packets)
+                if item.frame is not None:
+                    self._conversion.take_back(item.frame)
 
             try:
                 overlap(self._source.items(), self._converted, take)

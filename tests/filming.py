@@ -32,17 +32,21 @@ def turning(k: int) -> np.ndarray:
 
 
 def rendered(
-    p: sm.Projection | str, shape: tuple[int, int], k: int, kind: str, at: float = -0.25
+    p: sm.Projection | str,
+    shape: tuple[int, int],
+    k: int,
+    kind: str,
+    at: tuple[float, float] = (-0.25, 0),
 ) -> Planes:
-    """Return the planes of frame k; chroma lies `at` of its texels right of their centers."""
+    """Return the planes of frame k; chroma lies `at` of its texels right of and below centers."""
     p = sm.projection(p) if isinstance(p, str) else p
     bits = 10 if kind.endswith("10le") else 8
     across, down = RATIOS[kind.removesuffix("10le")]
     planes = []
     for channel in range(3):
         rows, columns = shape if channel == 0 else (shape[0] // down, shape[1] // across)
-        shift = at if channel and across > 1 else 0.0
-        u, v = (np.arange(columns) + 0.5 + shift) / columns, (np.arange(rows) + 0.5) / rows
+        x, y = at if channel and across > 1 else (0, 0)
+        u, v = (np.arange(columns) + 0.5 + x) / columns, (np.arange(rows) + 0.5 + y) / rows
         d = p.decode(np.stack(np.meshgrid(u, v), -1))
         black, span = (128, 224) if channel else (16, 219)
         value = 16 + span * sky(d @ turning(k))[..., channel]

@@ -84,6 +84,23 @@ def test_it_is_nearer_the_truth_than_v360(
             assert filming.psnr(ours, plane) > filming.psnr(other, plane)
 
 
+@pytest.mark.parametrize("dst", ["latlong:ffmpeg-output", "cube:ffmpeg-c3x2"])
+def test_chroma_on_the_corner(dst: str, tmp_path: Path) -> None:
+    shape = sm.projection(dst).shape(64)
+    corner = (-0.25, -0.25)
+    src = "latlong:ffmpeg-output"
+    frame = filming.rendered(src, (128, 256), 1, "yuv420p", corner)
+    source, target = filming.film(tmp_path / "in.mkv", [frame]), tmp_path / "out.mkv"
+    truth = filming.rendered(dst, shape, 1, "yuv420p", corner)
+    found = {}
+    for siting in ("top-left", "left"):
+        sm.video.convert(source, target, src, dst, size=shape, siting=siting)  # type: ignore[arg-type]
+        found[siting] = [filming.psnr(a, b) for a, b in zip(filming.read(target)[0], truth,
+                                                            strict=True)]  # fmt: skip
+    assert found["top-left"][0] == found["left"][0]
+    assert all(a > b for a, b in zip(found["top-left"][1:], found["left"][1:], strict=True)), found
+
+
 def test_nothing_else_is_lost(tmp_path: Path) -> None:
     """Of H.264 without loss in MP4, of another speed in each frame, with audio."""
     # In 1/90000 s.

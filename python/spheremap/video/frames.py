@@ -177,13 +177,10 @@ class FrameConversion:
         )
         # Luma has the aspect of the map; half as wide is as right.
         options |= {"source_shape": source, "size": target, "any_aspect": True}
-        before = after = None
-        if any(at) and src.grid == "centers":
-            turned = turn(src, source, at)
-            src, before = (src, (-at[0], -at[1])) if turned is None else (src.turned(turned), None)
-        if any(at) and dst.grid == "centers":
-            turned = turn(dst, target, at)
-            dst, after = (dst, at) if turned is None else (dst.turned(turned), None)
+        src, before = _sited(src, source, at)
+        dst, after = _sited(dst, target, at)
+        if before is not None:
+            before = -before[0], -before[1]
         return PlanesConversion(plane, remap_plan(src, dst, **options), before, after)
 
     def __call__(
@@ -226,6 +223,15 @@ class FrameConversion:
         """
         if frame.format.name == self.name:
             self._spare.append(frame)
+
+
+def _sited(p: Projection, shape: tuple[int, int], at: Shift) -> tuple[Projection, Shift | None]:
+    """Return the map of chroma at an offset, and what of the offset no map has."""
+    if not any(at) or p.grid != "centers":
+        return p, None
+    turned = turn(p, shape, (at[0], 0.0))
+    rest = at if turned is None else (0.0, at[1])
+    return p if turned is None else p.turned(turned), rest if any(rest) else None
 
 
 def _expect_whole(what: str, sides: tuple[int, int], planes: tuple[Plane, ...], name: str) -> None:

@@ -116,7 +116,17 @@ def overlap(
     finally:
         made.leave()
         done.end()
-        for thread in threads:
-            thread.join()
+        try:
+            _wait(threads)
+        except KeyboardInterrupt:
+            # A second Ctrl-C: what waits is not taken, but nobody is at it when this returns.
+            done.leave()
+            _wait(threads)
+            raise
     if failed:
         raise failed[0]
+
+
+def _wait(threads: list[threading.Thread]) -> None:
+    for thread in threads:
+        thread.join()

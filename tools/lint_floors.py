@@ -77,8 +77,9 @@ PYTHON: Floors = [
     {"light": "what a renderer needs", "ball": "photos of mirror balls"},
     {
         "plot": "figures",
-        "viewer": "pages to look around in images",
-        "torch": "tensors, with gradients",
+        "viewer": "pages to look around",
+        "video": "videos",
+        "torch": "tensors and gradients",
     },
     {"_projection": "the class that people see, a method a verb; generated"},
     {"__init__": "the names a person sees"},

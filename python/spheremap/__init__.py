@@ -6,7 +6,7 @@
 
 The verbs of maps and images are here. What belongs to a subject is in the subject's own module,
 which is imported when it is first used: `light`, `sh`, `packing`, `healpix`, `ball`, `cameras`,
-`align`, `io` and `plot`.
+`align`, `io`, `plot` and `video`.
 """
 
 from importlib import import_module
@@ -56,7 +56,7 @@ from .resample import (
 use_class(Projection)
 
 if TYPE_CHECKING:
-    from . import align, ball, cameras, healpix, io, light, packing, plot, sh
+    from . import align, ball, cameras, healpix, io, light, packing, plot, sh, video
     from .viewer import view
 
 __all__ = [
@@ -106,12 +106,13 @@ __all__ = [
     "simd_level",
     "solid_angle",
     "valid",
+    "video",
     "view",
     "weights_matrix",
 ]
 
 _SUBJECTS = frozenset(
-    {"align", "ball", "cameras", "healpix", "io", "light", "packing", "plot", "sh"}
+    {"align", "ball", "cameras", "healpix", "io", "light", "packing", "plot", "sh", "video"}
 )
 
 # Hidden from type checkers, which would take every misspelled name for one that it returns.

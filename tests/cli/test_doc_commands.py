@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import filming
 import numpy as np
 import pytest
 import spheremap as sm
@@ -54,6 +55,11 @@ def prepare(folder: Path, line: str) -> None:
             io.write(folder / name, sm.convert(sky, "latlong", p, size=64), projection=p)
     for face in ("px", "nx", "py", "ny", "pz", "nz"):
         io.write(folder / f"sky_{face}.png", np.full((8, 8, 3), 99, np.uint8))
+    if " video " in line:
+        frames = [filming.rendered("latlong", (64, 128), k, "yuv420p") for k in range(3)]
+        filming.film(folder / "in.mp4", frames, codec="libx264")
+        sm.video.convert(folder / "in.mp4", folder / "sky.mp4", "latlong", "latlong", size=64)
+        (folder / "turn.csv").write_text("0,0,0,0\n1,90,0,0\n")
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")

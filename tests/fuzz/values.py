@@ -126,8 +126,9 @@ SUN = (
 PATHS = _each(
     r"""
     'a.exr' 'a.hdr' 'a.png' 'a.tif' 'a.jpg' 'a.dds' 'a.ktx2' 'b.EXR' 'junk.exr' 'junk.png'
-    'junk.hdr' 'junk.tif' 'junk.jpg' 'none.exr' 'no/where.exr' '.' '..' '' 'a' '.exr'
-    'x'*5000+'.exr' '\0.exr' b'a.exr' 'folder.exr' '\ud800.png' 'a\nb.png'
+    'junk.hdr' 'junk.tif' 'junk.jpg' 'a.mkv' 'a.mp4' 'sky.mkv' 'sky.mkv' 'junk.mp4' 'none.exr'
+    'no/where.exr' '.' '..' '' 'a' '.exr' 'x'*5000+'.exr' '\0.exr' b'a.exr' 'folder.exr'
+    '\ud800.png' 'a\nb.png'
     """
 )
 
@@ -499,6 +500,7 @@ BY_NAME: dict[str, Callable[[Choice], str]] = {
 }
 # What is not in the table, by the first of these that its annotation has.
 BY_ANNOTATION: list[tuple[str, Callable[[Choice], str]]] = [
+    (r"PathLike", path),
     (r"Packing", packing),
     (r"ProjectionLike|ProjectionName", projection),
     (r"LayoutName", layout),

@@ -54,6 +54,7 @@ def main() -> None:
     warm_up()
     os.chdir(tempfile.mkdtemp(prefix="fuzz", dir=os.path.dirname(sys.argv[4])))
     leave_junk()
+    leave_video()
     limit_memory()
     report = os.fdopen(os.dup(1), "w")
     for index in range(first, last):
@@ -106,7 +107,7 @@ def fault_of(error: BaseException, text: str) -> tuple[str, str] | None:
     # What converts an argument of the core says which in a note.
     named = any("while processing '" in note for note in getattr(error, "__notes__", ()))
     allowed: tuple[type[BaseException], ...] = (ValueError, TypeError, MemoryError)
-    if any(word in text for word in ("sm.io.", "sm.cameras.", ".save(")):
+    if any(word in text for word in ("sm.io.", "sm.cameras.", "sm.video.", ".save(")):
         allowed += (OSError,)
     if named:
         # An integer beyond 64 bits.
@@ -161,9 +162,24 @@ def warm_up() -> None:
 def leave_junk() -> None:
     """Leave files that are none of what their names say."""
     rng = np.random.default_rng(0)
-    for name in ("exr", "png", "hdr", "tif", "jpg"):
+    for name in ("exr", "png", "hdr", "tif", "jpg", "mp4"):
         Path(f"junk.{name}").write_bytes(rng.bytes(500))
     os.mkdir("folder.exr")
+
+
+def leave_video() -> None:
+    """Leave a video that is one, where PyAV is."""
+    with contextlib.suppress(ImportError):
+        import av
+
+        with av.open("sky.mkv", "w") as file:
+            stream = file.add_stream("ffv1", rate=25, width=16, height=8)
+            for shade in (20, 90):
+                picture = np.full((8, 16, 3), shade, np.uint8)
+                frame = av.VideoFrame.from_ndarray(picture).reformat(format="yuv420p")
+                file.mux(stream.encode(frame))
+            file.mux(stream.encode(None))
+        sm.video.convert("sky.mkv", "warm.mp4", "latlong", "latlong", codec="libx264")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from importlib import import_module
 import pytest
 import spheremap as sm
 
-SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "cameras", "align", "io", "plot")
+SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "cameras", "align", "io", "plot", "video")
 
 
 def public():

@@ -53,6 +53,14 @@ COMMANDS = {
             "spheremap view before.exr after.exr -o both.html --open",
         ),
     ),
+    "video": Command(
+        "video",
+        (
+            "spheremap video in.mp4 out.mp4 --from 'dual_fisheye(fov=190)' --to latlong",
+            "spheremap video sky.mp4 view.mp4 --to 'perspective(fov=90)' --keyframes turn.csv",
+            "spheremap video sky.mp4 cube.mkv --to cube --codec libx265 --option crf=22",
+        ),
+    ),
     "info": Command("info", ("spheremap info sky.exr", "spheremap info probe.exr --from angular")),
     "projections": Command(
         "commands",

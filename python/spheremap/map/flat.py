@@ -10,7 +10,7 @@ from .named import projection, registered
 if TYPE_CHECKING:
     from .._projection import Projection
 
-__all__ = ["flat", "layouts"]
+__all__ = ["flat", "layouts", "legible"]
 
 # Of the layouts that make one image, those a person sees most in; else it is the last one.
 _LEGIBLE = ("cross", "strip")
@@ -32,6 +32,10 @@ def flat(name: str, layout: str | None = None) -> Projection:
         raise ValueError(
             f"a file holds one image: the layout is one of {', '.join(layouts(plain.name))}"
         )
-    own = layouts(plain.name)
-    legible = next((layout for layout in _LEGIBLE if layout in own), own[-1])
-    return projection(name, layout=legible)
+    return projection(name, layout=legible(plain.name))
+
+
+def legible(name: str) -> str:
+    """Return the layout of a projection of several faces that people know best."""
+    own = layouts(name)
+    return next((layout for layout in _LEGIBLE if layout in own), own[-1])

@@ -1,0 +1,107 @@
+"""What files say of their map: written by us, read by PyAV and ffmpeg, and what others wrote."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import av
+import filming
+import pytest
+import spheremap as sm
+from av.sidedata.sidedata import Type
+from oracles import ffmpeg_oracle
+from spheremap.video import boxes
+
+
+@pytest.fixture
+def sky(tmp_path: Path) -> Path:
+    frames = [filming.rendered("latlong", (32, 64), k, "yuv420p") for k in range(2)]
+    return filming.film(tmp_path / "sky.mkv", frames)
+
+
+def made(sky: Path, ending: str, metadata: str | None, dst: str = "latlong") -> Path:
+    target = sky.with_name(f"made.{ending}")
+    sm.video.convert(sky, target, "latlong", dst, codec="libx264", metadata=metadata)  # type: ignore[arg-type]
+    return target
+
+
+def words(path: Path) -> str:
+    """Return what ffmpeg says of a file; it fails, having been told of no output."""
+    command = [ffmpeg_oracle.program(), "-hide_banner", "-i", str(path)]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stderr
+
+
+@pytest.mark.parametrize("ending", ["mp4", "mov"])
+@pytest.mark.parametrize("metadata", ["v1", "v2", "both", None])
+def test_what_is_written_is_read_by_others(sky: Path, ending: str, metadata: str | None) -> None:
+    path = made(sky, ending, metadata)
+    said = words(path)
+    assert "Spherical Mapping: equirectangular" in said and "Invalid" not in said
+    assert ("Stereo 3D: 2D" in said) is (metadata != "v1")
+    assert (b"GSpherical:Spherical>true" in path.read_bytes()) is (metadata != "v2")
+    with av.open(str(path)) as file:
+        frames = list(file.decode(video=0))
+    assert all(f.side_data.get(Type.SPHERICAL) is not None for f in frames)
+    assert len(frames) == 2
+    assert sm.video.projection(path) == sm.projection("latlong")
+    assert sm.video.convert(path, path, None, "cube", size=16).src == sm.projection("latlong")
+
+
+def test_none_is_written_where_there_is_no_word(sky: Path) -> None:
+    for dst in ("cube", "angular", "latlong"):
+        path = made(sky, "mp4", "none" if dst == "latlong" else None, dst)
+        assert "Spherical" not in words(path) and sm.video.projection(path) is None
+    mirrored = sm.projection("latlong", axes="-x -y -z")
+    done = sm.video.convert(sky, sky.with_name("m.mp4"), "latlong", mirrored, codec="libx264")
+    assert done.metadata == "none"
+
+
+def copied(path: Path, target: Path) -> Path:
+    command = [ffmpeg_oracle.program(), "-loglevel", "error", "-i", str(path), "-c", "copy"]
+    subprocess.run([*command, "-strict", "unofficial", str(target)], check=True)
+    return target
+
+
+def test_what_ffmpeg_writes_is_read(sky: Path) -> None:
+    path = made(sky, "mp4", "v2")
+    for ending in ("mkv", "mp4"):
+        assert sm.video.projection(copied(path, sky.with_name(f"copy.{ending}"))) is not None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (b"st3d" + bytes(5), b"st3d" + bytes(4) + b"\1", "two eyes, top and bottom"),
+        (b"prhd" + bytes(4), b"prhd" + bytes(4) + b"\0\x1e\0\0", "turned by 30, 0, 0"),
+        (b"equi" + bytes(4), b"equi" + bytes(4) + b"\x40\0\0\0", "a part of"),
+    ],
+)
+def test_what_it_cannot_be_taken_for(sky: Path, old: bytes, new: bytes, says: str) -> None:
+    path = made(sky, "mp4", "v2")
+    data = bytearray(path.read_bytes())
+    at = data.index(old)
+    data[at : at + len(new)] = new
+    path.write_bytes(data)
+    with pytest.raises(ValueError, match=says):
+        sm.video.projection(path)
+    with pytest.raises(ValueError, match=says):
+        sm.video.convert(path, path, None, "cube")
+    # Whoever says what it is knows.
+    sm.video.convert(path, path, "latlong", "cube", size=16)
+
+
+def test_boxes_move_nothing_else(sky: Path) -> None:
+    path = made(sky, "mp4", "none")
+    before = path.read_bytes()
+    frames = filming.read(path)
+    boxes.add(path, boxes.box(b"free", b"track"), boxes.box(b"free", b"description"))
+    after = path.read_bytes()
+    index = before.index(b"moov") - 4
+    assert after[:index] == before[:index]
+    assert len(after) == len(before) + 8 + 5 + 8 + 11
+    assert all((a == b).all() for x, y in zip(frames, filming.read(path), strict=True)
+               for a, b in zip(x, y, strict=True))  # fmt: skip
+    path.write_bytes(before[index:] + before[:index])
+    with pytest.raises(ValueError, match="at the end"):
+        boxes.add(path, b"", b"")

@@ -77,7 +77,8 @@ PYTHON: Floors = [
     {"light": "what a renderer needs", "ball": "photos of mirror balls"},
     {
         "plot": "figures",
-        "viewer": "pages to look around in images",
+        "viewer": "pages to look around",
+        "tiles": "pyramids",
         "torch": "tensors, with gradients",
     },
     {"_projection": "the class that people see, a method a verb; generated"},

@@ -6,7 +6,7 @@
 
 The verbs of maps and images are here. What belongs to a subject is in the subject's own module,
 which is imported when it is first used: `light`, `sh`, `packing`, `healpix`, `ball`, `cameras`,
-`align`, `io` and `plot`.
+`align`, `tiles`, `io` and `plot`.
 """
 
 from importlib import import_module
@@ -56,7 +56,7 @@ from .resample import (
 use_class(Projection)
 
 if TYPE_CHECKING:
-    from . import align, ball, cameras, healpix, io, light, packing, plot, sh
+    from . import align, ball, cameras, healpix, io, light, packing, plot, sh, tiles
     from .viewer import view
 
 __all__ = [
@@ -105,13 +105,14 @@ __all__ = [
     "sh",
     "simd_level",
     "solid_angle",
+    "tiles",
     "valid",
     "view",
     "weights_matrix",
 ]
 
 _SUBJECTS = frozenset(
-    {"align", "ball", "cameras", "healpix", "io", "light", "packing", "plot", "sh"}
+    {"align", "ball", "cameras", "healpix", "io", "light", "packing", "plot", "sh", "tiles"}
 )
 
 # Hidden from type checkers, which would take every misspelled name for one that it returns.

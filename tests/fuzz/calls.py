@@ -14,11 +14,11 @@ import spheremap as sm
 
 from .values import PROJECTIONS, Choice, literal_words, projection
 
-SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "cameras", "align", "io")
+SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "cameras", "align", "tiles", "io")
 # Records that a user reads and nothing computes with.
 RECORDS = {"Bake", "Energy", "Light", "Lights", "MergedBalls", "UnwrappedBall", "Packing", "Sun"}
 RECORDS |= {"Candidate", "Comparison", "Identification", "Projections", "UnboundedPackingWarning"}
-RECORDS |= {"Ball", "View"}
+RECORDS |= {"Ball", "Pyramid", "View"}
 # Whose methods are called as well, and how one is made.
 OBJECTS: dict[str, Callable[[Choice], str]] = {
     "Projection": lambda c: c.of(

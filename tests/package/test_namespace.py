@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 import spheremap as sm
 
-SUBJECTS = ("align", "ball", "cameras", "healpix", "io", "light", "packing", "plot", "sh")
+SUBJECTS = ("align", "ball", "cameras", "healpix", "io", "light", "packing", "plot", "sh", "tiles")
 # What moved into a subject, or was called otherwise before.
 MOVED = ("irradiance", "sh_project", "pack", "unwrap_ball", "identify", "lights", "write_dds")
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Look", "light", "without_alpha"]
 
+_AT_A_TIME = 1 << 21
+
 
 @dataclass(frozen=True)
 class Look:
@@ -24,14 +26,23 @@ class Look:
     exposure: float
 
     def picture(self, pixels: NDArray[Any]) -> NDArray[np.uint8]:
-        """Return texels (H, W, C) as `spheremap convert` stores them in 8 bits."""
+        """Return texels (..., C) as `spheremap convert` stores them in 8 bits."""
         if pixels.dtype == np.uint8:
             return pixels
+        out = np.empty(pixels.shape, np.uint8)
+        texels, stored = (x.reshape(-1, 1, x.shape[-1]) for x in (pixels, out))
+        # The library that knows color spaces takes long to begin, and room for what it works on.
+        for k in range(0, len(texels), _AT_A_TIME):
+            block = slice(k, k + _AT_A_TIME)
+            stored[block] = self._stored(texels[block])
+        return out
+
+    def _stored(self, pixels: NDArray[Any]) -> NDArray[Any]:
         if pixels.dtype == np.uint16:
-            return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
+            return (pixels.astype(np.uint32) + 128) // 257
         if self.curve == "reinhard":
             return tonemap(pixels, exposure=self.exposure)
-        return cut(pixels, "uint8", exposure=self.exposure).astype(np.uint8, copy=False)
+        return cut(pixels, "uint8", exposure=self.exposure)
 
 
 def without_alpha(pixels: NDArray[Any]) -> NDArray[Any]:

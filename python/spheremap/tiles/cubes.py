@@ -6,7 +6,7 @@ front below what is above and above what is below.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -51,12 +51,13 @@ def pannellum(job: Job) -> Pyramid:
     side = -(-wanted // 2**count) * 2**count
     with part(0.0, 0.5):
         top = job.converted(cube, side)
-    written, fallback = 0, top
+    written, fallback = 0, None
     with part(0.5, 1.0):
-        for k, faces in enumerate(levels(top, cube, _shapes(side, count))):
+        for k, faces in enumerate(levels(job.look, top, cube, _shapes(side, count))):
             written += _write_faces(job, faces, job.tile_size, f"{count + 1 - k}/{{}}{{}}_{{}}")
-            if fallback.shape[1] > _LARGEST_FALLBACK:
+            if fallback is None or fallback.shape[1] > _LARGEST_FALLBACK:
                 fallback = faces
+        assert fallback is not None
         write_tiles(job, zip((f"fallback/{x}" for x in LETTERS), fallback, strict=True))
         if job.page:
             job.folder.page("pannellum")
@@ -91,7 +92,7 @@ def marzipano(job: Job) -> Pyramid:
         top = job.converted(cube, side)
     written = 0
     with part(0.5, 1.0):
-        for k, faces in enumerate(levels(top, cube, _shapes(side, count + 1))):
+        for k, faces in enumerate(levels(job.look, top, cube, _shapes(side, count + 1))):
             if k <= count:
                 written += _write_faces(job, faces, tile_size, f"{count + 1 - k}/{{}}/{{}}/{{}}")
                 continue
@@ -119,7 +120,7 @@ def _shapes(side: int, count: int) -> list[tuple[int, ...]]:
     return [(6, side >> k, side >> k) for k in range(1, count + 1)]
 
 
-def _write_faces(job: Job, faces: NDArray[Any], tile_size: int, pattern: str) -> int:
+def _write_faces(job: Job, faces: NDArray[np.uint8], tile_size: int, pattern: str) -> int:
     """Write the tiles of six faces; the pattern takes face, row and column."""
     return write_tiles(
         job,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from .._threads import on_all_threads
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from .job import Job
@@ -21,10 +22,10 @@ class Tile(NamedTuple):
 
     column: int
     row: int
-    pixels: NDArray[Any]
+    pixels: NDArray[np.uint8]
 
 
-def tiles(pixels: NDArray[Any], size: int, overlap: int = 0) -> Iterator[Tile]:
+def tiles(pixels: NDArray[np.uint8], size: int, overlap: int = 0) -> Iterator[Tile]:
     """Yield the tiles of an image (H, W, C); each has so many texels of its neighbors around it."""
     height, width = pixels.shape[:2]
     for row in range(-(-height // size)):
@@ -34,13 +35,13 @@ def tiles(pixels: NDArray[Any], size: int, overlap: int = 0) -> Iterator[Tile]:
             yield Tile(column, row, pixels[top:bottom, left:right])
 
 
-def write_tiles(job: Job, found: Iterable[tuple[str, NDArray[Any]]]) -> int:
-    """Write texels under their names, on all threads; return how many files there are."""
+def write_tiles(job: Job, found: Iterable[tuple[str, NDArray[np.uint8]]]) -> int:
+    """Write pictures under their names, on all threads; return how many files there are."""
     named = list(found)
     on_all_threads(partial(_write, job), named)
     return len(named)
 
 
-def _write(job: Job, named: tuple[str, NDArray[Any]]) -> None:
+def _write(job: Job, named: tuple[str, NDArray[np.uint8]]) -> None:
     name, pixels = named
-    job.folder.picture(f"{name}.{job.extension}", job.look.picture(pixels))
+    job.folder.picture(f"{name}.{job.extension}", pixels)

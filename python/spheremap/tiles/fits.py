@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["fits", "library", "place"]
+__all__ = ["fits", "library", "moc", "place"]
 
 # Names of the two axes of each frame in the projection HPX.
 _AXES = {
@@ -34,9 +35,37 @@ def fits(values: NDArray[Any], cards: Mapping[str, Any]) -> bytes:
     """Return a FITS file of float32, its first row at the bottom as FITS has it."""
     unit = library().PrimaryHDU(values.astype(">f4"))
     unit.header.update(cards)
-    held = io.BytesIO()
-    unit.writeto(held)
-    return held.getvalue()
+    return _bytes(unit)
+
+
+def moc(numbers: Iterable[int], order: int, frame: str) -> bytes:
+    """Return the coverage of tiles as a multi-order map: ``Moc.fits``.
+
+    P. Fernique et al., "MOC: Multi-Order Coverage map", IVOA Recommendation 2.0, 2022, section 4.2.
+    """
+    cells, here = [], sorted(numbers)
+    for k in range(order, -1, -1):
+        brothers = Counter(number >> 2 for number in here)
+        # Four of them are their parent.
+        whole = {parent for parent, count in brothers.items() if count == 4 and k}
+        cells += [4 * 4**k + number for number in here if number >> 2 not in whole]
+        here = sorted(whole)
+    astropy = library()
+    column = astropy.Column(name="UNIQ", format="K", array=sorted(cells))
+    table = astropy.BinTableHDU.from_columns([column])
+    table.header.update(
+        {
+            "PIXTYPE": "HEALPIX",
+            "ORDERING": "NUNIQ",
+            "COORDSYS": frame[0].upper() if frame != "equatorial" else "C",
+            "MOCVERS": "2.0",
+            "MOCDIM": "SPACE",
+            "MOCORD_S": order,
+            "MOCORDER": order,
+            "MOCTOOL": "spheremap",
+        }
+    )
+    return _bytes(table)
 
 
 def place(
@@ -77,3 +106,9 @@ def place(
         "PV2_2": 3,
         **({"RADESYS": "ICRS"} if frame == "equatorial" else {}),
     }
+
+
+def _bytes(unit: Any) -> bytes:
+    held = io.BytesIO()
+    unit.writeto(held)
+    return held.getvalue()

@@ -59,13 +59,13 @@ def hips(job: Job) -> Pyramid:
     with part(0.0, 0.5):
         # NaN is what no program shows, and alpha where there are no NaN.
         faces = job.converted(sky, side, fill=np.nan if job.image.dtype.kind == "f" else 0.0)
-    written, seen = 0, 0
+    written, seen = 0, list[int]()
     with part(0.5, 1.0):
         for k in range(order, -1, -1):
-            found = [tile for tile in _tiles(faces, k) if _is_seen(tile.pixels)]
+            found = [tile for tile in _tiles(_stored(job, faces), k) if _is_seen(tile, faces)]
             on_all_threads(partial(_write, job, k), found)
             written += len(found)
-            seen = len(found) if k == order else seen
+            seen = [tile.number for tile in found] if k == order else seen
             if k == 0:
                 values = faces
             _write_allsky(job, faces, order)
@@ -74,9 +74,13 @@ def hips(job: Job) -> Pyramid:
         while faces.shape[1] > _THUMB << _ALLSKY and order >= _ALLSKY:
             faces = _halved(faces)
             _write_allsky(job, faces, order)
+        if job.extension == "fits":
+            from .fits import moc
+
+            job.folder.data("Moc.fits", moc(seen, order, job.frame))
         if job.page:
             job.folder.page("hips")
-    said = _properties(job, order, values, seen / (12 * 4**order))
+    said = _properties(job, order, values, len(seen) / (12 * 4**order))
     lines = [f"{name:<20} = {value}\n" for name, value in said.items()]
     manifest = job.folder.data("properties", "".join(lines).encode())
     return Pyramid(manifest, (12, side, side), order + 1, written)
@@ -97,8 +101,12 @@ def _tiles(faces: NDArray[Any], order: int) -> Iterator[_Tile]:
                 yield _Tile(name, block.swapaxes(0, 1), number, (face, column, row))
 
 
-def _is_seen(pixels: NDArray[Any]) -> bool:
-    return pixels.dtype.kind != "f" or not np.isnan(pixels).all()
+def _is_seen(tile: _Tile, faces: NDArray[Any]) -> bool:
+    """Tell whether anything is known in a tile of light."""
+    face, column, row = tile.place
+    width = tile.pixels.shape[0]
+    block = faces[face, row * width :, column * width :][:width, :width]
+    return faces.dtype.kind != "f" or not np.isnan(block).all()
 
 
 def _halved(faces: NDArray[Any]) -> NDArray[np.float32]:
@@ -120,7 +128,7 @@ def _halved(faces: NDArray[Any]) -> NDArray[np.float32]:
 
 def _write(job: Job, order: int, tile: _Tile) -> None:
     if job.extension != "fits":
-        job.folder.picture(f"{tile.name}.{job.extension}", _shown(job, tile.pixels))
+        job.folder.picture(f"{tile.name}.{job.extension}", tile.pixels)
         return
     # Here, as astropy takes time to import.
     from .fits import fits, place
@@ -129,9 +137,11 @@ def _write(job: Job, order: int, tile: _Tile) -> None:
     job.folder.data(f"{tile.name}.fits", fits(tile.pixels[::-1, :, 0], cards))
 
 
-def _shown(job: Job, pixels: NDArray[Any]) -> NDArray[np.uint8]:
-    """Return a picture, in .png with alpha where something is not known."""
-    picture = job.look.picture(np.ascontiguousarray(pixels))
+def _stored(job: Job, pixels: NDArray[Any]) -> NDArray[Any]:
+    """Return what files hold: numbers, or a picture, in .png with alpha where some are missing."""
+    if job.extension == "fits":
+        return pixels
+    picture = job.look.picture(pixels)
     if job.extension == "jpg" or pixels.dtype.kind != "f":
         return picture
     known = ~np.isnan(pixels).any(axis=-1, keepdims=True)
@@ -155,7 +165,7 @@ def _write_allsky(job: Job, faces: NDArray[Any], order: int) -> None:
         sky[row * width :, column * width :][:width, :width] = tile.pixels
     name = f"Norder{_ALLSKY}/Allsky"
     if job.extension != "fits":
-        job.folder.picture(f"{name}.{job.extension}", _shown(job, sky))
+        job.folder.picture(f"{name}.{job.extension}", _stored(job, sky))
         return
     from .fits import fits
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..resample.verbs import convert
-from .colors import light
+from .colors import Look, light
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,14 +24,14 @@ __all__ = ["levels"]
 
 
 def levels(
-    pixels: NDArray[Any], p: Projection, shapes: Sequence[tuple[int, ...]]
-) -> Iterator[NDArray[Any]]:
-    """Yield an image and then smaller ones of these shapes, each made of the one before."""
-    yield pixels
+    look: Look, pixels: NDArray[Any], p: Projection, shapes: Sequence[tuple[int, ...]]
+) -> Iterator[NDArray[np.uint8]]:
+    """Yield the picture of an image, then smaller ones of these shapes, each of the one before."""
+    yield look.picture(pixels)
     here: NDArray[Any] | None = None
     for shape in shapes:
         if here is None:
             here = light(pixels)
         known = bool(np.isfinite(here).all())
         here = convert(here, p, p, size=shape, filter="area", skipna=not known, any_aspect=True)
-        yield here
+        yield look.picture(here)

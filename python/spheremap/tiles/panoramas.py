@@ -40,7 +40,7 @@ def photo_sphere_viewer(job: Job) -> Pyramid:
     shapes = [(height >> k, 2 * height >> k) for k in range(count + 1)]
     written = 0
     with part(0.5, 1.0):
-        for k, level in enumerate(levels(top, latlong, shapes[1:])):
+        for k, level in enumerate(levels(job.look, top, latlong, shapes[1:])):
             written += write_tiles(
                 job,
                 (
@@ -79,7 +79,7 @@ def deepzoom(job: Job) -> Pyramid:
     shapes = [(-(-height // 2**k), -(-width // 2**k)) for k in range(1, last + 1)]
     written = 0
     with part(0.5, 1.0):
-        for k, level in enumerate(levels(top, latlong, shapes)):
+        for k, level in enumerate(levels(job.look, top, latlong, shapes)):
             written += write_tiles(
                 job,
                 (

@@ -33,7 +33,8 @@ def library() -> Any:
 
 def fits(values: NDArray[Any], cards: Mapping[str, Any]) -> bytes:
     """Return a FITS file of float32, its first row at the bottom as FITS has it."""
-    unit = library().PrimaryHDU(values.astype(">f4"))
+    # What is not contiguous astropy writes number by number.
+    unit = library().PrimaryHDU(values.astype(">f4", order="C"))
     unit.header.update(cards)
     return _bytes(unit)
 

@@ -123,21 +123,27 @@ def test_pictures_are_turned_over_to_fits(extension: str, tmp_path: Path) -> Non
 
 
 def test_allsky_is_order_three_side_by_side(tmp_path: Path) -> None:
-    image = light(64)
-    for width in (16, 128):
-        place = tmp_path / str(width)
-        sm.tiles.write(
-            image, SKY, place, format="hips", tile_size=width, extension="fits", size=8 * width
-        )
-        small = min(width, 64)
-        sky = fits.getdata(place / "Norder3/Allsky.fits")[::-1]
-        assert sky.shape == (29 * small, 27 * small)
-        for number, path in tiles(place, 3, "fits").items():
-            tile = fits.getdata(path)[::-1].reshape(small, width // small, small, -1)
-            y, x = (k * small for k in divmod(number, 27))
-            # Means of means are rounded differently.
-            assert np.allclose(sky[y : y + small, x : x + small], tile.mean((1, 3)), rtol=1e-6)
-        assert np.isnan(sky[-small:, -9 * small :]).all()
+    sm.tiles.write(light(), SKY, tmp_path, format="hips", tile_size=16, extension="fits", size=128)
+    sky = fits.getdata(tmp_path / "Norder3/Allsky.fits")[::-1]
+    assert sky.shape == (29 * 16, 27 * 16)
+    for number, path in tiles(tmp_path, 3, "fits").items():
+        y, x = (k * 16 for k in divmod(number, 27))
+        assert np.array_equal(sky[y : y + 16, x : x + 16], fits.getdata(path)[::-1])
+    assert np.isnan(sky[-16:, -9 * 16 :]).all()
+
+
+@pytest.mark.slow
+def test_large_tiles_are_made_smaller_for_allsky(tmp_path: Path) -> None:
+    sm.tiles.write(
+        light(), SKY, tmp_path, format="hips", tile_size=128, extension="fits", size=1024
+    )
+    sky = fits.getdata(tmp_path / "Norder3/Allsky.fits")[::-1]
+    assert sky.shape == (29 * 64, 27 * 64)
+    for number, path in tiles(tmp_path, 3, "fits").items():
+        tile = fits.getdata(path)[::-1].reshape(64, 2, 64, 2)
+        y, x = (k * 64 for k in divmod(number, 27))
+        # Means of four floats are rounded.
+        assert np.allclose(sky[y : y + 64, x : x + 64], tile.mean((1, 3)), rtol=1e-6)
 
 
 def test_what_is_not_known_is_missing(tmp_path: Path) -> None:

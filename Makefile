@@ -43,7 +43,7 @@ help:
 	@echo "make test    Rust, Python, doctests, documentation"
 	@echo "make test-slow  what takes longer: the largest sizes, ten million directions, the wheel"
 	@echo "make test-languages  runs printed code by JAX, PyTorch, WebGPU and OpenCL"
-	@echo "make test-browser    the page of sm.view in Chromium, beside what convert gives"
+	@echo "make test-browser    the page of sm.view, and viewers of tiles (npm), in Chromium, beside what convert gives"
 	@echo "make test-torch  gradients of spheremap.torch"
 	@echo "make test-minimal   some tests on the oldest dependencies that pyproject.toml allows"
 	@echo "make test-programs  runs Blender and exrenvmap, whose rows no other test checks"
@@ -113,7 +113,7 @@ test-languages: $(BUILT) $(DEV_DEPS)
 # Chromium is a system's package (`chromium`), or a program that SPHEREMAP_CHROMIUM names. No graphics card is needed.
 test-browser: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group browser
-	"$(BIN)/python" -m pytest -m programs tests/viewer
+	"$(BIN)/python" -m pytest -m programs tests/viewer tests/tiles
 
 # One worker: torch takes all cores, and a gigabyte a process.
 test-torch: $(BUILT) $(DEV_DEPS)

@@ -78,6 +78,7 @@ PYTHON: Floors = [
     {
         "plot": "figures",
         "viewer": "pages to look around",
+        "tiles": "pyramids",
         "video": "videos",
         "torch": "tensors and gradients",
     },

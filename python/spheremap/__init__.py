@@ -6,7 +6,7 @@
 
 The verbs of maps and images are here. What belongs to a subject is in the subject's own module,
 which is imported when it is first used: `light`, `sh`, `packing`, `healpix`, `ball`, `cameras`,
-`align`, `io`, `plot` and `video`.
+`align`, `tiles`, `io`, `plot` and `video`.
 """
 
 from importlib import import_module
@@ -56,7 +56,7 @@ from .resample import (
 use_class(Projection)
 
 if TYPE_CHECKING:
-    from . import align, ball, cameras, healpix, io, light, packing, plot, sh, video
+    from . import align, ball, cameras, healpix, io, light, packing, plot, sh, tiles, video
     from .viewer import view
 
 __all__ = [
@@ -105,6 +105,7 @@ __all__ = [
     "sh",
     "simd_level",
     "solid_angle",
+    "tiles",
     "valid",
     "video",
     "view",
@@ -112,7 +113,19 @@ __all__ = [
 ]
 
 _SUBJECTS = frozenset(
-    {"align", "ball", "cameras", "healpix", "io", "light", "packing", "plot", "sh", "video"}
+    {
+        "align",
+        "ball",
+        "cameras",
+        "healpix",
+        "io",
+        "light",
+        "packing",
+        "plot",
+        "sh",
+        "tiles",
+        "video",
+    }
 )
 
 # Hidden from type checkers, which would take every misspelled name for one that it returns.

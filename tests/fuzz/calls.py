@@ -14,11 +14,11 @@ import spheremap as sm
 
 from .values import PROJECTIONS, Choice, literal_words, projection
 
-SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "cameras", "align", "io", "video")
+SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "cameras", "align", "tiles", "io", "video")
 # Records that a user reads and nothing computes with.
 RECORDS = {"Bake", "Energy", "Light", "Lights", "MergedBalls", "UnwrappedBall", "Packing", "Sun"}
 RECORDS |= {"Candidate", "Comparison", "Identification", "Projections", "UnboundedPackingWarning"}
-RECORDS |= {"Ball", "View", "Converted"}
+RECORDS |= {"Ball", "Pyramid", "View", "Converted"}
 # Whose methods are called as well, and how one is made.
 OBJECTS: dict[str, Callable[[Choice], str]] = {
     "Projection": lambda c: c.of(

@@ -23,6 +23,7 @@ def _each(text: str) -> tuple[str, ...]:
 PROJECTIONS: list[str] = [entry["name"] for entry in _core.registry()]
 CONVENTIONS: list[str] = [f"{row['kind']}:{row['name']}" for row in sm.conventions()]
 FILTERS: list[str] = [entry["name"] for entry in _core.filters()]
+FORMATS = ("pannellum", "marzipano", "photo-sphere-viewer", "deepzoom", "hips")
 FLOATS = ("float32", "float64", "float16")
 IMAGES = ("uint8", "uint16", *FLOATS)
 OTHERS = ("bool", "int8", "int64", "uint64", ">f4", ">f8", "longdouble", "complex128", "object")
@@ -412,6 +413,12 @@ def path(choice: Choice) -> str:
     return choice.of(*PATHS)
 
 
+def folder(choice: Choice) -> str:
+    """Return where files can go, most of the time."""
+    new = "__import__('tempfile').mkdtemp(dir='.')"
+    return choice.of(new, new, new, path(choice))
+
+
 def dtype(choice: Choice) -> str:
     return choice.of(
         "'f4'", "'f8'", "'f2'", "'>f4'", "'i4'", "'x'", "None", "complex", "object", "3"
@@ -460,10 +467,15 @@ BY_NAME: dict[str, Callable[[Choice], str]] = {
     "center": pair,
     "codes": codes,
     "coefficients": numbers,
+    "curve": lambda c: c.of("'none'", "'reinhard'", "'reinhard'", word(c)),
     "dtype": dtype,
     "feather": real,
     "fill": fill,
+    "extension": lambda c: c.of("'jpg'", "'png'", "'fits'", "'exr'", "None"),
     "filter": lambda c: repr(c.of(*FILTERS, "nothing")),
+    "folder": folder,
+    "format": lambda c: c.of(*map(repr, FORMATS), word(c)),
+    "frame": lambda c: c.of("'equatorial'", "'galactic'", word(c)),
     "grid": grid,
     "image": image,
     "image_a": image,
@@ -488,6 +500,7 @@ BY_NAME: dict[str, Callable[[Choice], str]] = {
     "rotation": rotation,
     "size": size,
     "rig": lambda c: c.of("sm.cameras.rig(8, fov=100)", "sm.cameras.Rig(())", vectors(c)),
+    "properties": lambda c: c.of("None", "{'obs_ack': 'x'}", "{'a=': 1}", "{1: 'x'}", "[]", "'x'"),
     "source_shape": lambda c: c.of("None", *SHAPES),
     "sun": sun,
     "uv": lambda c: vectors(c, 2),

@@ -107,7 +107,7 @@ def fault_of(error: BaseException, text: str) -> tuple[str, str] | None:
     # What converts an argument of the core says which in a note.
     named = any("while processing '" in note for note in getattr(error, "__notes__", ()))
     allowed: tuple[type[BaseException], ...] = (ValueError, TypeError, MemoryError)
-    if any(word in text for word in ("sm.io.", "sm.cameras.", "sm.video.", ".save(")):
+    if any(word in text for word in ("sm.io.", "sm.tiles.", "sm.cameras.", "sm.video.", ".save(")):
         allowed += (OSError,)
     if named:
         # An integer beyond 64 bits.
@@ -153,7 +153,7 @@ def warm_up() -> None:
     image = np.ones((64, 128, 3), np.float32)
     sm.convert(np.ones((512, 1024), np.float32), "latlong", "cube", size=256)
     sm.light.energy(image, "latlong")
-    for name in ("sh", "packing", "healpix", "ball", "align", "io"):
+    for name in ("sh", "packing", "healpix", "ball", "align", "tiles", "io"):
         assert isinstance(getattr(sm, name), types.ModuleType)
     with contextlib.suppress(ImportError):
         import OpenImageIO  # noqa: F401

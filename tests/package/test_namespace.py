@@ -10,7 +10,19 @@ from types import ModuleType
 import pytest
 import spheremap as sm
 
-SUBJECTS = ("align", "ball", "cameras", "healpix", "io", "light", "packing", "plot", "sh", "video")
+SUBJECTS = (
+    "align",
+    "ball",
+    "cameras",
+    "healpix",
+    "io",
+    "light",
+    "packing",
+    "plot",
+    "sh",
+    "tiles",
+    "video",
+)
 # What moved into a subject, or was called otherwise before.
 MOVED = ("irradiance", "sh_project", "pack", "unwrap_ball", "identify", "lights", "write_dds")
 

@@ -9,7 +9,19 @@ from importlib import import_module
 import pytest
 import spheremap as sm
 
-SUBJECTS = ("light", "sh", "packing", "healpix", "ball", "cameras", "align", "io", "plot", "video")
+SUBJECTS = (
+    "light",
+    "sh",
+    "packing",
+    "healpix",
+    "ball",
+    "cameras",
+    "align",
+    "tiles",
+    "io",
+    "plot",
+    "video",
+)
 
 
 def public():
@@ -25,7 +37,7 @@ FUNCTIONS = dict(public())
 FUNCTIONS["light.Distribution"] = sm.light.Distribution
 PROJECTIONS = ("projection", "src", "dst")
 # What a call cannot do without, and what it is asked about.
-POSITIONAL = {"size", "n", "rotation", "image", "a", "b", "language"}
+POSITIONAL = {"size", "n", "rotation", "image", "a", "b", "language", "folder"}
 # In these the world of the projection is of no account: places in the image and amounts of light.
 WORLDLESS = {
     "spheremap.density",

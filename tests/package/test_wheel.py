@@ -80,7 +80,14 @@ def test_the_wheel_is_one_for_all_pythons_and_holds_no_more_than_it_should(wheel
         names = archive.namelist()
         (metadata,) = (n for n in names if n.endswith(".dist-info/METADATA"))
         about = archive.read(metadata).decode()
-    for wanted in ("__init__.py", "_core.pyi", "py.typed", "_names.py", "viewer/viewer.js"):
+    for wanted in (
+        "__init__.py",
+        "_core.pyi",
+        "py.typed",
+        "_names.py",
+        "viewer/viewer.js",
+        "tiles/pages/hips.html",
+    ):
         assert f"spheremap/{wanted}" in names
     assert sum(n.startswith("spheremap/_core.") and not n.endswith(".pyi") for n in names) == 1
     assert all(n.startswith(("spheremap/", "spheremap-")) for n in names)

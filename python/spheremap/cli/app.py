@@ -61,6 +61,14 @@ COMMANDS = {
             "spheremap video sky.mp4 cube.mkv --to cube --codec libx265 --option crf=22",
         ),
     ),
+    "tiles": Command(
+        "tiles",
+        (
+            "spheremap tiles sky.exr web --format pannellum --tonemap reinhard",
+            "spheremap tiles panorama.png web --format marzipano --size 4k",
+            "spheremap tiles sky.exr survey --format hips --extension fits --channels G",
+        ),
+    ),
     "info": Command("info", ("spheremap info sky.exr", "spheremap info probe.exr --from angular")),
     "projections": Command(
         "commands",

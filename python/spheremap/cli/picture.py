@@ -15,6 +15,7 @@ import numpy as np
 
 from spheremap import io
 from spheremap.cli.terminal import UsageError, read
+from spheremap.io.color import cut
 from spheremap.io.header import is_linear
 from spheremap.io.tonemap import Curve
 
@@ -143,15 +144,7 @@ def as_stored(
     stored = replace(picture, color_space=SRGB, metadata=words)
     if tonemap == "reinhard":
         return replace(stored, pixels=_tonemapped(light, alpha, exposure))
-    others = [k for k in range(light.shape[-1]) if k != alpha]
-    # Beyond these all light is white, or black.
-    factor = np.float32(2.0 ** min(max(exposure, -126.0), 126.0))
-    with np.errstate(over="ignore"):
-        light[..., others] *= factor
-    light = np.clip(np.nan_to_num(light, nan=0.0), 0.0, 1.0)
-    encoded = np.clip(io.from_linear(light, color_space=SRGB, alpha=alpha), 0.0, 1.0)
-    largest = np.float32(np.iinfo(depth).max)
-    return replace(stored, pixels=np.rint(encoded * largest).astype(depth))
+    return replace(stored, pixels=cut(light, depth, exposure=exposure, alpha=alpha))
 
 
 def _tonemapped(light: NDArray[np.float32], alpha: int | None, exposure: float) -> NDArray[Any]:

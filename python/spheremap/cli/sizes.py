@@ -22,13 +22,13 @@ def wanted(
     if len(asked) > 1:
         raise UsageError(f"give {asked[0][0]} or {asked[1][0]}, not both")
     ((name, text),) = asked
-    number = _number(name, text)
+    number = texels(name, text)
     if name == "--height":
         return files.size_of_height(dst, number)
     return files.size_of_width(dst, number) if name == "--width" else number
 
 
-def _number(option: str, text: str) -> int:
+def texels(option: str, text: str) -> int:
     """Return 512 of "512" and 4096 of "4k"."""
     found = _SIZE.fullmatch(text)
     number = int(found[1]) * (1024 if found[2] else 1) if found else 0

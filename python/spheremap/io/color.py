@@ -13,7 +13,7 @@ from .opened import library, one_line
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["from_linear", "to_linear"]
+__all__ = ["cut", "from_linear", "to_linear"]
 
 LINEAR = "lin_rec709_scene"
 
@@ -82,6 +82,21 @@ def from_linear(
     [[[188.0, 188.0, 188.0]]]
     """
     return _converted(_fractions(np.asarray(light)), LINEAR, color_space, alpha)
+
+
+def cut(
+    light: NDArray[Any], dtype: str, *, exposure: float = 0.0, alpha: int | None = None
+) -> NDArray[Any]:
+    """Return light (H, W, C) as integers of sRGB; what is below 0 or above 1 is cut."""
+    light = _fractions(light)
+    others = [k for k in range(light.shape[-1]) if k != alpha]
+    # Beyond these all light is white, or black.
+    factor = np.float32(2.0 ** min(max(exposure, -126.0), 126.0))
+    with np.errstate(over="ignore"):
+        light[..., others] *= factor
+    light = np.clip(np.nan_to_num(light, nan=0.0), 0.0, 1.0)
+    encoded = np.clip(from_linear(light, alpha=alpha), 0.0, 1.0)
+    return np.asarray(np.rint(encoded * np.float32(np.iinfo(dtype).max)), dtype=dtype)
 
 
 def _fractions(image: NDArray[Any]) -> NDArray[np.float32]:

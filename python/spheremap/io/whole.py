@@ -92,7 +92,7 @@ def _remove_left(folder: Path) -> None:
     """Remove what processes that are no more left half written."""
     with suppress(OSError):
         for name in os.listdir(folder):
-            found = _LEFT.fullmatch(name)
+            found = _MARK in name and _LEFT.fullmatch(name)
             if found and not _is_alive(int(found[1])):
                 with suppress(OSError):
                     (folder / name).unlink()

@@ -1,0 +1,197 @@
+"""The subcommand `spheremap tiles`: an image as a pyramid of tiles for the web."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+import spheremap as sm
+from spheremap import io
+from spheremap._names import ConvertFilter
+from spheremap.cli import files, picture, sizes
+from spheremap.cli.options import AnyAspect, ColorSpace, FromGuess, Part, World, finite
+from spheremap.cli.picture import Picture
+from spheremap.cli.terminal import (
+    UsageError,
+    check_projection,
+    progress,
+    refuse,
+    tell_worlds,
+)
+from spheremap.io.tonemap import Curve
+from spheremap.tiles.folder import empty_folder
+from spheremap.tiles.writing import Extension, Format, Frame
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def tiles(
+    context: typer.Context,
+    source: Annotated[Path, typer.Argument(metavar="IN", help="The image to read.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="OUT", help="The folder to write to, new or empty.")
+    ],
+    format: Annotated[Format, typer.Option("--format", help="What the tiles are for.")],
+    from_: FromGuess = None,
+    size: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N",
+            help="Side of a face, or height of a panorama, of the largest level, as 4k. "
+            "[by default nothing of IN is lost]",
+        ),
+    ] = None,
+    tile_size: Annotated[
+        int, typer.Option(metavar="N", min=16, max=8192, help="Side of a tile.")
+    ] = 512,
+    extension: Annotated[
+        Extension, typer.Option(help="Of the tiles; fits, of hips alone, keeps the numbers.")
+    ] = "jpg",
+    quality: Annotated[int, typer.Option(metavar="N", min=1, max=100, help="Of .jpg.")] = 90,
+    filter: Annotated[ConvertFilter, typer.Option(help="The lookup.")] = "bilinear",
+    rotate: Annotated[
+        tuple[float, float, float],
+        typer.Option(
+            "--rotation",
+            metavar="YAW PITCH ROLL",
+            help="Turn the content about +y, +x and +z of IN's world, in degrees.",
+            show_default=False,
+        ),
+    ] = (0.0, 0.0, 0.0),
+    world: World = "match",
+    curve: Annotated[
+        Curve, typer.Option("--tonemap", help="How light becomes 8 bits; none cuts at 1.")
+    ] = "none",
+    exposure: Annotated[
+        float, typer.Option(metavar="STOPS", callback=finite, help="How much brighter light is.")
+    ] = 0.0,
+    channels: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="Keep these channels, as R,G,B.")
+    ] = None,
+    title: Annotated[
+        str | None, typer.Option(metavar="TEXT", help="What it is called. [default: name of IN]")
+    ] = None,
+    frame: Annotated[
+        Frame, typer.Option(help="Of hips: the frame of the sky that IN is in.")
+    ] = "equatorial",
+    properties: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--property", metavar="NAME=VALUE", help="Of hips: a line of its file properties."
+        ),
+    ] = None,
+    no_page: Annotated[
+        bool, typer.Option("--no-page", help="Write no index.html that shows the tiles.")
+    ] = False,
+    part: Part = None,
+    colorspace: ColorSpace = None,
+    any_aspect: AnyAspect = False,
+) -> None:
+    """Write an image as a pyramid of tiles for a viewer on the web.
+
+    Light above 1 is cut in .jpg and .png, or tone-mapped on request; alpha becomes black.
+    """
+    if from_ is not None:
+        check_projection(from_)
+    if format != "hips":
+        refuse(context, ["frame"], "but of hips")
+        if properties:
+            raise UsageError("--property does nothing but of hips")
+        if extension == "fits":
+            raise UsageError(f"--extension fits is of hips alone, got {format}")
+    if extension != "jpg":
+        refuse(context, ["quality"], f"in .{extension}")
+    if extension == "fits":
+        refuse(context, ["curve", "exposure"], "where floats are written")
+    if format == "hips" and tile_size & (tile_size - 1):
+        raise UsageError(f"--tile-size of hips is a power of two, got {tile_size}")
+    empty_folder(folder)
+    start = time.perf_counter()
+    with progress() as step:
+        step(f"reading {source.name}")
+        image, src = _read(source, from_, part, colorspace, channels, any_aspect)
+        if not image.is_light and (curve != "none" or exposure):
+            raise UsageError("--tonemap and --exposure do nothing where integers stay integers")
+        step(f"writing {folder.name}")
+        with step.listening():
+            made = sm.tiles.write(
+                image.pixels,
+                src,
+                folder,
+                format=format,
+                size=sizes.texels("--size", size) if size else None,
+                tile_size=tile_size,
+                extension=extension,
+                quality=quality,
+                filter=filter,
+                rotation=sm.rotation(*rotate) if any(rotate) else None,
+                world=world,
+                curve=curve,
+                exposure=exposure,
+                title=source.stem if title is None else title,
+                frame=frame,
+                properties=_lines(properties or []),
+                page=not no_page,
+                # It was held to its aspect when it was read.
+                any_aspect=True,
+            )
+    # Viewers have no world but up and ahead; a survey has that of the sky.
+    sky = sm.projection("healpix:healpy" if format == "hips" else "latlong")
+    tell_worlds(src, sky, world)
+    shape = " x ".join(map(str, made.shape))
+    seconds = time.perf_counter() - start
+    print(
+        f"{made.manifest}: {files.described(src)} as {format}, {shape}, {made.levels} levels, "
+        f"{made.tiles} tiles in {seconds:.1f} s"
+    )
+    if image.is_light and extension != "fits" and curve == "none":
+        _tell_cut(image.pixels, exposure)
+
+
+def _read(
+    path: Path,
+    name: str | None,
+    part: str | None,
+    color_space: str | None,
+    channels: str | None,
+    any_aspect: bool,
+) -> tuple[Picture, sm.Projection]:
+    """Return the colors of a file, of sRGB or linear light, and their map."""
+    loaded = picture.load(path, part=part, color_space=color_space)
+    height, width = loaded.pixels.shape[:2]
+    taken = name or files.claimed(loaded.projection, height, width) or files.likely(height, width)
+    advice = "--any-aspect takes it as it is"
+    src = files.of_file(taken, None, height, width, any_aspect=any_aspect, advice=advice)
+    if channels is not None:
+        loaded = picture.with_channels(loaded, channels.split(","))
+    if loaded.is_light or loaded.color_space != picture.SRGB or loaded.alpha_channel is not None:
+        loaded = picture.as_light(loaded)
+        light = io.to_linear(loaded.pixels, color_space=loaded.color_space)
+        loaded = replace(loaded, pixels=light, color_space=picture.LINEAR)
+    return picture.without_alpha(loaded), src
+
+
+def _lines(given: list[str]) -> dict[str, str]:
+    out = {}
+    for line in given:
+        name, sign, value = line.partition("=")
+        if not sign or not name.strip():
+            raise UsageError(f"--property is NAME=VALUE, got {line!r}")
+        out[name.strip()] = value.strip()
+    return out
+
+
+def _tell_cut(pixels: NDArray[Any], exposure: float) -> None:
+    """Say what the tiles do not show."""
+    largest = float(np.max(pixels, where=np.isfinite(pixels), initial=0.0)) * 2.0**exposure
+    if largest > 1:
+        print(
+            f"light up to {largest:.3g} is cut at 1; --tonemap reinhard compresses it, and "
+            "hips with --extension fits keeps it"
+        )

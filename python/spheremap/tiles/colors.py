@@ -1,0 +1,61 @@
+"""Light as the 8 bits that a browser shows; pictures as light, which is what may be averaged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..io.color import cut, to_linear
+from ..io.tonemap import tonemap
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["Look", "light", "without_alpha"]
+
+_AT_A_TIME = 1 << 21
+
+
+@dataclass(frozen=True)
+class Look:
+    """How light becomes a picture; see `spheremap.io.tonemap`."""
+
+    curve: str
+    exposure: float
+
+    def picture(self, pixels: NDArray[Any]) -> NDArray[np.uint8]:
+        """Return texels (..., C) as `spheremap convert` stores them in 8 bits."""
+        if pixels.dtype == np.uint8:
+            return pixels
+        out = np.empty(pixels.shape, np.uint8)
+        texels, stored = (x.reshape(-1, 1, x.shape[-1]) for x in (pixels, out))
+        # The library that knows color spaces takes long to begin, and room for what it works on.
+        for k in range(0, len(texels), _AT_A_TIME):
+            block = slice(k, k + _AT_A_TIME)
+            stored[block] = self._stored(texels[block])
+        return out
+
+    def _stored(self, pixels: NDArray[Any]) -> NDArray[Any]:
+        if pixels.dtype == np.uint16:
+            return (pixels.astype(np.uint32) + 128) // 257
+        if self.curve == "reinhard":
+            return tonemap(pixels, exposure=self.exposure)
+        return cut(pixels, "uint8", exposure=self.exposure)
+
+
+def without_alpha(pixels: NDArray[Any]) -> NDArray[Any]:
+    """Return the colors of an image: of two channels the first, of more than three three."""
+    count = pixels.shape[-1]
+    return pixels if count in (1, 3) else np.ascontiguousarray(pixels[..., : 3 if count > 3 else 1])
+
+
+def light(pixels: NDArray[Any]) -> NDArray[np.float32]:
+    """Return texels as linear light: integers are pictures of sRGB."""
+    if pixels.dtype.kind == "f":
+        with np.errstate(over="ignore", invalid="ignore"):
+            return pixels.astype(np.float32, copy=False)
+    every = np.arange(np.iinfo(pixels.dtype).max + 1, dtype=pixels.dtype)
+    table: NDArray[np.float32] = to_linear(every[np.newaxis, :, np.newaxis])[0, :, 0]
+    return np.asarray(table[pixels])

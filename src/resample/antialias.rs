@@ -6,8 +6,9 @@
 //! lookup: every filter and every seam is as right here as elsewhere.
 //!
 //! - The choice is each texel's own, and each side's: the poles of a latlong are finer than its equator. Which texels
-//!   need more than one lookup follows from the maps' Jacobians (`footprint`); blocks of the target in which no
-//!   neighbors lie far apart in the source are not looked at.
+//!   need more than one lookup follows from the maps' Jacobians (`footprint`); texels whose neighbors are not far apart in the
+//!   source are not looked at.
+//! - Slivers, as near poles, take places along a line (`spread`).
 //! - Places are spread over min(r, √(2(r² - 1))) source texels, so that nothing jumps where the target turns from finer to
 //!   coarser.
 //! - Where a polynomial stands for a block's coordinates (`patch`), its derivatives are the Jacobian and the bend of it, and a texel
@@ -33,11 +34,14 @@ use crate::resample::filters::LookupFilter;
 use crate::resample::footprint::{Footprint, Part, measure};
 use crate::resample::polynomial::CoordinatePolynomial;
 use crate::resample::sample::{
-    Lookups, MOST, Parallelograms, Rectangle, Texture, count, division, means,
+    Lookups, MOST, Parallelograms, Rectangle, Spread, TOGETHER, Texture, count, division, means,
 };
 
 /// The widest part of a texel of several places, in radians: over it a map's density is taken as constant.
 const WIDEST: f64 = 0.035;
+
+/// The widest in the source, as a share of it: near a pole, which way along it lies changes within a texel.
+const STRAIGHT: f64 = 1.0 / 32.0;
 
 /// Places are spread over this share of a side at least: over nothing that could be seen.
 const NARROW: f64 = 1e-3;
@@ -240,7 +244,8 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         patch: Option<(&CoordinatePolynomial<R>, usize)>,
         area: Rectangle,
     ) {
-        if !coarse(&self.source.raster, places, block) {
+        let mut apart = [false; TILE];
+        if !coarse(&self.source.raster, places, block, &mut apart) {
             return;
         }
         let n = block.columns * block.rows;
@@ -257,7 +262,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             }
             self.parallelograms(places, &slopes, &uv, n, stored);
         } else {
-            for k in (0..n).filter(|&k| !places.0[0][k].is_nan()) {
+            for k in (0..n).filter(|&k| apart[k] && !places.0[0][k].is_nan()) {
                 self.part(&uv, k);
             }
         }
@@ -317,19 +322,30 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         n: usize,
         stored: impl Fn(usize) -> usize,
     ) {
-        let mut done = [false; TILE];
-        self.seen
-            .set(&self.source.raster, places, (slopes, &self.bends), NEAR, n);
-        if self.bilinear {
-            let face = places.0[2][0].whole() as usize;
-            let seen = (&self.seen, face);
-            means(self.source, seen, &mut done[..n], &mut self.means);
-        }
-        for (k, done) in done.into_iter().enumerate().take(n) {
-            if done {
-                self.done.push((stored(k), k));
-            } else if self.seen.several(k) && !self.near(places.at(k), k as u16) {
-                self.part(uv, k);
+        let face = places.0[2][0].whole() as usize;
+        for first in (0..n).step_by(TOGETHER) {
+            let count = TOGETHER.min(n - first);
+            let mut done = [false; TOGETHER];
+            let raster = &self.source.raster;
+            let own = (places, first);
+            self.seen
+                .set(raster, own, (slopes, &self.bends), NEAR as f32);
+            if self.bilinear {
+                let means_of = &mut self.means[first * self.channels..];
+                means(
+                    self.source,
+                    (&self.seen, face),
+                    &mut done[..count],
+                    means_of,
+                );
+            }
+            for (seen, done) in done.into_iter().enumerate().take(count) {
+                let k = first + seen;
+                if done {
+                    self.done.push((stored(k), k));
+                } else if self.seen.several(seen) && !self.near(places.at(k), seen, k as u16) {
+                    self.part(uv, k);
+                }
             }
         }
     }
@@ -341,29 +357,46 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     }
 
     /// Looks up places in a texel that is a parallelogram about a place of the source. False where something is in the way.
-    fn near(&mut self, [u, v, face]: [R; 3], texel: u16) -> bool {
+    fn near(&mut self, [u, v, face]: [R; 3], seen: usize, texel: u16) -> bool {
         let raster = &self.source.raster;
-        let seen = self.seen.at(usize::from(texel));
-        let [m, n] = seen.counts;
+        let seen = self.seen.at(seen);
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
         let [u, v] = [u.to_f64(), v.to_f64()];
-        let reach = [0, 1].map(|k| seen.reach()[k] / scale[k]);
+        let reach = [0, 1].map(|k| f64::from(seen.reach()[k]) / scale[k]);
         let beyond = |x: f64, reach: f64| x < reach || x > 1.0 - reach;
         let held =
             !beyond(u, reach[0]) && !beyond(v, reach[1]) && raster.holds_around([u, v], reach);
-        if !held || m * n > MOST {
+        if !held || seen.spread.count() > MOST {
             return false;
         }
         self.next.begin(texel, 1.0);
-        for row in 0..n {
-            let place = seen.row(row);
-            let place = |column: usize| {
-                let [x, y] = place(column);
-                [u + x / scale[0], v + y / scale[1]]
-            };
-            self.row(false, (texel, 1.0), m, face, place);
-        }
+        self.look_up(false, (texel, 1.0), &seen.spread, face, |s, t| {
+            let [x, y] = seen.at(s, t);
+            [u + x / scale[0], v + y / scale[1]]
+        });
         true
+    }
+
+    /// Looks all places of a spread up for a texel, sooner or later. They lie in the target or in the source.
+    #[inline(always)]
+    fn look_up(
+        &mut self,
+        in_target: bool,
+        owner: (u16, f64),
+        spread: &Spread,
+        face: R,
+        place: impl Fn(f64, f64) -> [f64; 2],
+    ) {
+        let mut places = [[0.0; MOST]; 2];
+        let columns = spread.columns();
+        for row in 0..spread.rows() {
+            let [along, down] = &mut places;
+            spread.row(row, &mut along[..columns], &mut down[..columns]);
+            let [along, down] = &places;
+            self.row(in_target, owner, columns, face, |column| {
+                place(along[column], down[column])
+            });
+        }
     }
 
     /// Looks a row of at most [`MOST`] places up for a texel, sooner or later. They lie in the target or in the source.
@@ -423,28 +456,42 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
 
     fn one(&mut self, mut part: Part, texel: u16, footprint: &Footprint, whole: bool) {
         let lengths = footprint.lengths();
+        let mut sides = footprint.sides;
         let counts = if whole {
             let divisions = lengths.map(division);
-            let shares = divisions.map(|[share, _]| share);
-            let counts = divisions.map(|[_, count]| count as usize);
-            if counts == [1, 1] {
+            let shares = divisions.map(|(share, _)| share);
+            let counts = divisions.map(|(_, count)| count);
+            if counts == [1.0, 1.0] {
                 return;
             }
-            // A part of no width would have no weight beside those above and below it.
-            part.size = [0, 1].map(|k| part.size[k] * shares[k].max(NARROW));
+            for k in [0, 1] {
+                sides[k] = sides[k].map(|x| x * shares[k]);
+                // A part of no width would have no weight beside those above and below it.
+                part.size[k] *= shares[k].max(NARROW);
+            }
             counts
         } else {
-            lengths.map(|length| count(length) as usize)
+            lengths.map(count)
         };
+        let single = |side: [f64; 2]| side.map(|x| x as f32);
+        let spread = Spread::new(sides.map(single), single(counts));
         let [a, b] = footprint.angles;
-        let several = counts[0] * counts[1] > 1;
-        let wide = several && a.max(b) > WIDEST;
-        let many = counts[0] * counts[1] > MOST;
+        let raster = &self.source.raster;
+        let far = |axis: usize, side: usize| {
+            sides[0][axis].abs() + sides[1][axis].abs() > STRAIGHT * side as f64
+        };
+        let bent = far(0, raster.width) || far(1, raster.height);
+        let wide = spread.count() > 1 && (a.max(b) > WIDEST || bent);
+        let many = spread.count() > MOST;
         // Only what halving makes smaller is halved: at a singular place a side is infinite, however short it is.
         let divides =
             [0, 1].map(|k| footprint.angles[k] > 0.5 * footprint.texel && part.size[k] > SHORTEST);
         if (wide || many) && (divides[0] || divides[1]) {
-            let second = if many { counts[1] > counts[0] } else { b > a };
+            let second = if many || bent {
+                counts[1] > counts[0]
+            } else {
+                b > a
+            };
             let axis = usize::from(divides[1] && (second || !divides[0]));
             part.size[axis] *= 0.5;
             for step in [-0.5, 0.5] {
@@ -454,16 +501,13 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             }
             return;
         }
-        let weight = footprint.solid_angle / (counts[0] * counts[1]) as f64;
-        let step = [0, 1].map(|k| part.size[k] / counts[k] as f64);
+        let weight = footprint.solid_angle / spread.count() as f64;
         let face = R::new(part.uv[2]);
         self.next.begin(texel, weight);
-        let [u, mut v] = [0, 1].map(|k| part.uv[k] + 0.5 * (step[k] - part.size[k]));
-        for _ in 0..counts[1] {
-            let place = |column: usize| [u + column as f64 * step[0], v];
-            self.row(true, (texel, weight), counts[0], face, place);
-            v += step[1];
-        }
+        let Part { uv, size } = part;
+        self.look_up(true, (texel, weight), &spread, face, |s, t| {
+            [uv[0] + s * size[0], uv[1] + t * size[1]]
+        });
     }
 
     /// Looks the samples up, whose places are in the target or in the source, and adds the values of those before.
@@ -530,10 +574,16 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     }
 }
 
-/// Whether any two neighbors of a block lie far apart in the source, or may.
-fn coarse<R: Scalar>(source: &Raster, places: &Tile<R, 3>, block: &Block) -> bool {
+/// Whether any two neighbors of a block lie far apart in the source, or may; and which ones.
+fn coarse<R: Scalar>(
+    source: &Raster,
+    places: &Tile<R, 3>,
+    block: &Block,
+    far: &mut [bool; TILE],
+) -> bool {
     let (columns, rows) = (block.columns, block.rows);
     if columns < 2 || rows < 2 {
+        far.fill(true);
         return true;
     }
     let scale = [source.along_u.index().0, source.along_v.index().0].map(R::new);
@@ -541,32 +591,41 @@ fn coarse<R: Scalar>(source: &Raster, places: &Tile<R, 3>, block: &Block) -> boo
     vectorize(
         #[inline(always)]
         || {
-            let mut any = apart(places, [0, columns], count - columns, scale);
+            let mut any = apart(places, [0, columns], count - columns, scale, far);
             for first in (0..count).step_by(columns) {
                 let pairs = columns.min(count - first) - 1;
-                any |= apart(places, [first, first + 1], pairs, scale);
+                any |= apart(places, [first, first + 1], pairs, scale, far);
             }
             any
         },
     )
 }
 
-/// Whether any of so many places lie far from others, which begin elsewhere in the tile.
+/// Whether any of so many places lie far from others, which begin elsewhere in the tile. Both are marked.
 #[inline(always)]
 fn apart<R: Scalar>(
     Tile(places): &Tile<R, 3>,
     first: [usize; 2],
     count: usize,
     scale: [R; 2],
+    far: &mut [bool; TILE],
 ) -> bool {
     let [[u, v, face], [p, q, other]] =
         first.map(|first| places.each_ref().map(|row| &row[first..first + count]));
     let near = R::new(NEAR);
-    let mut any = false;
-    for k in 0..count {
+    let (mut any, mut pairs) = (false, [false; TILE]);
+    for (k, pair) in pairs[..count].iter_mut().enumerate() {
         let (x, y) = ((u[k] - p[k]) * scale[0], (v[k] - q[k]) * scale[1]);
         let together = (x * x + y * y <= near) & (face[k] == other[k]);
-        any |= !(together | (u[k].is_nan() & p[k].is_nan()));
+        *pair = !(together | (u[k].is_nan() & p[k].is_nan()));
+        any |= *pair;
+    }
+    if any {
+        for first in first {
+            for (far, pair) in far[first..].iter_mut().zip(&pairs[..count]) {
+                *far |= *pair;
+            }
+        }
     }
     any
 }

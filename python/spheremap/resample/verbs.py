@@ -271,8 +271,8 @@ def convert(
     A texel inside a face of the source costs about a microsecond on one core, where a bilinear
     lookup costs ten nanoseconds; one at a rim or on a crease 20 to 250 µs.
 
-    Antialiased texels cost about 0.3 µs and 15 ns for each source texel that they see; those that
-    need one lookup cost what they do without.
+    Antialiased texels cost about 10 ns and as much for each source texel that they see, beside a
+    pole or a rim 0.3 µs; those that need one lookup cost what they do without.
 
     Examples
     --------

@@ -17,8 +17,6 @@ use crate::projections::common::camera::{Guess, LET_OUT, last, reaches};
 use crate::projections::common::lens::LEAST_SLOPE;
 use std::f64::consts::PI;
 
-/// Steps of Newton's method.
-const STEPS: usize = 9;
 /// How far from a point its inverse may lead: 1e-9 pixels at a focal length of a thousand.
 const RESIDUE: f64 = 1e-12;
 /// The largest radius that is looked at: 89.99 degrees.
@@ -189,22 +187,28 @@ impl Distortion {
         ]
     }
 
+    /// A step that stays in the disk.
     #[inline(always)]
-    fn inverse<R: Real>(self, known: [R; 2], steps: usize) -> [R; 2] {
+    fn nearer<R: Real>(self, at: [R; 2], known: [R; 2]) -> [R; 2] {
+        within(self.newton(at, known), self.limit)
+    }
+
+    #[inline(always)]
+    fn inverse<R: Real>(self, known: [R; 2]) -> [R; 2] {
         let [a, b] = known;
         let ratio = self.guess.at(a * a + b * b);
-        let mut at = within([a * ratio, b * ratio], self.start);
-        for _ in 0..steps {
-            at = within(self.newton(at, known), self.limit);
-        }
-        at
+        let at = within([a * ratio, b * ratio], self.start);
+        let step = |at| self.nearer(at, known);
+        // No loop: it is too long for the compiler to unroll, and stands in the way of lanes.
+        let at = step(step(step(step(at))));
+        step(step(step(step(at))))
     }
 
     /// What comes to a point that is [held](Distortion::holds).
     #[inline(always)]
     pub fn undistort<R: Real>(self, point: [R; 2]) -> [R; 2] {
         let known = point.map(R::value);
-        let at = self.inverse::<R::Value>(known, STEPS - 1);
+        let at = self.inverse::<R::Value>(known);
         // The last step's derivative is that of the solution.
         self.newton(at.map(R::constant), point)
     }

@@ -8,98 +8,171 @@
 //! Only what lies inside of a face is answered for, with all texels that its lookups take part in.
 
 use super::gather::{four, mix};
+use super::spread::{MOST, Spread, division, second_of_two, spread};
 use crate::image::raster::Raster;
 use crate::image::texel::{Four, Texel};
-use crate::kernel::tile::{TILE, Tile};
+use crate::kernel::tile::Tile;
 use crate::kernel::{Scalar, SimdWork, run_simd, vectorize};
 use crate::number::real::{self, Real};
 use crate::resample::sample::Texture;
 use fearless_simd::{Simd, SimdBase};
+use std::ops::Range;
 
-/// The most lookups in one mean.
-pub(crate) const MOST: usize = 64;
+/// Places that are turned into texels together, at most.
+const ROOM: usize = 256;
+const _: () = assert!(ROOM >= MOST);
 
-/// A side is divided so that places lie at most this much more than a source texel apart: rounding at whole
-/// numbers must not double the work.
-const SLACK: f64 = 0.15;
+/// Texels that are looked at together: what is known of them stays in the nearest cache.
+pub(crate) const TOGETHER: usize = 128;
 
-/// Which part of a side of r source texels places are spread over, and how many of them divide it.
-///
-/// That is min(r, √(2(r² - 1))) texels: from nothing at r = 1, where one lookup already is as wide as a texel, to the whole side
-/// from r = √2 on.
-#[inline(always)]
-pub(crate) fn division<R: Real>(r: R) -> [R; 2] {
-    let one = R::ONE;
-    let spread = real::max(R::TWO * (r * r - one), R::ZERO).sqrt() / r;
-    let share = R::select(r.more(one), real::min(spread, one), R::ZERO);
-    [share, count(real::min(r, R::new(1e9)) * share)]
-}
+/// What rounding in f32 may leave out of a reach, in shares of it.
+const ROUNDING: f32 = 1e-5;
 
-/// How many places divide a length in source texels.
-#[inline(always)]
-pub(crate) fn count<R: Real>(length: R) -> R {
-    let least = real::min(length - R::new(SLACK), R::new(MOST as f64));
-    real::max(-(-least).floor(), R::ONE)
-}
+/// A number of each.
+type Row<R> = [R; TOGETHER];
 
-/// Parallelograms of the source, about places of a tile. They are few, and f64 whatever the places are.
+const ZEROS: Row<f32> = [0.0; TOGETHER];
+
+/// Parallelograms of the source, about places of a part of a tile.
 pub(crate) struct Parallelograms {
     /// The places, in texels.
-    centers: [[f64; TILE]; 2],
-    /// The part of each side that places are spread over, along x and y: right and down in the target.
-    sides: [[[f64; TILE]; 2]; 2],
+    centers: [Row<f64>; 2],
+    shapes: Shapes,
+    /// Whether all texels that take part are inside of a face.
+    inside: Row<bool>,
+}
+
+/// What does not depend on where they lie: two numbers of each are those along x and along y, or of the first and the second side.
+struct Shapes {
+    /// The part of each side that places are spread over: right and down in the target.
+    sides: [[Row<f32>; 2]; 2],
     /// By how much they are bent: factors of squares to the right, of products, and of squares down.
-    bends: [[[f64; TILE]; 2]; 3],
-    /// How many places divide it.
-    counts: [[f64; TILE]; 2],
+    bends: [[Row<f32>; 2]; 3],
+    /// How places are spread over them: what a [`Spread`] holds.
+    counts: [Row<f32>; 2],
+    lines: [Row<f32>; 2],
+    /// How many places there are.
+    totals: Row<f32>,
+    /// Where two places lie from the center: between them, and from there to the second.
+    pairs: [[Row<f32>; 2]; 2],
+    reach: [Row<f32>; 2],
+}
+
+impl Shapes {
+    /// Finds all, from ∂x and ∂y to the right and down in texels, and from their second derivatives. Those without a side whose square
+    /// is above `near` have one lookup.
+    ///
+    /// Rows of one length behind references of their own, and nothing else: otherwise the compiler makes no lanes of it, which
+    /// take a tenth of the time.
+    #[inline(always)]
+    fn set(&mut self, slopes: &[Row<f32>; 4], second: &[Row<f32>; 6], near: f32) {
+        for k in 0..TOGETHER {
+            let (ax, ay) = (slopes[0][k], slopes[1][k]);
+            let (bx, by) = (slopes[2][k], slopes[3][k]);
+            let (a, b) = (ax * ax + ay * ay, bx * bx + by * by);
+            let one = real::max(a, b) <= near;
+            let (p, m) = division(a.sqrt());
+            let (q, n) = division(b.sqrt());
+            let (ax, ay, bx, by) = (ax * p, ay * p, bx * q, by * q);
+            let (pp, pq, qq) = (0.5 * p * p, p * q, 0.5 * q * q);
+            let (cx, cy) = (pp * second[0][k], pp * second[1][k]);
+            let (dx, dy) = (pq * second[2][k], pq * second[3][k]);
+            let (ex, ey) = (qq * second[4][k], qq * second[5][k]);
+            let grid = (if one { 1.0 } else { m }, if one { 1.0 } else { n });
+            let (columns, rows, far, near) = spread((ax, ay), (bx, by), grid);
+            let (s, t) = second_of_two(columns, far, near);
+            let (ss, st, tt) = (s * s, s * t, t * t);
+            (self.sides[0][0][k], self.sides[0][1][k]) = (ax, ay);
+            (self.sides[1][0][k], self.sides[1][1][k]) = (bx, by);
+            (self.bends[0][0][k], self.bends[0][1][k]) = (cx, cy);
+            (self.bends[1][0][k], self.bends[1][1][k]) = (dx, dy);
+            (self.bends[2][0][k], self.bends[2][1][k]) = (ex, ey);
+            (self.counts[0][k], self.counts[1][k]) = (columns, rows);
+            (self.lines[0][k], self.lines[1][k]) = (far, near);
+            self.totals[k] = columns * rows;
+            self.pairs[0][0][k] = ss * cx + st * dx + tt * ex;
+            self.pairs[0][1][k] = ss * cy + st * dy + tt * ey;
+            self.pairs[1][0][k] = s * ax + t * bx;
+            self.pairs[1][1][k] = s * ay + t * by;
+            self.reach[0][k] = reach((ax, bx), (cx, dx, ex));
+            self.reach[1][k] = reach((ay, by), (cy, dy, ey));
+        }
+    }
+}
+
+/// How far a parallelogram reaches from its center along an axis, at most.
+#[inline(always)]
+fn reach((a, b): (f32, f32), (c, d, e): (f32, f32, f32)) -> f32 {
+    let straight = a.abs() + b.abs();
+    let reach = 0.5 * straight + 0.25 * (c.abs() + d.abs() + e.abs());
+    reach * (1.0 + ROUNDING)
+}
+
+/// Rows of a tile, from a number on, times `scales`.
+#[inline(always)]
+fn scaled<R: Scalar, const N: usize>(
+    rows: &Tile<R, N>,
+    first: usize,
+    scales: [f64; 2],
+) -> [Row<f32>; N] {
+    let mut scaled = [ZEROS; N];
+    for (axis, (row, scaled)) in rows.0.iter().zip(&mut scaled).enumerate() {
+        let scale = R::new(scales[axis % 2]);
+        for (x, scaled) in row[first..][..TOGETHER].iter().zip(scaled) {
+            *scaled = (*x * scale).to_f64() as f32;
+        }
+    }
+    scaled
 }
 
 impl Parallelograms {
     pub(crate) fn new() -> Self {
-        let zeros = [0.0; TILE];
         Parallelograms {
-            centers: [zeros; 2],
-            sides: [[zeros; 2]; 2],
-            bends: [[zeros; 2]; 3],
-            counts: [zeros; 2],
+            centers: [[0.0; TOGETHER]; 2],
+            shapes: Shapes {
+                sides: [[ZEROS; 2]; 2],
+                bends: [[ZEROS; 2]; 3],
+                counts: [ZEROS; 2],
+                lines: [ZEROS; 2],
+                totals: ZEROS,
+                pairs: [[ZEROS; 2]; 2],
+                reach: [ZEROS; 2],
+            },
+            inside: [false; TOGETHER],
         }
     }
 
-    /// Takes over the first `count` of a tile: ∂u and ∂v to the right, and ∂u and ∂v down; and their second derivatives. Those
-    /// without a side whose square is above `near` texels have one lookup.
+    /// Takes over [`TOGETHER`] from a number in a tile on: ∂u and ∂v to the right, and ∂u and ∂v down; and their second derivatives,
+    /// if they matter. Those without a side whose square is above `near` texels have one lookup.
     pub(crate) fn set<R: Scalar>(
         &mut self,
         raster: &Raster,
-        places: &Tile<R, 3>,
+        (places, first): (&Tile<R, 3>, usize),
         (slopes, bends): (&Tile<R, 4>, &Tile<R, 6>),
-        near: f64,
-        count: usize,
+        near: f32,
     ) {
-        let [(su, ou), (sv, ov)] = [raster.along_u.index(), raster.along_v.index()];
+        let grids = [raster.along_u.index(), raster.along_v.index()];
+        let last = [raster.width, raster.height].map(|n| n as f64 - 1.0);
+        let scales = grids.map(|(scale, _)| scale);
         vectorize(
             #[inline(always)]
             || {
-                for k in 0..count.min(TILE) {
-                    let [au, av, bu, bv] = slopes.at(k).map(Scalar::to_f64);
-                    let ([ax, ay], [bx, by]) = ([au * su, av * sv], [bu * su, bv * sv]);
-                    let (a, b) = (ax * ax + ay * ay, bx * bx + by * by);
-                    let [[p, m], [q, n]] = [division(a.sqrt()), division(b.sqrt())];
-                    let [u, v, _] = places.at(k).map(Scalar::to_f64);
-                    (self.centers[0][k], self.centers[1][k]) = (u * su + ou, v * sv + ov);
-                    (self.sides[0][0][k], self.sides[0][1][k]) = (ax * p, ay * p);
-                    (self.sides[1][0][k], self.sides[1][1][k]) = (bx * q, by * q);
-                    let [cu, cv, du, dv, eu, ev] = bends.at(k).map(Scalar::to_f64);
-                    let factors = [
-                        (0.5 * p * p, cu, cv),
-                        (p * q, du, dv),
-                        (0.5 * q * q, eu, ev),
-                    ];
-                    for (bend, (factor, along_u, along_v)) in self.bends.iter_mut().zip(factors) {
-                        (bend[0][k], bend[1][k]) = (factor * along_u * su, factor * along_v * sv);
+                let (slopes, bends) = (scaled(slopes, first, scales), scaled(bends, first, scales));
+                self.shapes.set(&slopes, &bends, near);
+                self.inside = [true; TOGETHER];
+                for axis in [0, 1] {
+                    let (scale, offset) = grids[axis];
+                    let center = &mut self.centers[axis];
+                    let places = &places.0[axis][first..][..TOGETHER];
+                    for (center, place) in center.iter_mut().zip(places) {
+                        *center = place.to_f64() * scale + offset;
                     }
-                    let one = real::max(a, b) <= near;
-                    self.counts[0][k] = if one { 1.0 } else { m };
-                    self.counts[1][k] = if one { 1.0 } else { n };
+                    let reach = &self.shapes.reach[axis];
+                    let held = self.inside.iter_mut().zip(&*center).zip(reach);
+                    for ((inside, &center), &reach) in held {
+                        let reach = f64::from(reach);
+                        *inside &= (center >= reach) & (center + reach < last[axis]);
+                    }
                 }
             },
         );
@@ -108,18 +181,28 @@ impl Parallelograms {
     /// Whether the one about place k has several lookups.
     #[inline(always)]
     pub(crate) fn several(&self, k: usize) -> bool {
-        self.counts[0][k] * self.counts[1][k] > 1.0
+        self.shapes.totals[k] > 1.0
     }
 
     /// That about place k.
     #[inline(always)]
     pub(crate) fn at(&self, k: usize) -> Parallelogram {
+        let shapes = &self.shapes;
         Parallelogram {
             center: self.centers.each_ref().map(|x| x[k]),
-            sides: self.sides.each_ref().map(|[x, y]| [x[k], y[k]]),
-            bends: self.bends.each_ref().map(|[x, y]| [x[k], y[k]]),
-            counts: self.counts.each_ref().map(|count| count[k] as usize),
+            sides: shapes.sides.each_ref().map(|[x, y]| [x[k], y[k]]),
+            bends: shapes.bends.each_ref().map(|[x, y]| [x[k], y[k]]),
+            spread: Spread {
+                counts: shapes.counts.each_ref().map(|count| count[k]),
+                reach: shapes.lines.each_ref().map(|reach| reach[k]),
+            },
         }
+    }
+
+    /// Whether all texels that lookups about place k weight are inside of a face and valid, where that is easily told.
+    #[inline(always)]
+    fn inside(&self, k: usize, raster: &Raster) -> bool {
+        self.inside[k] && (!raster.has_rim() || self.at(k).is_held(raster))
     }
 }
 
@@ -127,51 +210,37 @@ impl Parallelograms {
 #[derive(Clone, Copy)]
 pub(crate) struct Parallelogram {
     pub(crate) center: [f64; 2],
-    sides: [[f64; 2]; 2],
-    bends: [[f64; 2]; 3],
-    /// How many places divide each.
-    pub(crate) counts: [usize; 2],
+    sides: [[f32; 2]; 2],
+    bends: [[f32; 2]; 3],
+    pub(crate) spread: Spread,
 }
 
 impl Parallelogram {
-    /// How far it reaches from its center along x and y.
+    /// How far it reaches from its center along x and y, at most.
     #[inline(always)]
-    pub(crate) fn reach(&self) -> [f64; 2] {
+    pub(crate) fn reach(&self) -> [f32; 2] {
+        let ([a, b], [c, d, e]) = (self.sides, self.bends);
+        [0, 1].map(|axis| reach((a[axis], b[axis]), (c[axis], d[axis], e[axis])))
+    }
+
+    /// How far a place, from -½ to ½ along both sides, lies from its center.
+    #[inline(always)]
+    pub(crate) fn at(&self, s: f64, t: f64) -> [f64; 2] {
+        let (s, t) = (s as f32, t as f32);
         let ([a, b], [c, d, e]) = (self.sides, self.bends);
         [0, 1].map(|axis| {
-            let straight = a[axis].abs() + b[axis].abs();
-            0.5 * straight + 0.25 * (c[axis].abs() + d[axis].abs() + e[axis].abs())
+            let middle = t * (b[axis] + t * e[axis]);
+            f64::from(middle + s * (a[axis] + t * d[axis] + s * c[axis]))
         })
     }
 
-    /// Places of one row, from its center.
+    /// Whether the image is valid wherever it reaches, and a texel around it, for certain.
     #[inline(always)]
-    pub(crate) fn row(&self, row: usize) -> impl Fn(usize) -> [f64; 2] + use<> {
-        let ([a, b], [c, d, e]) = (self.sides, self.bends);
-        let [step, t] = [1.0 / self.counts[0] as f64, 1.0 / self.counts[1] as f64];
-        let t = (row as f64 + 0.5) * t - 0.5;
-        let middle = [0, 1].map(|axis| t * (b[axis] + t * e[axis]));
-        let slope = [0, 1].map(|axis| a[axis] + t * d[axis]);
-        #[inline(always)]
-        move |column| {
-            let s = (column as f64 + 0.5) * step - 0.5;
-            [0, 1].map(|axis| middle[axis] + s * (slope[axis] + s * c[axis]))
-        }
-    }
-
-    /// Whether all texels that its lookups weight are inside of a face and valid, where that is easily told.
-    #[inline(always)]
-    fn inside(&self, raster: &Raster) -> bool {
-        let [x, y] = self.reach();
+    fn is_held(&self, raster: &Raster) -> bool {
+        let [x, y] = self.reach().map(f64::from);
         let [(su, ou), (sv, ov)] = [raster.along_u.index(), raster.along_v.index()];
-        let last = [raster.width, raster.height].map(|n| n as f64 - 1.0);
-        let within = |axis: usize, reach: f64| {
-            (self.center[axis] >= reach) & (self.center[axis] + reach < last[axis])
-        };
         let place = [(self.center[0] - ou) / su, (self.center[1] - ov) / sv];
-        // With a texel around it.
-        let reach = [(x + 1.0) / su, (y + 1.0) / sv];
-        within(0, x) && within(1, y) && raster.holds_around(place, reach)
+        raster.holds_around(place, [(x + 1.0) / su, (y + 1.0) / sv])
     }
 }
 
@@ -194,10 +263,14 @@ pub(crate) fn means<T: Texel>(
             row,
             start: raster.view(face).index(0, 0),
             count: 0,
-            first: [0; MOST],
-            tx: [T::Float::ZERO; MOST],
-            ty: [T::Float::ZERO; MOST],
+            x: [0.0; ROOM],
+            y: [0.0; ROOM],
+            first: [0; ROOM],
+            tx: [T::Float::ZERO; ROOM],
+            ty: [T::Float::ZERO; ROOM],
         },
+        owners: [(0, 0); TOGETHER],
+        owned: 0,
         raster,
         seen,
         done,
@@ -207,6 +280,9 @@ pub(crate) fn means<T: Texel>(
 
 struct Means<'m, 'a, T: Texel> {
     lookups: Lookups<'a, T>,
+    /// Which texels the lookups belong to, with the first of each.
+    owners: [(u16, u16); TOGETHER],
+    owned: usize,
     raster: &'m Raster,
     seen: &'m Parallelograms,
     done: &'m mut [bool],
@@ -216,25 +292,59 @@ struct Means<'m, 'a, T: Texel> {
 impl<T: Texel> SimdWork for Means<'_, '_, T> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let channels = self.lookups.channels;
-        for (k, done) in self.done.iter_mut().enumerate() {
-            if !self.seen.several(k) {
+        let seen = self.seen;
+        for k in 0..self.done.len() {
+            let total = seen.shapes.totals[k];
+            if total <= 1.0 || total > MOST as f32 || !seen.inside(k, self.raster) {
                 continue;
             }
-            let seen = self.seen.at(k);
-            let [m, n] = seen.counts;
-            if m * n > MOST || !seen.inside(self.raster) || !self.lookups.place(&seen) {
+            let count = total as usize;
+            if self.lookups.count + count > ROOM {
+                self.look(simd);
+            }
+            self.owners[self.owned] = (k as u16, self.lookups.count as u16);
+            self.owned += 1;
+            if count == 2 {
+                let pairs = seen.shapes.pairs.each_ref();
+                let [between, second] = pairs.map(|xy| xy.each_ref().map(|x| f64::from(x[k])));
+                let [x, y] = [0, 1].map(|axis| seen.centers[axis][k] + between[axis]);
+                self.lookups.push([x - second[0], y - second[1]]);
+                self.lookups.push([x + second[0], y + second[1]]);
+            } else {
+                self.lookups.push_all(&seen.at(k));
+            }
+        }
+        self.look(simd);
+    }
+}
+
+impl<T: Texel> Means<'_, '_, T> {
+    /// Finds the means of what was pushed.
+    #[inline(always)]
+    fn look<S: Simd>(&mut self, simd: S) {
+        let channels = self.lookups.channels;
+        let far = self.lookups.place();
+        let last = self.lookups.last();
+        for owner in 0..self.owned {
+            let (texel, first) = self.owners[owner];
+            let next = self.owners[..self.owned].get(owner + 1);
+            let end = next.map_or(self.lookups.count, |(_, first)| usize::from(*first));
+            let (texel, own) = (usize::from(texel), usize::from(first)..end);
+            if last.is_none_or(|last| {
+                far > last && self.lookups.first[own.clone()].iter().any(|at| *at > last)
+            }) {
                 continue;
             }
             // Of three numbers, four are written: the next texel's come after.
-            let mean = &mut self.means[k * channels..];
+            let mean = &mut self.means[texel * channels..];
             if let (3 | 4, Some(mean)) = (channels, mean.first_chunk_mut()) {
-                *mean = self.lookups.mean_of_four(simd);
+                *mean = self.lookups.mean_of_four(simd, own);
             } else {
-                self.lookups.mean(&mut mean[..channels]);
+                self.lookups.mean(own, &mut mean[..channels]);
             }
-            *done = true;
+            self.done[texel] = true;
         }
+        (self.owned, self.lookups.count) = (0, 0);
     }
 }
 
@@ -246,7 +356,7 @@ fn whole(x: f64) -> usize {
     (x + MAGIC).to_bits().wrapping_sub(MAGIC.to_bits()) as usize
 }
 
-/// Those of one mean: where their windows begin, and how far the places lie right of and below the first texel.
+/// Those of some means: their places in texels, where their windows begin, and how far they lie right of and below the first texel.
 struct Lookups<'a, T: Texel> {
     texels: &'a [T],
     channels: usize,
@@ -254,60 +364,76 @@ struct Lookups<'a, T: Texel> {
     /// The face's first texel.
     start: usize,
     count: usize,
-    first: [usize; MOST],
-    tx: [T::Float; MOST],
-    ty: [T::Float; MOST],
+    x: [f64; ROOM],
+    y: [f64; ROOM],
+    first: [usize; ROOM],
+    tx: [T::Float; ROOM],
+    ty: [T::Float; ROOM],
 }
 
 impl<T: Texel> Lookups<'_, T> {
-    /// False where the image ends before a window does.
     #[inline(always)]
-    fn place(&mut self, seen: &Parallelogram) -> bool {
-        let [m, n] = seen.counts;
-        // Four numbers are read at a time.
-        let window = (self.row + 1) * self.channels + 4;
-        let last = self.texels.len().checked_sub(window);
-        let steps = [self.channels, self.row * self.channels].map(|step| step as f64);
-        let first = (self.start * self.channels) as f64;
-        let mut farthest = 0;
-        self.count = 0;
-        for row in 0..n {
-            let row = seen.row(row);
-            for column in 0..m {
-                let [x, y] = row(column);
-                let (x, y) = (seen.center[0] + x, seen.center[1] + y);
-                let (i, j) = (Real::floor(x), Real::floor(y));
-                let at = whole(first + (j * steps[1] + i * steps[0]));
-                farthest = at.max(farthest);
-                self.first[self.count] = at;
-                self.tx[self.count] = Real::new(x - i);
-                self.ty[self.count] = Real::new(y - j);
-                self.count += 1;
+    fn push(&mut self, [x, y]: [f64; 2]) {
+        (self.x[self.count], self.y[self.count]) = (x, y);
+        self.count += 1;
+    }
+
+    #[inline(always)]
+    fn push_all(&mut self, seen: &Parallelogram) {
+        let columns = seen.spread.columns();
+        for row in 0..seen.spread.rows() {
+            let own = self.count..self.count + columns;
+            let (x, y) = (&mut self.x[own.clone()], &mut self.y[own]);
+            seen.spread.row(row, x, y);
+            for (x, y) in x.iter_mut().zip(y) {
+                let [right, down] = seen.at(*x, *y);
+                (*x, *y) = (seen.center[0] + right, seen.center[1] + down);
             }
+            self.count += columns;
         }
-        last.is_some_and(|last| farthest <= last)
+    }
+
+    /// The last number at which a window may begin: four numbers are read at a time.
+    fn last(&self) -> Option<usize> {
+        let window = (self.row + 1) * self.channels + 4;
+        self.texels.len().checked_sub(window)
+    }
+
+    /// Finds the windows, and where the last one begins.
+    #[inline(always)]
+    fn place(&mut self) -> usize {
+        let steps = [self.channels, self.row * self.channels].map(|step| step as f64);
+        let start = (self.start * self.channels) as f64;
+        let count = self.count.min(ROOM);
+        let places = self.x[..count].iter().zip(&self.y[..count]);
+        let windows = self.first[..count].iter_mut();
+        let shares = self.tx[..count].iter_mut().zip(&mut self.ty[..count]);
+        let mut farthest = 0;
+        for (((&x, &y), first), (tx, ty)) in places.zip(windows).zip(shares) {
+            let (i, j) = (Real::floor(x), Real::floor(y));
+            *first = whole(start + (j * steps[1] + i * steps[0]));
+            farthest = farthest.max(*first);
+            *tx = Real::new(x - i);
+            *ty = Real::new(y - j);
+        }
+        farthest
     }
 
     #[inline(always)]
-    fn share(&self) -> T::Float {
-        Real::new(1.0 / self.count as f64)
-    }
-
-    #[inline(always)]
-    fn list(&self) -> impl Iterator<Item = (usize, T::Float, T::Float)> {
-        let steps = self.tx.iter().zip(&self.ty);
-        let lookups = self.first[..self.count].iter().zip(steps);
+    fn list(&self, own: Range<usize>) -> impl Iterator<Item = (usize, T::Float, T::Float)> {
+        let steps = self.tx[own.clone()].iter().zip(&self.ty[own.clone()]);
+        let lookups = self.first[own].iter().zip(steps);
         lookups.map(|(&first, (&tx, &ty))| (first, tx, ty))
     }
 
     /// The mean of four numbers a lookup, difference by difference from the first one: a constant stays constant to the bit.
     #[inline(always)]
-    fn mean_of_four<S: Simd>(&self, simd: S) -> [T; 4] {
+    fn mean_of_four<S: Simd>(&self, simd: S, own: Range<usize>) -> [T; 4] {
         let splat = |x| Four::<T, S>::splat(simd, x);
-        let share = splat(self.share());
+        let share = splat(Real::new(1.0 / own.len() as f64));
         let (mut base, mut sum) = (splat(T::Float::ZERO), splat(T::Float::ZERO));
         let step = self.row * self.channels;
-        for (k, (first, tx, ty)) in self.list().enumerate() {
+        for (k, (first, tx, ty)) in self.list(own).enumerate() {
             let upper = &self.texels[first..][..self.channels + 4];
             let lower = &self.texels[first + step..][..self.channels + 4];
             let corners = [
@@ -327,12 +453,12 @@ impl<T: Texel> Lookups<'_, T> {
 
     /// That of any number of channels.
     #[inline(always)]
-    fn mean(&self, mean: &mut [T]) {
-        let share = self.share();
+    fn mean(&self, own: Range<usize>, mean: &mut [T]) {
+        let share: T::Float = Real::new(1.0 / own.len() as f64);
         let below = self.row * self.channels;
         for (c, mean) in mean.iter_mut().enumerate() {
             let (mut base, mut sum) = (T::Float::ZERO, T::Float::ZERO);
-            for (k, (first, tx, ty)) in self.list().enumerate() {
+            for (k, (first, tx, ty)) in self.list(own.clone()).enumerate() {
                 let right = first + c + self.channels;
                 let corners = [first + c, right, first + c + below, right + below];
                 let value = mix(corners.map(|at| self.texels[at].load()), tx, ty);

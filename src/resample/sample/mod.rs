@@ -22,12 +22,14 @@ mod lookups;
 mod mean;
 mod place;
 mod sampler;
+mod spread;
 mod taps;
 mod texture;
 
 pub(crate) use gather::Rectangle;
 pub(crate) use level::Level;
 pub(crate) use lookups::Lookups;
-pub(crate) use mean::{MOST, Parallelograms, count, division, means};
+pub(crate) use mean::{Parallelograms, TOGETHER, means};
 pub use sampler::Sampler;
+pub(crate) use spread::{MOST, Spread, count, division};
 pub(crate) use texture::Texture;

@@ -1,0 +1,301 @@
+//! Where in a parallelogram of the source lookups lie whose mean is to be its mean: about one for every source texel.
+//!
+//! Seen from the source a texel of the target is a parallelogram. Where it is about as wide as it is long, places are a grid along
+//! its sides. Near the pole of a latlong it is a sliver: both sides run along the parallel, and a grid would look up
+//! the square of what there is to see. So a sliver is cut into as many slivers as it is source texels wide, and places of each lie
+//! on one line. They are where its light is: a parallelogram's width along a line is that of the sum of two uniform numbers, a
+//! trapezoid, which is divided into parts of equal area; the mean place of each part is looked up.
+//!
+//! A parallelogram counts as long and wide as the rectangle with its second moments, the square roots of the eigenvalues of
+//! a aᵀ + b bᵀ; lines lie along the longer axis. That is the Jacobian's singular value decomposition, as anisotropic
+//! filters of graphics hardware have it.
+//!
+//! Numbers of source texels are f32: how many places there are is their matter, and that to 1e-5 of a texel. In f64 their roots took as
+//! long as the lookups.
+
+use crate::number::real::{self, Real};
+
+/// The most places in one mean, and on one line.
+pub(crate) const MOST: usize = 64;
+
+/// A side is divided so that places lie at most this much more than a source texel apart: rounding at whole
+/// numbers must not double the work.
+const SLACK: f64 = 0.15;
+
+/// From how many times as long as wide on a parallelogram is a sliver.
+const SLIVER: f32 = 1.5;
+
+/// Which part of a side of r source texels places are spread over, and how many of them divide it.
+///
+/// That is min(r, √(2(r² - 1))) texels: from nothing at r = 1, where one lookup already is as wide as a texel, to the whole side
+/// from r = √2 on.
+#[inline(always)]
+pub(crate) fn division<R: Real>(r: R) -> (R, R) {
+    let one = R::ONE;
+    let spread = real::max(R::TWO * (r * r - one), R::ZERO).sqrt() / r;
+    let share = R::select(r.more(one), real::min(spread, one), R::ZERO);
+    (share, count(real::min(r, R::new(1e9)) * share))
+}
+
+/// How many places divide a length in source texels.
+#[inline(always)]
+pub(crate) fn count<R: Real>(length: R) -> R {
+    let least = real::min(length - R::new(SLACK), R::new(MOST as f64));
+    real::max(-(-least).floor(), R::ONE)
+}
+
+/// How places are spread over a parallelogram.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    /// Along the first and the second side; or on a line, and how many lines.
+    pub(super) counts: [f32; 2],
+    /// How far both sides reach along the lines; zeros where there are none.
+    pub(super) reach: [f32; 2],
+}
+
+impl Spread {
+    /// Over sides given in source texels, which so many places would divide in a grid.
+    #[inline(always)]
+    pub(crate) fn new([a, b]: [[f32; 2]; 2], grid: [f32; 2]) -> Spread {
+        let [ax, ay] = a;
+        let [bx, by] = b;
+        let [m, n] = grid;
+        let (places, lines, p, q) = spread((ax, ay), (bx, by), (m, n));
+        Spread {
+            counts: [places, lines],
+            reach: [p, q],
+        }
+    }
+
+    /// How many places there are.
+    #[inline(always)]
+    pub(crate) fn count(&self) -> usize {
+        self.counts[0] as usize * self.counts[1] as usize
+    }
+
+    /// How many rows or lines they lie on, at most [`MOST`] on each.
+    #[inline(always)]
+    pub(crate) fn rows(&self) -> usize {
+        self.counts[1] as usize
+    }
+
+    /// How many lie on each.
+    #[inline(always)]
+    pub(crate) fn columns(&self) -> usize {
+        self.counts[0] as usize
+    }
+
+    /// Writes the places of one of its rows, from -½ to ½ along the first and the second side.
+    #[inline(always)]
+    pub(crate) fn row(&self, row: usize, along: &mut [f64], down: &mut [f64]) {
+        let [columns, rows] = self.counts.map(f64::from);
+        let middle = (row as f64 + 0.5) / rows - 0.5;
+        let step = 1.0 / columns;
+        let [p, q] = self.reach.map(f64::from);
+        if p == 0.0 && q == 0.0 {
+            for (k, along) in along.iter_mut().enumerate() {
+                *along = (k as f64 + 0.5) * step - 0.5;
+            }
+            down.fill(middle);
+            return;
+        }
+        // The side that reaches less far is the one that is divided among the lines.
+        let first = p.abs() >= q.abs();
+        let ((long, far), (short, near)) = if first {
+            ((along, p), (down, q))
+        } else {
+            ((down, q), (along, p))
+        };
+        let trapezoid = Trapezoid::new(far.abs(), near.abs() / rows);
+        let (far, near) = (columns.copysign(far), columns.copysign(near) / rows);
+        let mut from = trapezoid.sums(0.5);
+        for (k, (long, short)) in long.iter_mut().zip(short).enumerate() {
+            let to = trapezoid.sums(((k as f64 + 1.0) * step - 0.5).abs());
+            *long = far * (to[0] - from[0]);
+            *short = near * (to[1] - from[1]) + middle;
+            from = to;
+        }
+    }
+}
+
+/// How many places on a line and how many lines, or how many along both sides, and how far both sides reach along the lines.
+///
+/// Numbers alone, and no array: this and [`second_of_two`] are computed in lanes, of which arrays of two would make pairs.
+#[inline(always)]
+pub(super) fn spread(
+    (ax, ay): (f32, f32),
+    (bx, by): (f32, f32),
+    (m, n): (f32, f32),
+) -> (f32, f32, f32, f32) {
+    let (xx, yy, xy) = (ax * ax + bx * bx, ay * ay + by * by, ax * ay + bx * by);
+    let (middle, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+    let root = (half * half + xy * xy).sqrt();
+    let longer = (middle + root).sqrt();
+    // The product of both is the area: no difference of nearly equal numbers.
+    let shorter = (ax * by - ay * bx).abs() / longer;
+    let across = half < 0.0;
+    let x = if across { xy } else { root + half };
+    let y = if across { root - half } else { xy };
+    let scale = 1.0 / (x * x + y * y).sqrt();
+    let (p, q) = ((ax * x + ay * y) * scale, (bx * x + by * y) * scale);
+    let lines = count(shorter);
+    let most = real::max(p.abs(), q.abs());
+    let least = real::min(p.abs(), q.abs()) / lines;
+    let places = count((most * most + least * least).sqrt());
+    // Neither at a singular place nor where rounding would say which axis is the longer one.
+    let sliver = (longer > SLIVER * shorter) & (most <= 1e9);
+    let fewer = sliver & (places * lines < m * n);
+    (
+        if fewer { places } else { m },
+        if fewer { lines } else { n },
+        if fewer { p } else { 0.0 },
+        if fewer { q } else { 0.0 },
+    )
+}
+
+/// The second of two places, along both sides; the first one is opposite.
+///
+/// Of a [`Trapezoid`] with slopes over a share g the mean place of the upper half is (¼ - g²/3, g/3).
+#[inline(always)]
+pub(super) fn second_of_two(columns: f32, p: f32, q: f32) -> (f32, f32) {
+    let (far, near) = (real::max(p.abs(), q.abs()), real::min(p.abs(), q.abs()));
+    let g = 0.5 * near / far;
+    let (along, across) = (0.25 - g * g * (1.0 / 3.0), g * (1.0 / 3.0));
+    let first = p.abs() >= q.abs();
+    let s = if first { along } else { across }.copysign(p);
+    let t = if first { across } else { along }.copysign(q);
+    let (line, right) = (far > 0.0, columns > 1.0);
+    let right_of = if right { 0.25 } else { 0.0 };
+    (
+        if line { s } else { right_of },
+        if line { t } else { 0.25 - right_of },
+    )
+}
+
+/// The density of p s + q t, for s and t that are uniform from -½ to ½, and p ≥ q ≥ 0.
+///
+/// Its middle part is level, and each end slopes down over a share g = q / 2p of the whole.
+struct Trapezoid {
+    slope: f64,
+    one_over: f64,
+}
+
+impl Trapezoid {
+    #[inline(always)]
+    fn new(p: f64, q: f64) -> Trapezoid {
+        Trapezoid {
+            slope: 0.5 * q / p,
+            one_over: 2.0 * p / q,
+        }
+    }
+
+    /// Of the mean s and t at a place, the integrals over a share f of the whole, from the middle on.
+    ///
+    /// Up to the slope s is f and t is 0. Within it, w from the end, which is √(2 p q (½ - f)), they are ½ - w/2p and ½ - w/2q.
+    #[inline(always)]
+    fn sums(&self, f: f64) -> [f64; 2] {
+        let (rest, g) = (0.5 - f, self.slope);
+        if rest >= g {
+            return [0.5 * f * f, 0.0];
+        }
+        let level = 0.5 - g;
+        let linear = 0.5 * (g - rest);
+        let root = rest * (rest * self.one_over).sqrt();
+        [
+            0.5 * level * level + linear - (2.0 / 3.0) * g * (g - root),
+            linear - (1.0 / 3.0) * (g - root),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn places(spread: &Spread) -> Vec<[f64; 2]> {
+        let mut all = Vec::new();
+        for row in 0..spread.rows() {
+            let (mut s, mut t) = (vec![0.0; spread.columns()], vec![0.0; spread.columns()]);
+            spread.row(row, &mut s, &mut t);
+            all.extend(s.into_iter().zip(t).map(|(s, t)| [s, t]));
+        }
+        all
+    }
+
+    proptest! {
+        /// Places lie inside, their mean is the middle, and their second moments along the longer axis are nearly those of
+        /// the parallelogram.
+        #[test]
+        fn places_are_spread_as_the_parallelogram_is(
+            a in prop::array::uniform2(-30.0_f32..30.0),
+            b in prop::array::uniform2(-30.0_f32..30.0),
+        ) {
+            let grid = [a, b].map(|side: [f32; 2]| count(side[0].hypot(side[1])));
+            let spread = Spread::new([a, b], grid);
+            prop_assert!(spread.count() <= (grid[0] * grid[1]) as usize);
+            let all = places(&spread);
+            let [a, b] = [a, b].map(|side| side.map(f64::from));
+            let n = all.len() as f64;
+            // Sums of up to 64² numbers.
+            let rounding = 1e-11;
+            for axis in [0, 1] {
+                prop_assert!(all.iter().all(|at| at[axis].abs() <= 0.5));
+                let mean: f64 = all.iter().map(|at| at[axis]).sum::<f64>() / n;
+                prop_assert!(mean.abs() < rounding, "{mean}");
+            }
+            let shown = |[s, t]: [f64; 2]| [0, 1].map(|k| s * a[k] + t * b[k]);
+            let [xx, yy] = [0, 1].map(|i| (a[i] * a[i] + b[i] * b[i]) / 12.0);
+            let moment = |i: usize| all.iter().map(|at| shown(*at)[i].powi(2)).sum::<f64>() / n;
+            let (longer, got) = (xx + yy, moment(0) + moment(1));
+            // Parts of a texel and SLACK in length, each shown by its mean place, lack at most their own width's moment, and those
+            // of a slope, where they are wider, as much again.
+            let width = 2.0 * (1.0 + SLACK) * (1.0 + SLACK) / 12.0;
+            prop_assert!(got <= longer + rounding * longer, "{got} {longer}");
+            prop_assert!(got >= longer - 2.0 * width - 0.02 * longer, "{got} {longer} {spread:?}");
+        }
+    }
+
+    #[test]
+    fn of_two_places_the_second_is_known_at_once() {
+        for sides in [
+            [[1.9, 0.2], [0.3, 0.2]],
+            [[0.3, 0.2], [-1.9, 0.2]],
+            [[1.2, 0.4], [-1.2, 0.4]],
+            [[0.2, 1.9], [0.0, 0.0]],
+        ] {
+            let grid = sides.map(|side: [f32; 2]| count(side[0].hypot(side[1])));
+            let spread = Spread::new(sides, grid);
+            assert_eq!(spread.count(), 2);
+            let all = places(&spread);
+            let [p, q] = spread.reach;
+            let second = <[f32; 2]>::from(second_of_two(spread.counts[0], p, q));
+            for axis in [0, 1] {
+                // A few operations in f32 on numbers up to ½.
+                let second = f64::from(second[axis]);
+                assert!((all[1][axis] - second).abs() < 1e-7);
+                assert!((all[0][axis] + second).abs() < 1e-7);
+            }
+        }
+    }
+
+    #[test]
+    fn a_sliver_takes_a_line_and_a_square_a_grid() {
+        let sliver = Spread::new([[20.0, 0.5], [-20.0, 0.5]], [21.0, 21.0]);
+        assert_eq!((sliver.rows(), sliver.columns()), (1, 29));
+        let square = Spread::new([[3.0, 0.0], [0.0, 3.0]], [3.0, 3.0]);
+        assert_eq!((square.rows(), square.columns()), (3, 3));
+        let nowhere = Spread::new([[f32::INFINITY, 0.0], [0.0, f32::INFINITY]], [64.0, 64.0]);
+        assert_eq!(nowhere.count(), 64 * 64);
+    }
+
+    #[test]
+    fn parts_of_a_trapezoid_end_where_it_ends() {
+        // The mean of s over the upper half is 1/4 for a rectangle, and 1/6 for the triangle of p = q; both times two for the half.
+        let rectangle = Trapezoid::new(1.0, 0.0).sums(0.5);
+        assert!((rectangle[0] - 0.125).abs() < 1e-15 && rectangle[1] == 0.0);
+        let triangle = Trapezoid::new(1.0, 1.0).sums(0.5);
+        assert!((triangle[0] - 1.0 / 12.0).abs() < 1e-15);
+        assert!((triangle[1] - 1.0 / 12.0).abs() < 1e-15);
+    }
+}

@@ -77,9 +77,11 @@ PYTHON: Floors = [
     {"light": "what a renderer needs", "ball": "photos of mirror balls"},
     {
         "plot": "figures",
-        "viewer": "pages to look around in images",
-        "torch": "tensors, with gradients",
+        "viewer": "pages to look around",
+        "torch": "tensors",
+        "dask": "arrays in chunks",
     },
+    {"xarray": "arrays with names"},
     {"_projection": "the class that people see, a method a verb; generated"},
     {"__init__": "the names a person sees"},
     {"cli": "the command line"},

@@ -14,8 +14,9 @@ from .._arrays import spatial_axes
 from ..map.images import expect_aspect, target_shape
 from ..map.named import resolve, resolve_pair
 from ..map.size import matching_size
+from ..resample.conversion import OF_CHAINS, Conversion
 from ..resample.seen import Rectangle, SourceTiles
-from .parts import Conversion, Part
+from .parts import Part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,9 +26,6 @@ if TYPE_CHECKING:
     from ..map.named import ProjectionLike, Worlds
 
 __all__ = ["convert"]
-
-# Filters whose every texel comes from a mip chain, which is made of the whole image.
-_OF_CHAINS = ("trilinear", "ewa")
 
 Chunks = tuple[tuple[int, ...], ...]
 
@@ -104,7 +102,7 @@ def convert(
             f"Expected `image` to be an array of dask, got {type(image).__name__}; "
             "dask.array.from_array makes one."
         )
-    if filter in _OF_CHAINS:
+    if filter in OF_CHAINS:
         raise NotImplementedError(
             f"filter={filter!r} is not there for images in chunks: its mip chain is made of the "
             "whole image. filter='area', or antialias=True, averages as well."

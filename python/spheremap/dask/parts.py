@@ -8,57 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import resample
-from .._arrays import spatial_axes
-from .sparse import sparse_zeros
+from ..resample.conversion import Conversion
+from ..resample.sparse import sparse_zeros
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .._projection import Projection
     from ..resample.seen import Rectangle
 
-__all__ = ["Conversion", "Part"]
-
-# A size that every projection has.
-_SMALL = 16
+__all__ = ["Part"]
 
 # What indexes an array by one of its chunks.
 Place = tuple[slice, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Conversion:
-    """What all tasks of a conversion have in common."""
-
-    src: Projection
-    dst: Projection
-    # Of the whole source, with channels, and of the whole result, without.
-    shape: tuple[int, ...]
-    dtype: np.dtype[Any]
-    size: tuple[int, ...]
-    options: dict[str, Any]
-
-    def window(self, source: NDArray[Any], window: Any, options: dict[str, Any]) -> NDArray[Any]:
-        """Return a part of the result."""
-        found: NDArray[Any] = resample.convert(
-            source, self.src, self.dst, size=self.size, window=window, **options
-        )
-        return found
-
-    def nothing(self) -> NDArray[Any]:
-        """Return a part without texels: of the dtype, the axes and the errors of the whole."""
-        faces = len(self.size) == 3
-        empty = (slice(0, 0), slice(0, 0), *([0] if faces else []))
-        # A small image does, where options would have a large one read.
-        small = np.zeros((*self.src.shape(_SMALL), *self.channels), self.dtype)
-        found = self.window(small, empty, self.options)
-        return found[None] if faces else found
-
-    @property
-    def channels(self) -> tuple[int, ...]:
-        """How many channels there are, if there is an axis of them."""
-        return self.shape[spatial_axes(self.src) :]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -34,6 +34,9 @@ _PLACES, _PARTS = 9, 8
 # Windows along a side of a group, whose tiles are looked for together.
 _GROUP = 8
 
+# Tiles whose caps are found at a time.
+_PIECE = 1024
+
 # More than the cosine of any angle: there is none.
 _NONE = 2.0
 
@@ -96,14 +99,11 @@ class SourceTiles:
     ) -> None:
         self.projection = projection
         self.parts = list(parts)
-        places = _lattice(projection, shape, self.parts, _PLACES, REACH)
-        center, radius = _caps(places)
-        # Beyond an edge of a face a lookup goes on elsewhere: as far as so many texels of the tile.
-        step = _steps(places).max(axis=(1, 2))
-        sides = np.array([[p.bottom - p.top, p.right - p.left] for p in self.parts])
-        texels = np.maximum((sides + 2 * REACH).min(axis=1) / (_PLACES - 1), 0.25)
-        radius = radius + step + 2.0 * REACH * step / texels
-        self._center, self._radius = center, radius
+        # By pieces: what the lattices take is a hundred times as much as what is kept.
+        pieces = [self.parts[k : k + _PIECE] for k in range(0, len(self.parts), _PIECE)]
+        found = [_caps_with_reach(projection, shape, piece) for piece in pieces]
+        self._center = np.concatenate([np.empty((0, 3)), *(center for center, _ in found)])
+        self._radius = np.concatenate([np.empty(0), *(radius for _, radius in found)])
 
     def seen_by(
         self, projection: Projection, shape: tuple[int, ...], window: Rectangle
@@ -172,6 +172,19 @@ def _lattice(
     return pixels_to_directions(pixels, projection, shape, any_aspect=True).astype(
         np.float64, copy=False
     )
+
+
+def _caps_with_reach(
+    projection: Projection, shape: tuple[int, ...], parts: Sequence[Rectangle]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return center and radius of what lookups see that have a part in each tile."""
+    places = _lattice(projection, shape, parts, _PLACES, REACH)
+    center, radius = _caps(places)
+    # Beyond an edge of a face a lookup goes on elsewhere: as far as so many texels of the tile.
+    step = _steps(places).max(axis=(1, 2))
+    sides = np.array([[p.bottom - p.top, p.right - p.left] for p in parts])
+    texels = np.maximum((sides + 2 * REACH).min(axis=1) / (_PLACES - 1), 0.25)
+    return center, radius + step + 2.0 * REACH * step / texels
 
 
 def _neighbors(windows: Sequence[Rectangle]) -> list[NDArray[np.intp]]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from spheremap.dask import sparse
+from spheremap.resample import sparse
 
 TERA = 1 << 40
 

@@ -26,7 +26,7 @@ from ..map.size import matching_size
 from ..resample.conversion import OF_CHAINS, Conversion
 from ..resample.seen import Rectangle, SourceTiles, tiles
 from ..resample.sparse import sparse_zeros
-from .header import KINDS, Header, header_of
+from .header import KINDS, Header, header, header_of
 from .images import as_stored, check_target, write
 from .opened import library, one_line, opened
 from .whole import as_path
@@ -70,8 +70,9 @@ def convert_file(
     any_aspect: bool = False,
     part: int | str | None = None,
     compression: str | None = None,
+    noted: str | None = None,
     resume: bool = False,
-) -> None:
+) -> Header:
     """Convert an image file that may be larger than memory into another.
 
     Parameters
@@ -86,9 +87,16 @@ def convert_file(
         How many bytes the call may take beyond what is there: at least 64 MiB.
     part, compression
         As for `read` and `write`.
+    noted : str, optional
+        The `projection` that `write` notes in the target; by default `dst`, where that is a name.
     resume : bool
         Whether to go on with what a call with the same arguments, which was cut off, left behind,
         and to leave that behind when this one is.
+
+    Returns
+    -------
+    header : Header
+        What the target says.
 
     Raises
     ------
@@ -115,11 +123,11 @@ def convert_file(
     >>> folder = pathlib.Path(tempfile.mkdtemp())
     >>> sm.io.write(folder / "sky.exr", np.ones((64, 128, 3), np.float32))
     >>> cross = sm.projection("cube", layout="cross")
-    >>> sm.io.convert_file(
+    >>> made = sm.io.convert_file(
     ...     folder / "sky.exr", folder / "cube.exr", "latlong", cross, size=32, memory=1 << 28
     ... )
-    >>> sm.io.read(folder / "cube.exr").shape
-    (96, 128, 3)
+    >>> made.height, made.width
+    (96, 128)
     """
     if filter in OF_CHAINS:
         raise NotImplementedError(
@@ -175,13 +183,14 @@ def convert_file(
             compression=compression,
             channels=head.channels,
             color_space=head.color_space,
-            projection=dst if isinstance(dst, str) else None,
+            projection=dst if noted is None and isinstance(dst, str) else noted,
             metadata=head.metadata,
         )
     except BaseException:
         made.leave(keep)
         raise
     made.leave(False)
+    return header(target)
 
 
 def _plain(head: Header, source: object) -> tuple[int, int, int]:

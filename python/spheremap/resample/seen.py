@@ -103,7 +103,9 @@ class SourceTiles:
         pieces = [self.parts[k : k + _PIECE] for k in range(0, len(self.parts), _PIECE)]
         found = [_caps_with_reach(projection, shape, piece) for piece in pieces]
         self._center = np.concatenate([np.empty((0, 3)), *(center for center, _ in found)])
-        self._radius = np.concatenate([np.empty(0), *(radius for _, radius in found)])
+        radius = np.concatenate([np.empty(0), *(radius for _, radius in found)])
+        radius = np.minimum(radius + _ROUNDING, np.pi)
+        self._cosine, self._sine = np.cos(radius), np.sin(radius)
 
     def seen_by(
         self, projection: Projection, shape: tuple[int, ...], window: Rectangle
@@ -138,11 +140,12 @@ class SourceTiles:
 
     def _meet(self, center: Any, radius: Any, which: Any) -> NDArray[np.bool_]:
         """Tell which caps meet which tiles: whether both radii reach from center to center."""
-        radii = radius[:, None] + self._radius[None, which] + _ROUNDING
-        cosines = center @ self._center[which].T
-        met: NDArray[np.bool_] = cosines >= np.cos(np.minimum(radii, np.pi))
-        met |= radii >= np.pi
-        met &= np.isfinite(radii)
+        reach = np.minimum(radius, np.pi)[:, None]
+        cosine, sine = np.cos(reach), np.sin(reach)
+        # The cosine of the sum of the radii, below half a turn.
+        least = cosine * self._cosine[which] - sine * self._sine[which]
+        met: NDArray[np.bool_] = center @ self._center[which].T >= least
+        met |= cosine + self._cosine[which] <= 0.0
         return met
 
 

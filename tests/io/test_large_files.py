@@ -138,3 +138,15 @@ def test_what_is_turned_or_placed_is_an_error(tmp_path):
     sink.close()
     with pytest.raises(ValueError, match="turned"):
         sm.io.convert_file(place, tmp_path / "a.tif", "latlong", "octahedral")
+
+
+@pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="no room can be set aside")
+def test_a_disk_without_room_is_an_error_before_the_work(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    source, _ = stored(tmp_path, ".exr")
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(OSError, match="no room"):
+        sm.io.convert_file(source, tmp_path / "out.exr", "latlong", CROSS, memory=8 << 20)
+    assert [p.name for p in tmp_path.iterdir()] == [source.name]

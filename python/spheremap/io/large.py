@@ -266,6 +266,14 @@ class _Made:
         if not (keep and self._path.exists() and self._path.stat().st_size == whole):
             with open(self._path, "wb") as file:
                 file.truncate(whole)
+                # Without room set aside, a full disk would end the process at a store.
+                if hasattr(os, "posix_fallocate"):
+                    try:
+                        os.posix_fallocate(file.fileno(), 0, whole)
+                    except OSError as error:
+                        self.leave(False)
+                        why = f"no room for its texels beside it: {error.strerror}"
+                        raise OSError(f"cannot write {str(target)!r}: {why}") from None
 
     @property
     def count(self) -> int:

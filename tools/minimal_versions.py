@@ -16,7 +16,7 @@ import tomllib
 from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[1] / "pyproject.toml"
-REQUIREMENT = re.compile(r"(?P<name>[\w.-]+)>=(?P<least>[\d.]+)")
+REQUIREMENT = re.compile(r"(?P<name>[\w.-]+)(?P<extra>\[\w+\])?>=(?P<least>[\d.]+)")
 
 
 def key(version: str) -> tuple[int, ...]:
@@ -47,7 +47,7 @@ def main() -> int:
             raise ValueError(f"expected name>=version, got {requirement!r}")
         name, least = found["name"], key(found["least"])
         fitting = [version for version in released(name) if key(version) >= least]
-        pins.append(f"{name}=={min(fitting, key=key)}")
+        pins.append(f"{name}{found['extra'] or ''}=={min(fitting, key=key)}")
     print(*pins)
     return 0
 

@@ -387,7 +387,12 @@ LENS = np.zeros((8, 8, 3), np.uint8)
         (np.zeros((8, 15, 3)), [BACK, BACK], {}, "side by side"),
         ([LENS], [], {}, "at least one camera"),
         ([LENS], ["cube"], {}, "6 faces"),
-        ([LENS, LENS], "dual_fisheye(fov=200)", {"blend": "bands"}, "'feather', 'bands' or 'nearest'"),
+        (
+            [LENS, LENS],
+            "dual_fisheye(fov=200)",
+            {"blend": "bands"},
+            "'feather', 'bands' or 'nearest'",
+        ),
         (LENS[0, 0], "dual_fisheye(fov=200)", {}, "one raw picture"),
         (3, "dual_fisheye(fov=200)", {}, "one raw picture"),
         ([LENS], [BACK], {"exposure": "auto"}, "'match' or gains"),

@@ -62,6 +62,8 @@ class Options:
     no_clobber: bool
     verbose: bool
     world: Worlds
+    memory: int | None = None
+    resume: bool = False
 
 
 def convert_file(
@@ -74,7 +76,7 @@ def convert_file(
         if targets.has_faces(out)
         else [out]
     )
-    _refuse_existing(places, options)
+    refuse_existing(places, options)
     clock = [time.perf_counter()]
     step(f"reading {source.name}")
     image, src, assumed = _loaded(source, options)
@@ -122,7 +124,8 @@ def _depth(image: Picture, suffix: str, options: Options) -> str:
     return own if own in kinds else "float32" if "float32" in kinds else "uint8"
 
 
-def _refuse_existing(places: list[Path], options: Options) -> None:
+def refuse_existing(places: list[Path], options: Options) -> None:
+    """Raise where a file would be replaced that is to stay."""
     if options.no_clobber:
         for place in [*places, *([options.preview] if options.preview else [])]:
             if place.exists():

@@ -12,6 +12,7 @@ from spheremap import io
 from spheremap._names import ConvertFilter
 from spheremap.cli import files, sizes, targets
 from spheremap.cli.conversion import Options, convert_file
+from spheremap.cli.large import IDLE, as_bytes, convert_large
 from spheremap.cli.options import AnyAspect, ColorSpace, Part, World, as_options, finite
 from spheremap.cli.terminal import (
     UsageError,
@@ -140,6 +141,15 @@ def convert(
     no_clobber: Annotated[
         bool, typer.Option("--no-clobber", help="Replace no file that is there.")
     ] = False,
+    memory: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N", help="Take so many bytes at most, as 512M: for files larger than that."
+        ),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="With --memory: go on where this was cut off.")
+    ] = False,
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Say how long each step took.")
     ] = False,
@@ -169,6 +179,10 @@ def convert(
     )
     if bits not in (None, 8, 16):
         raise UsageError(f"--bits is 8 or 16, got {bits}")
+    if memory is None:
+        refuse(context, ["resume"], "without --memory")
+    else:
+        refuse(context, IDLE, "with --memory")
     _check_preview(preview, pairs)
     targets.check_outputs(outputs, layout, dst.faces)
     _refuse_idle(context, outputs, floats_only=textures or _holds_floats(outputs, bits, format))
@@ -183,6 +197,7 @@ def convert(
         half=half, single=float_, bits=bits, color_space=colorspace, tonemap=tonemap,
         exposure=exposure, preview=preview, compression=compression, mips=mips, part=part,
         any_aspect=any_aspect, no_clobber=no_clobber, verbose=verbose, world=world,
+        memory=None if memory is None else as_bytes(memory), resume=resume,
     )  # fmt: skip
     _all(context, pairs, options, stdout=f".{format}" if format else None)
 
@@ -192,10 +207,11 @@ def _all(
 ) -> None:
     """Convert each file; of many, those that fail do not keep the others from it."""
     failures = 0
+    work = convert_file if options.memory is None else convert_large
     with progress(len(pairs)) as step:
         for source, out in pairs:
             try:
-                lines = convert_file(source, out, options, step, stdout)
+                lines = work(source, out, options, step, stdout)
             except (OSError, ValueError, TypeError, MemoryError, UsageError) as error:
                 if len(pairs) == 1:
                     raise

@@ -6,6 +6,7 @@ What reads and writes images needs ``pip install spheremap[cli]``.
 from .color import from_linear, to_linear
 from .header import Header, header
 from .images import channel_names, check_target, read, write
+from .large import convert_file
 from .textures import write_dds, write_ktx2
 from .tonemap import tonemap
 
@@ -13,6 +14,7 @@ __all__ = [
     "Header",
     "channel_names",
     "check_target",
+    "convert_file",
     "from_linear",
     "header",
     "read",

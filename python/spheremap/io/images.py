@@ -19,7 +19,7 @@ from .whole import as_path, check_place, written_whole
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["channel_names", "check_target", "read", "write"]
+__all__ = ["as_stored", "channel_names", "check_target", "read", "write"]
 
 # What each format stores, the widest last. A float image must not pass for 8 bits unnoticed.
 STORED: dict[str, tuple[str, ...]] = {
@@ -200,7 +200,7 @@ def write(
     name = as_path(path)
     target = Path(os.path.realpath(name))
     extension = target.suffix.lower()
-    pixels = _stored(as_array(image, "image"), extension, name)
+    pixels = as_stored(as_array(image, "image"), extension, name)
     check_place(target, name)
 
     height, width, count = pixels.shape
@@ -300,7 +300,7 @@ def _check_compression(compression: str, extension: str) -> None:
         )
 
 
-def _stored(image: NDArray[Any], extension: str, name: str) -> NDArray[Any]:
+def as_stored(image: NDArray[Any], extension: str, name: str) -> NDArray[Any]:
     """Return the image as (H, W, C) in the dtype that the format will hold."""
     _check_format(extension, name)
     if image.ndim not in (2, 3) or 0 in image.shape:

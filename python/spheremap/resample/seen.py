@@ -31,7 +31,16 @@ REACH = 4
 # with a cap.
 _PLACES, _PARTS = 9, 8
 
-# What rounding of directions and of sums may hide, in radians.
+# Windows along a side of a group, whose tiles are looked for together.
+_GROUP = 8
+
+# Tiles whose caps are found at a time.
+_PIECE = 1024
+
+# More than the cosine of any angle: there is none.
+_NONE = 2.0
+
+# What rounding of directions, of sums and of cosines near 1 may hide, in radians.
 _ROUNDING = 1e-6
 
 
@@ -90,14 +99,13 @@ class SourceTiles:
     ) -> None:
         self.projection = projection
         self.parts = list(parts)
-        places = _lattice(projection, shape, self.parts, _PLACES, REACH)
-        center, radius = _caps(places)
-        # Beyond an edge of a face a lookup goes on elsewhere: as far as so many texels of the tile.
-        step = _steps(places).max(axis=(1, 2))
-        sides = np.array([[p.bottom - p.top, p.right - p.left] for p in self.parts])
-        texels = np.maximum((sides + 2 * REACH).min(axis=1) / (_PLACES - 1), 0.25)
-        radius = radius + step + 2.0 * REACH * step / texels
-        self._center, self._radius = center, radius
+        # By pieces: what the lattices take is a hundred times as much as what is kept.
+        pieces = [self.parts[k : k + _PIECE] for k in range(0, len(self.parts), _PIECE)]
+        found = [_caps_with_reach(projection, shape, piece) for piece in pieces]
+        self._center = np.concatenate([np.empty((0, 3)), *(center for center, _ in found)])
+        radius = np.concatenate([np.empty(0), *(radius for _, radius in found)])
+        radius = np.minimum(radius + _ROUNDING, np.pi)
+        self._cosine, self._sine = np.cos(radius), np.sin(radius)
 
     def seen_by(
         self, projection: Projection, shape: tuple[int, ...], window: Rectangle
@@ -106,32 +114,38 @@ class SourceTiles:
 
         The projection is in the world of the source.
         """
-        count = 2 * _PARTS + 1
-        places = _lattice(projection, shape, [window], count, 1)
-        center, radius = _caps(places)
-        near = np.flatnonzero(self._meet(center, radius + _steps(places).max(), slice(None))[0])
-        if not near.size:
-            return near
-        # Parts overlap by a place: a sliver beside a rim may hide between places.
-        padded = np.pad(places[0], ((1, 1), (1, 1), (0, 0)), mode="edge")
-        parts = np.stack(
-            [
-                padded[2 * i : 2 * i + 5, 2 * j : 2 * j + 5]
-                for i in range(_PARTS)
-                for j in range(_PARTS)
-            ]
-        )
-        center, radius = _caps(parts)
-        radius = radius + _steps(parts).max(axis=(1, 2))
-        return near[self._meet(center, radius, near).any(axis=0)]
+        return self.seen_by_each(projection, shape, [window])[0]
+
+    def seen_by_each(
+        self, projection: Projection, shape: tuple[int, ...], windows: Sequence[Rectangle]
+    ) -> list[NDArray[np.intp]]:
+        """Return the same for many windows, in a tenth of the time for each."""
+        found: list[NDArray[np.intp]] = [np.empty(0, np.intp)] * len(windows)
+        for group in _neighbors(windows):
+            places = _lattice(projection, shape, [windows[k] for k in group], 2 * _PARTS + 1, 1)
+            steps = _steps(places)
+            center, radius = _caps(places)
+            radius = radius + steps.max(axis=(1, 2))
+            middle, reach = _cap_of_caps(center, radius)
+            near = np.flatnonzero(self._meet(middle, reach, slice(None))[0])
+            if not near.size:
+                continue
+            met = self._meet(center, radius, near)
+            center, radius = _caps_of_parts(places, steps)
+            for k, number in enumerate(group):
+                some = near[met[k]]
+                if some.size:
+                    found[number] = some[self._meet(center[k], radius[k], some).any(axis=0)]
+        return found
 
     def _meet(self, center: Any, radius: Any, which: Any) -> NDArray[np.bool_]:
         """Tell which caps meet which tiles: whether both radii reach from center to center."""
-        radii = radius[:, None] + self._radius[None, which] + _ROUNDING
-        cosines = center @ self._center[which].T
-        met: NDArray[np.bool_] = cosines >= np.cos(np.minimum(radii, np.pi))
-        met |= radii >= np.pi
-        met &= np.isfinite(radii)
+        reach = np.minimum(radius, np.pi)[:, None]
+        cosine, sine = np.cos(reach), np.sin(reach)
+        # The cosine of the sum of the radii, below half a turn.
+        least = cosine * self._cosine[which] - sine * self._sine[which]
+        met: NDArray[np.bool_] = center @ self._center[which].T >= least
+        met |= cosine + self._cosine[which] <= 0.0
         return met
 
 
@@ -163,24 +177,109 @@ def _lattice(
     )
 
 
+def _caps_with_reach(
+    projection: Projection, shape: tuple[int, ...], parts: Sequence[Rectangle]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return center and radius of what lookups see that have a part in each tile."""
+    places = _lattice(projection, shape, parts, _PLACES, REACH)
+    center, radius = _caps(places)
+    # Beyond an edge of a face a lookup goes on elsewhere: as far as so many texels of the tile.
+    step = _steps(places).max(axis=(1, 2))
+    sides = np.array([[p.bottom - p.top, p.right - p.left] for p in parts])
+    texels = np.maximum((sides + 2 * REACH).min(axis=1) / (_PLACES - 1), 0.25)
+    return center, radius + step + 2.0 * REACH * step / texels
+
+
+def _neighbors(windows: Sequence[Rectangle]) -> list[NDArray[np.intp]]:
+    """Return the numbers of windows in groups of those that lie side by side."""
+    corners = np.array([[p.face or 0, p.top, p.left] for p in windows]).reshape(-1, 3)
+    block = np.stack([np.unique(side, return_inverse=True)[1] for side in corners.T])
+    block[1:] //= _GROUP
+    _, first = np.unique(block, axis=1, return_inverse=True)
+    first = first.reshape(-1)
+    order = np.argsort(first, kind="stable")
+    return [g for g in np.split(order, np.flatnonzero(np.diff(first[order])) + 1) if g.size]
+
+
 def _caps(places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return center and radius of caps that hold the directions of each lattice; NaN of none."""
     flat = places.reshape(len(places), -1, 3)
-    held: NDArray[np.bool_] = ~np.isnan(flat[..., :1])
-    center = np.where(held, flat, 0.0).sum(axis=1)
-    length = np.linalg.norm(center, axis=-1, keepdims=True)
-    # Directions all around have no middle; any serves.
-    center = np.where(length > 0.0, center / np.where(length > 0.0, length, 1.0), [0.0, 0.0, 1.0])
-    chord = np.linalg.norm(flat - center[:, None], axis=-1)
-    farthest = np.where(held[..., 0], chord, -1.0).max(axis=1)
-    radius = 2.0 * np.arcsin(np.clip(farthest / 2.0, -1.0, 1.0))
-    return center, np.where(farthest < 0.0, np.nan, radius)
+    held: NDArray[np.bool_] = ~np.isnan(flat[..., 0])
+    filled = flat if held.all() else np.where(held[..., None], flat, 0.0)
+    center = _unit(filled.sum(axis=1))
+    cosines = (filled @ center[:, :, None])[..., 0]
+    return center, _radius(np.where(held, cosines, _NONE).min(axis=1))
+
+
+def _cap_of_caps(
+    center: NDArray[np.float64], radius: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return center and radius of one cap that holds all others, but those whose radius is NaN."""
+    held = np.isfinite(radius)
+    if not held.any():
+        return center[:1], radius[:1]
+    middle = _unit(center[held].sum(axis=0, keepdims=True))
+    apart = np.arccos(np.clip(center[held] @ middle[0], -1.0, 1.0))
+    return middle, (apart + radius[held]).max(keepdims=True)
+
+
+def _caps_of_parts(
+    places: NDArray[np.float64], steps: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return center and radius of the caps of all parts of each lattice, with a step around."""
+    # Parts overlap by a place: a sliver beside a rim may hide between places.
+    # Components lie apart, which is three times as fast.
+    padded = np.pad(np.moveaxis(places, -1, 0), ((0, 0), (0, 0), (1, 1), (1, 1)), mode="edge")
+    side = 2 * _PARTS
+    held: NDArray[np.bool_] = ~np.isnan(padded[0])
+    everywhere = bool(held.all())
+    filled = padded if everywhere else np.where(held, padded, 0.0)
+    offsets = [
+        (slice(None), slice(i, i + side, 2), slice(j, j + side, 2))
+        for i in range(5)
+        for j in range(5)
+    ]
+    center = np.zeros((len(places), _PARTS, _PARTS, 3))
+    for at in offsets:
+        for c in range(3):
+            center[..., c] += filled[c][at]
+    center = _unit(center)
+    x, y, z = np.ascontiguousarray(np.moveaxis(center, -1, 0))
+    least = np.full(x.shape, _NONE)
+    for at in offsets:
+        cosines = filled[0][at] * x + filled[1][at] * y + filled[2][at] * z
+        np.minimum(least, cosines if everywhere else np.where(held[at], cosines, _NONE), out=least)
+    around = np.pad(steps, ((0, 0), (1, 1), (1, 1)))
+    farthest = np.zeros_like(least)
+    for at in offsets:
+        if at[1].start < 4 and at[2].start < 4:
+            np.maximum(farthest, around[at], out=farthest)
+    radius = _radius(least) + farthest
+    return center.reshape(len(places), -1, 3), radius.reshape(len(places), -1)
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return vectors with the length 1. Directions all around have no middle; any serves."""
+    length = np.sqrt(np.einsum("...c,...c", vectors, vectors))[..., None]
+    return np.where(length > 0.0, vectors / np.where(length > 0.0, length, 1.0), [0.0, 0.0, 1.0])
+
+
+def _radius(cosine: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the angle of a cosine; NaN where there was none."""
+    angle: NDArray[np.float64] = np.arccos(np.clip(cosine, -1.0, 1.0))
+    angle[cosine == _NONE] = np.nan
+    return angle
 
 
 def _steps(places: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how far neighbors lie apart, the larger of both ways; the last have none."""
-    down = np.linalg.norm(np.diff(places, axis=1)[:, :, :-1], axis=-1)
-    right = np.linalg.norm(np.diff(places, axis=2)[:, :-1], axis=-1)
-    chord = np.fmax(np.nan_to_num(down), np.nan_to_num(right))
-    steps: NDArray[np.float64] = 2.0 * np.arcsin(np.clip(chord / 2.0, 0.0, 1.0))
+    here = places[:, :-1, :-1]
+    squared = np.fmax(_squared(places[:, 1:, :-1] - here), _squared(places[:, :-1, 1:] - here))
+    steps: NDArray[np.float64] = 2.0 * np.arcsin(np.clip(np.sqrt(squared) / 2.0, 0.0, 1.0))
     return steps
+
+
+def _squared(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the squared length of vectors, 0 of what is NaN."""
+    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
+    return np.nan_to_num(x * x + y * y + z * z)

@@ -1,0 +1,228 @@
+"""One image in chunks into another."""
+
+from __future__ import annotations
+
+from itertools import pairwise, product
+from typing import TYPE_CHECKING, Any
+
+import dask.array as da
+import numpy as np
+from dask.base import tokenize
+from dask.highlevelgraph import HighLevelGraph
+
+from .._arrays import spatial_axes
+from ..map.images import expect_aspect, target_shape
+from ..map.named import resolve, resolve_pair
+from ..map.size import matching_size
+from ..resample.conversion import OF_CHAINS, Conversion
+from ..resample.seen import Rectangle, SourceTiles
+from .parts import Part
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .._arrays import Size
+    from .._names import ConvertFilter
+    from ..map.named import ProjectionLike, Worlds
+
+__all__ = ["convert"]
+
+Chunks = tuple[tuple[int, ...], ...]
+
+
+def convert(
+    image: da.Array,
+    /,
+    src: ProjectionLike,
+    dst: ProjectionLike,
+    *,
+    size: Size | None = None,
+    chunks: Any = "auto",
+    rotation: Any | None = None,
+    filter: ConvertFilter | str = "bilinear",
+    fill: float | Sequence[float] = 0.0,
+    skipna: bool = False,
+    antialias: bool = True,
+    alpha: int | None = None,
+    world: Worlds = "match",
+    any_aspect: bool = False,
+) -> da.Array:
+    """Turn an image in chunks from one projection into another.
+
+    Parameters
+    ----------
+    image : dask.array.Array, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
+        In chunks of any sizes. Chunks of channels are put together.
+    src, dst, size, rotation, filter, fill, skipna, antialias, alpha, world, any_aspect
+        As for `spheremap.convert`; one rotation.
+    chunks : int, tuple or str
+        The chunks of the result, as dask has them, without channels, which stay together:
+        ``512``, ``(512, 1024)``, ``"auto"``, ``"64 MiB"``, ``((300, 212), (512, 512))``. One
+        number, and what is automatic, takes faces one by one.
+
+    Returns
+    -------
+    image : dask.array.Array of the same dtype and channels
+        Computed, it has the bits of `spheremap.convert`, in any chunks and by any scheduler.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `spheremap.convert`, and for chunks that dask does not know; all at once, before
+        anything is computed.
+    NotImplementedError
+        For ``"trilinear"`` and ``"ewa"``: their mip chain is made of the whole image.
+
+    Notes
+    -----
+    A task depends on the chunks of the source that it sees: found on the sphere, never too few and
+    a few too many. It takes the memory of these chunks, once more in an array of which nothing
+    else is there, and of its result. With `alpha`, and with `skipna` where a chunk has what is not
+    finite, colors are weighted first, and that takes memory for the whole source.
+
+    Every task uses as many threads as `set_num_threads` says; where a worker runs one task a core,
+    let it say 1.
+
+    Examples
+    --------
+    >>> import dask.array as da, numpy as np, spheremap as sm, spheremap.dask
+    >>> rng = np.random.default_rng(0)
+    >>> panorama = rng.random((512, 1024, 3), np.float32)
+    >>> cube = spheremap.dask.convert(
+    ...     da.from_array(panorama, chunks=(128, 128, 3)), "latlong", "cube", size=256, chunks=128
+    ... )
+    >>> cube.shape, cube.numblocks
+    ((6, 256, 256, 3), (6, 2, 2, 1))
+    >>> whole = sm.convert(panorama, "latlong", "cube", size=256)
+    >>> bool((cube.compute() == whole).all())
+    True
+    """
+    if not isinstance(image, da.Array):
+        raise TypeError(
+            f"Expected `image` to be an array of dask, got {type(image).__name__}; "
+            "dask.array.from_array makes one."
+        )
+    if filter in OF_CHAINS:
+        raise NotImplementedError(
+            f"filter={filter!r} is not there for images in chunks: its mip chain is made of the "
+            "whole image. filter='area', or antialias=True, averages as well."
+        )
+    source, target = resolve(src), resolve(dst)
+    _expect_one(image, source)
+    expect_aspect(source, image.shape, any_aspect)
+    axes = spatial_axes(source)
+    source.shape(image.shape[:axes])
+    size = matching_size(image.shape, source, target) if size is None else size
+    shape = target_shape(target, size, any_aspect)
+    if image.ndim > axes:
+        image = image.rechunk({axes: -1})
+    source = resolve(source, rotation=rotation)
+    options = {
+        "filter": filter,
+        "fill": fill,
+        "skipna": skipna,
+        "antialias": antialias,
+        "alpha": alpha,
+        "world": world,
+        "any_aspect": True,
+    }
+    conversion = Conversion(
+        source, target, image.shape, image.dtype.newbyteorder("="), shape, options
+    )
+    meta = conversion.nothing()
+    channels = image.shape[axes:]
+    divided = _divided(chunks, shape, channels, meta.dtype)
+    target = resolve_pair(source, target, None, world)[1]
+    return _graph(image, conversion, target, divided, channels, meta)
+
+
+def _expect_one(image: da.Array, projection: Any) -> None:
+    """Raise for what is no image with chunks of known sizes."""
+    if any(np.isnan(length) for length in image.shape):
+        raise ValueError(
+            "Expected `image` to have chunks of known sizes; compute_chunk_sizes() finds them."
+        )
+    axes = spatial_axes(projection)
+    if image.ndim not in (axes, axes + 1):
+        raise ValueError(
+            f"Expected `image` to have {axes} axes, or {axes + 1} with channels, got shape "
+            f"{image.shape}; images of a batch are converted one by one."
+        )
+
+
+def _divided(
+    chunks: Any, shape: tuple[int, ...], channels: tuple[int, ...], dtype: np.dtype[Any]
+) -> Chunks:
+    """Return the lengths of chunks along each axis without channels."""
+    if not isinstance(chunks, tuple | list):
+        chunks = (*([1] if len(shape) == 3 else []), chunks, chunks)
+    if len(chunks) != len(shape):
+        raise ValueError(
+            f"Expected `chunks` to be one, or one for each axis of {shape}, got {chunks!r}."
+        )
+    whole = (*chunks, *(-1 for _ in channels))
+    known: Chunks = da.core.normalize_chunks(whole, (*shape, *channels), dtype=dtype)
+    return known[: len(shape)]
+
+
+def _graph(
+    image: da.Array,
+    conversion: Conversion,
+    target: Any,
+    divided: Chunks,
+    channels: tuple[int, ...],
+    meta: Any,
+) -> da.Array:
+    """Return the result: a task for each of its chunks, with the chunks that it sees."""
+    axes = image.ndim - len(channels)
+    places = [
+        tuple(slice(a, b) for a, b in place) for place in product(*map(_ranges, image.chunks))
+    ]
+    keys = [(image.name, *index) for index in np.ndindex(*image.numblocks)]
+    # A chunk of several faces is a tile on each.
+    parts, owners = [], []
+    for number, place in enumerate(places):
+        for rectangle in _rectangles(place[:axes]):
+            parts.append(rectangle)
+            owners.append(number)
+    owner = np.array(owners, np.intp)
+    source = SourceTiles(conversion.src, conversion.shape[:axes], parts)
+
+    windows, block = [], []
+    blocks = list(np.ndindex(*map(len, divided)))
+    for number, ranges in enumerate(product(*map(_ranges, divided))):
+        for rectangle in _rectangles(tuple(slice(a, b) for a, b in ranges)):
+            windows.append(rectangle)
+            block.append(number)
+    needs: list[set[int]] = [set() for _ in blocks]
+    seen = source.seen_by_each(target, conversion.size, windows)
+    for number, tiles in zip(block, seen, strict=True):
+        needs[number].update(owner[tiles].tolist())
+    held: list[list[Rectangle]] = [[] for _ in blocks]
+    for number, window in zip(block, windows, strict=True):
+        held[number].append(window)
+
+    name = f"spheremap-convert-{tokenize(image.name, conversion, divided)}"
+    end = (0,) * len(channels)
+    tasks = {}
+    for index, needed, faces in zip(blocks, needs, held, strict=True):
+        some = sorted(needed)
+        part = Part(conversion, tuple(faces), tuple(places[k] for k in some))
+        tasks[(name, *index, *end)] = (part, [keys[k] for k in some])
+    graph = HighLevelGraph.from_collections(name, tasks, dependencies=[image])
+    whole = (*divided, *((length,) for length in channels))
+    return da.Array(graph, name, whole, meta=meta)
+
+
+def _ranges(lengths: Sequence[int]) -> list[tuple[int, int]]:
+    """Return where each chunk begins and ends."""
+    return list(pairwise(np.cumsum([0, *lengths]).tolist()))
+
+
+def _rectangles(place: tuple[slice, ...]) -> list[Rectangle]:
+    """Return the rectangles of a chunk, one for each face."""
+    *faces, rows, columns = place
+    return [
+        Rectangle(rows.start, rows.stop, columns.start, columns.stop, face)
+        for face in (range(faces[0].start, faces[0].stop) if faces else [None])
+    ]

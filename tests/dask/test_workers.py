@@ -1,0 +1,45 @@
+"""A cluster: workers in processes of their own, one of which is killed."""
+
+import os
+import signal
+
+import numpy as np
+import pytest
+import spheremap as sm
+
+pytestmark = [
+    pytest.mark.slow,
+    # Connections to a worker that was killed are closed when they are collected.
+    pytest.mark.filterwarnings("ignore"),
+]
+
+
+def test_a_worker_that_is_killed_changes_no_bit():
+    distributed = pytest.importorskip("distributed")
+    import dask.array as da
+    import spheremap.dask as smd
+
+    rng = np.random.default_rng(3)
+    image = rng.random((512, 1024, 3)).astype(np.float32)
+    whole = sm.convert(image, "latlong", "cube", size=256, filter="lanczos3")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        workers = client.run(os.getpid)
+        parts = smd.convert(
+            da.from_array(image, chunks=128),
+            "latlong",
+            "cube",
+            size=256,
+            chunks=32,
+            filter="lanczos3",
+        )
+        future = client.compute(parts)
+        done = client.compute(parts[0, :32, :32])
+        done.result(timeout=60)
+        os.kill(next(iter(workers.values())), signal.SIGKILL)
+        found = future.result(timeout=120)
+    np.testing.assert_array_equal(found, whole)

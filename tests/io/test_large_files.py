@@ -1,0 +1,152 @@
+"""Files larger than memory: the bits of the whole, from its parts."""
+
+import os
+
+import numpy as np
+import pytest
+import spheremap as sm
+from spheremap.io import large
+
+rng = np.random.default_rng(17)
+
+CROSS = sm.projection("cube", layout="cross")
+
+
+@pytest.fixture(autouse=True)
+def little_memory(monkeypatch):
+    """Images of a test are small: so are tiles, parts and what there is."""
+    monkeypatch.setattr(large, "_TILE", (16, 32))
+    monkeypatch.setattr(large, "_CACHED", 16)
+    monkeypatch.setattr(large, "_MOST", 40)
+    monkeypatch.setattr(large, "_LEAST_MEMORY", 0)
+    monkeypatch.setattr(large, "_KEPT", 1)
+
+
+def stored(folder, extension, height=96):
+    """Return an image file, and what it holds."""
+    image = rng.random((height, 2 * height, 3)).astype(np.float32)
+    if extension == ".png":
+        image = (image * 255).astype(np.uint8)
+    sm.io.write(folder / f"in{extension}", image)
+    return folder / f"in{extension}", sm.io.read(folder / f"in{extension}")
+
+
+@pytest.mark.parametrize(
+    ("read", "written", "dst", "options"),
+    [
+        (".exr", ".exr", CROSS, {"rotation": sm.rotation(30, 40, 50)}),
+        (".tif", ".exr", "angular", {"filter": "lanczos3", "fill": 2.0}),
+        (".png", ".png", "octahedral", {"filter": "nearest"}),
+        (".png", ".tif", "latlong:blender", {"world": "literal"}),
+        (".png", ".exr", "cube:openexr", {"antialias": False}),
+    ],
+)
+def test_a_file_has_the_bits_of_the_whole(tmp_path, read, written, dst, options):
+    source, image = stored(tmp_path, read)
+    target, whole = tmp_path / f"out{written}", tmp_path / f"whole{written}"
+    sm.io.convert_file(source, target, "latlong", dst, memory=4 << 20, **options)
+    sm.io.write(whole, sm.convert(image, "latlong", dst, **options))
+    np.testing.assert_array_equal(sm.io.read(target), sm.io.read(whole))
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(
+        [source.name, target.name, whole.name]
+    )
+
+
+def test_little_memory_makes_smaller_parts_and_too_little_is_an_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(large, "_TILE", (8, 16))
+    source, image = stored(tmp_path, ".exr", height=192)
+    target = tmp_path / "out.exr"
+    # Rows of tiles, each with a page, are 20 MiB; half of this is for what a part sees.
+    sm.io.convert_file(source, target, "latlong", CROSS, size=32, memory=6 << 20)
+    whole = sm.convert(image, "latlong", CROSS, size=32)
+    np.testing.assert_array_equal(sm.io.read(target), whole)
+    target.unlink()
+    with pytest.raises(ValueError, match="memory"):
+        sm.io.convert_file(source, target, "latlong", CROSS, size=32, memory=1 << 16)
+    assert [p.name for p in tmp_path.iterdir()] == [source.name]
+
+
+READ = large._Reader.read
+
+
+def cut_off(monkeypatch, after):
+    """Let a conversion fail after so many tiles of the source, and count them."""
+    count = [0]
+
+    def counted(self, part):
+        count[0] += 1
+        if count[0] > after:
+            raise KeyboardInterrupt
+        return READ(self, part)
+
+    monkeypatch.setattr(large._Reader, "read", counted)
+    return count
+
+
+@pytest.mark.parametrize("resume", [True, False])
+def test_what_was_cut_off_goes_on(tmp_path, monkeypatch, resume):
+    source, image = stored(tmp_path, ".exr")
+    target = tmp_path / "out.exr"
+    options = {"size": 48, "memory": 8 << 20, "resume": resume}
+    whole = cut_off(monkeypatch, 10**9)
+    sm.io.convert_file(source, target, "latlong", CROSS, **options)
+    target.unlink()
+    cut_off(monkeypatch, whole[0] // 2)
+    with pytest.raises(KeyboardInterrupt):
+        sm.io.convert_file(source, target, "latlong", CROSS, **options)
+    assert not target.exists()
+    assert len(list(tmp_path.iterdir())) == 1 + resume
+    rest = cut_off(monkeypatch, 10**9)
+    sm.io.convert_file(source, target, "latlong", CROSS, **options)
+    assert (rest[0] < whole[0]) == resume
+    expected = sm.convert(image, "latlong", CROSS, size=48)
+    np.testing.assert_array_equal(sm.io.read(target), expected)
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "said"),
+    [
+        ({"dst": "cube"}, ValueError, "layout"),
+        ({"src": "angular"}, ValueError, "as wide as high"),
+        ({"filter": "ewa"}, NotImplementedError, "mip chain"),
+        ({"filter": "linear"}, ValueError, "linear"),
+        ({"memory": 1.5}, TypeError, "memory"),
+        ({"target": "out.jpg"}, ValueError, "tonemap"),
+        ({"target": "out.xyz"}, OSError, "unknown format"),
+        ({"source": "none.exr"}, FileNotFoundError, "no such file"),
+        ({"compression": "best"}, ValueError, "compression"),
+    ],
+)
+def test_errors_come_before_the_work(tmp_path, change, error, said):
+    source, _ = stored(tmp_path, ".exr")
+    given = {"source": source, "target": "out.exr", "src": "latlong", "dst": CROSS} | change
+    places = tmp_path / given.pop("source"), tmp_path / given.pop("target")
+    with pytest.raises(error, match=said):
+        sm.io.convert_file(*places, given.pop("src"), given.pop("dst"), **given)
+    assert [p.name for p in tmp_path.iterdir()] == [os.path.basename(source)]
+
+
+def test_what_is_turned_or_placed_is_an_error(tmp_path):
+    oiio = pytest.importorskip("OpenImageIO")
+    spec = oiio.ImageSpec(8, 4, 3, "uint8")
+    spec.attribute("Orientation", 6)
+    place = str(tmp_path / "turned.tif")
+    sink = oiio.ImageOutput.create(place)
+    sink.open(place, spec)
+    sink.write_image(np.zeros((4, 8, 3), np.uint8))
+    sink.close()
+    with pytest.raises(ValueError, match="turned"):
+        sm.io.convert_file(place, tmp_path / "a.tif", "latlong", "octahedral")
+
+
+@pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="no room can be set aside")
+def test_a_disk_without_room_is_an_error_before_the_work(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    source, _ = stored(tmp_path, ".exr")
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(OSError, match="no room"):
+        sm.io.convert_file(source, tmp_path / "out.exr", "latlong", CROSS, memory=8 << 20)
+    assert [p.name for p in tmp_path.iterdir()] == [source.name]

@@ -1,0 +1,125 @@
+"""Images with names: what they say, what becomes of it, and what files keep."""
+
+import subprocess
+import sys
+
+import dask.array as da
+import numpy as np
+import pytest
+import spheremap as sm
+import spheremap.xarray
+import xarray as xr
+
+rng = np.random.default_rng(8)
+texels = rng.random((16, 32, 3)).astype(np.float32)
+
+
+def sky(data=texels):
+    coords = {"band": ["red", "green", "blue"], "band_width": ("band", [1, 2, 3]), "day": 7}
+    return xr.DataArray(
+        data, dims=("y", "x", "band"), coords=coords, name="sky", attrs={"units": "W"}
+    ).sphere.assign("latlong:blender")
+
+
+def test_a_conversion_is_that_of_the_array():
+    options = {"size": 8, "rotation": sm.rotation(20), "filter": "lanczos3"}
+    cube = sky().sphere.convert("cube:unity", **options)
+    np.testing.assert_array_equal(
+        cube.values, sm.convert(texels, "latlong:blender", "cube:unity", **options)
+    )
+    assert cube.dims == ("face", "v", "u", "band")
+    assert cube.name == "sky" and cube.attrs["units"] == "W"
+    assert cube.attrs["projection"] == "cube" and cube.attrs["convention"] == "unity"
+    assert cube.band.values.tolist() == ["red", "green", "blue"] and cube.day == 7
+    assert cube.band_width.values.tolist() == [1, 2, 3]
+
+
+def test_coordinates_are_those_of_texels():
+    image = sky().sphere.convert("octahedral", size=9)
+    d = sm.directions("octahedral", 9)
+    u, v = np.meshgrid(image.u, image.v)
+    # Two roundings of a coordinate.
+    np.testing.assert_allclose(sm.decode(np.stack([u, v], -1), "octahedral"), d, atol=1e-15)
+
+
+def test_own_coordinates_stay():
+    image = xr.DataArray(texels[..., 0], dims=("lat", "lon"), coords={"lat": np.arange(16)})
+    said = image.sphere.assign("latlong")
+    assert said.lat.values.tolist() == list(range(16))
+    assert said.lon.values.tolist() == ((np.arange(32) + 0.5) / 32).tolist()
+    assert "projection" not in image.attrs
+
+
+POSED = sm.projection("perspective", fov=70.5, aspect=2).turned(sm.rotation(10, 20, 30))
+
+
+@pytest.mark.parametrize(
+    "p",
+    ["cube:filament", "latlong:openexr", "healpix", POSED, sm.projection("cube", axes="+z -x +y")],
+)
+def test_attributes_say_the_projection(p):
+    p = sm.projection(p) if isinstance(p, str) else p
+    image = xr.DataArray(np.zeros(p.shape(16)), attrs={"pose": [1.0], "layout": "cross"})
+    assert image.sphere.assign(p).sphere.projection == p
+
+
+def test_arrays_in_chunks_stay_in_chunks():
+    lazy = sky(da.from_array(texels, chunks=5)).sphere.convert("cube", size=8, chunks=3)
+    assert lazy.chunks[1] == (3, 3, 2)
+    np.testing.assert_array_equal(
+        lazy.compute(scheduler="synchronous"), sky().sphere.convert("cube", size=8)
+    )
+
+
+# zarr warns of names that no other program reads, and of its own plans.
+@pytest.mark.filterwarnings("ignore::Warning")
+@pytest.mark.parametrize("p", ["cube:unreal", POSED], ids=str)
+def test_zarr_keeps_it(tmp_path, p):
+    pytest.importorskip("zarr")
+    sky().sphere.convert(p, size=(12, 24) if p is POSED else 8).to_zarr(tmp_path / "sky.zarr")
+    read = xr.open_zarr(tmp_path / "sky.zarr", chunks={})["sky"]
+    assert read.chunks is not None
+    assert read.sphere.projection == (p if p is POSED else sm.projection(p))
+    back = read.sphere.convert("latlong", size=8, chunks=5)
+    back.to_zarr(tmp_path / "back.zarr")
+    found = xr.open_zarr(tmp_path / "back.zarr", chunks=None)["sky"]
+    expected = sky().sphere.convert(p, size=(12, 24) if p is POSED else 8)
+    np.testing.assert_array_equal(found, expected.sphere.convert("latlong", size=8))
+    xr.testing.assert_identical(found.u, expected.sphere.convert("latlong", size=8).u)
+
+
+def test_errors_say_what_to_do():
+    bare = xr.DataArray(texels)
+    with pytest.raises(ValueError, match="assign"):
+        bare.sphere.convert("cube")
+    with pytest.raises(ValueError, match="twice as wide"):
+        xr.DataArray(texels[:, :9]).sphere.assign("latlong")
+    with pytest.raises(ValueError, match="isel"):
+        xr.DataArray(texels[None, None]).sphere.assign("latlong")
+    with pytest.raises(ValueError, match="octahedral"):
+        bare.sphere.assign("octahedrel")
+
+
+def test_xarray_is_imported_by_its_own_module_alone():
+    everything = (
+        "import sys; sys.modules['xarray'] = None; import spheremap as sm\n"
+        "for name in sm.__all__: getattr(sm, name)\n"
+        "try: import spheremap.xarray\n"
+        "except ImportError as error: print(error.name, error)"
+    )
+    command = [sys.executable, "-c", everything]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == (
+        "xarray `spheremap.xarray` needs xarray: pip install spheremap[xarray]"
+    )
+
+
+def test_an_array_of_numpy_needs_no_dask():
+    code = (
+        "import sys; sys.modules['dask'] = None; import numpy as np, xarray as xr\n"
+        "import spheremap.xarray\n"
+        "a = xr.DataArray(np.ones((8, 16))).sphere.assign('latlong')\n"
+        "print(float(a.sphere.convert('cube', size=4).min()))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "1.0"

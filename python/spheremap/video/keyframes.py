@@ -145,7 +145,7 @@ def read_keyframes(path: str | os.PathLike[str], /) -> Keyframes:
     """
     name = as_path(path)
     if not Path(name).exists():
-        raise FileNotFoundError(f"no file {name!r}")
+        raise FileNotFoundError(f"no such file: {name!r}")
     try:
         text = Path(name).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:

@@ -43,7 +43,7 @@ def opened(path: object) -> InputContainer:
     name = as_path(path)
     place = Path(os.path.realpath(name))
     if not place.exists():
-        raise FileNotFoundError(f"no file {name!r}")
+        raise FileNotFoundError(f"no such file: {name!r}")
     if place.is_dir():
         raise IsADirectoryError(f"cannot read {name!r}: it is a folder")
     with reading(name):

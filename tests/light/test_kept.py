@@ -117,6 +117,7 @@ def test_a_texel_across_the_rim_repeats_its_owner():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("a", NAMES)
-def test_every_pair(a):
-    for k, b in enumerate(NAMES):
+def test_many_pairs(a):
+    # A third of the others: each map is met as a source and as a target.
+    for k, b in list(enumerate(NAMES))[NAMES.index(a) % 3 :: 3]:
         check(sm.projection(a), 9 + k % 4, sm.projection(b), 8 + k % 5, k, turned=bool(k % 2))

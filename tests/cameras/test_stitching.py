@@ -390,7 +390,7 @@ LENS = np.zeros((8, 8, 3), np.uint8)
         (
             [LENS, LENS],
             "dual_fisheye(fov=200)",
-            {"blend": "bands"},
+            {"blend": "poisson"},
             "'feather', 'bands' or 'nearest'",
         ),
         (LENS[0, 0], "dual_fisheye(fov=200)", {}, "one raw picture"),

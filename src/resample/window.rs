@@ -141,10 +141,10 @@ mod tests {
         fn a_window_is_a_part_of_the_whole(
             (map, shape) in prop::sample::select(vec![
                 ("cube", vec![6, 100, 100]),
-                ("cube(layout=cross)", vec![300, 400]),
+                ("cube:filament", vec![300, 400]),
                 ("angular", vec![230, 230]),
                 ("latlong", vec![150, 300]),
-                ("dual_fisheye", vec![120, 240]),
+                ("dual_fisheye", vec![2, 120, 120]),
             ]),
             filter in prop::sample::select(vec![Filter::Bilinear, Filter::Lanczos3, Filter::Ewa, Filter::Area]),
             ends in prop::array::uniform4(0.0..1.0),

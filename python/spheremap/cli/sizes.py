@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import re
-
 import spheremap as sm
 from spheremap.cli import files
+from spheremap.cli.lengths import texels
 from spheremap.cli.terminal import UsageError
-
-_SIZE = re.compile(r"(\d+)(k?)", re.IGNORECASE)
 
 
 def wanted(
@@ -26,12 +23,3 @@ def wanted(
     if name == "--height":
         return files.size_of_height(dst, number)
     return files.size_of_width(dst, number) if name == "--width" else number
-
-
-def texels(option: str, text: str) -> int:
-    """Return 512 of "512" and 4096 of "4k"."""
-    found = _SIZE.fullmatch(text)
-    number = int(found[1]) * (1024 if found[2] else 1) if found else 0
-    if number < 1:
-        raise UsageError(f"{option} is a number of texels, as 512 or 4k; got {text!r}")
-    return number

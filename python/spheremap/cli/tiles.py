@@ -13,7 +13,7 @@ import typer
 import spheremap as sm
 from spheremap import io
 from spheremap._names import ConvertFilter
-from spheremap.cli import files, picture, sizes
+from spheremap.cli import files, lengths, picture
 from spheremap.cli.options import AnyAspect, ColorSpace, FromGuess, Part, World, finite
 from spheremap.cli.picture import Picture
 from spheremap.cli.terminal import (
@@ -125,7 +125,7 @@ def tiles(
                 src,
                 folder,
                 format=format,
-                size=sizes.texels("--size", size) if size else None,
+                size=lengths.texels("--size", size) if size else None,
                 tile_size=tile_size,
                 extension=extension,
                 quality=quality,

@@ -102,9 +102,8 @@ def convert_file(
     ------
     OSError, ValueError, TypeError, ImportError
         As for `read`, `spheremap.convert` and `write`; for a source that is turned or placed by its
-        header; and for too little memory, which the message says.
-    NotImplementedError
-        For ``"trilinear"`` and ``"ewa"``, whose mip chain is made of the whole image.
+        header; for ``"trilinear"`` and ``"ewa"``, whose mip chain is made of the whole image; and
+        for too little memory, which the message says.
 
     Notes
     -----
@@ -130,9 +129,9 @@ def convert_file(
     (96, 128)
     """
     if filter in OF_CHAINS:
-        raise NotImplementedError(
-            f"filter={filter!r} is not there for files in parts: its mip chain is made of the "
-            "whole image. filter='area', or antialias=True, averages as well."
+        raise ValueError(
+            f"Expected another `filter` for files in parts, got {filter!r}, whose mip chain is "
+            "made of the whole image: filter='area', or antialias=True, averages as well."
         )
     memory, keep = as_whole(memory, "memory"), as_flag(resume, "resume")
     if memory < _LEAST_MEMORY:

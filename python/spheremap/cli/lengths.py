@@ -1,0 +1,18 @@
+"""Numbers of texels as people write them."""
+
+from __future__ import annotations
+
+import re
+
+from spheremap.cli.terminal import UsageError
+
+_LENGTH = re.compile(r"(\d+)(k?)", re.IGNORECASE)
+
+
+def texels(option: str, text: str) -> int:
+    """Return 512 of "512" and 4096 of "4k"."""
+    found = _LENGTH.fullmatch(text)
+    number = int(found[1]) * (1024 if found[2] else 1) if found else 0
+    if number < 1:
+        raise UsageError(f"{option} is a number of texels, as 512 or 4k; got {text!r}")
+    return number

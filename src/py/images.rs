@@ -8,6 +8,7 @@ use super::stopping::stoppable;
 use crate::image::ImageView;
 use crate::image::raster::tuple;
 use crate::image::texel::Texel;
+use crate::kernel::memory::expect_room;
 use crate::map::Map;
 use crate::resample;
 use crate::resample::Sampler;
@@ -114,6 +115,8 @@ pub fn fill(fill: Option<&Bound<'_, PyAny>>) -> PyResult<Fill> {
     if let Ok(value) = fill.extract::<f64>() {
         return Ok(value.into());
     }
+    // Whoever reads a sequence makes room for all that it says it holds.
+    expect_room::<f64>(fill.len().unwrap_or(0))?;
     let values = fill.extract::<Vec<f64>>().map_err(|_| {
         PyTypeError::new_err("Expected `fill` to be a number or one number a channel.")
     })?;

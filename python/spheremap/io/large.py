@@ -19,7 +19,7 @@ import numpy as np
 
 from .._arrays import spatial_axes
 from .._progress import done
-from .._scalars import as_flag, as_whole
+from .._scalars import as_flag, as_text, as_whole
 from ..map.images import expect_aspect, target_shape
 from ..map.named import resolve, resolve_pair
 from ..map.size import matching_size
@@ -128,7 +128,7 @@ def convert_file(
     >>> made.height, made.width
     (96, 128)
     """
-    if filter in OF_CHAINS:
+    if as_text(filter, "filter") in OF_CHAINS:
         raise ValueError(
             f"Expected another `filter` for files in parts, got {filter!r}, whose mip chain is "
             "made of the whole image: filter='area', or antialias=True, averages as well."

@@ -80,8 +80,9 @@ def _owners(total: NDArray[Any], count: int, layer: Layer) -> NDArray[np.int32]:
     owner = np.zeros(total.shape[:-1], np.int32)
     layer(0, total)
     best = total[..., -1].copy()
+    more = np.empty_like(total) if count > 1 else total
     for k in range(1, count):
-        weighted = layer(k, np.empty_like(total))
+        weighted = layer(k, more)
         better = weighted[..., -1] > best
         owner[better] = k
         np.copyto(best, weighted[..., -1], where=better)

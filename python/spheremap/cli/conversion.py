@@ -12,7 +12,7 @@ import numpy as np
 
 import spheremap as sm
 from spheremap import io
-from spheremap.cli import files, picture, targets
+from spheremap.cli import existing, files, picture, targets
 from spheremap.cli.picture import Picture
 from spheremap.cli.steps import Step
 from spheremap.cli.terminal import UsageError, tell_worlds
@@ -127,9 +127,7 @@ def _depth(image: Picture, suffix: str, options: Options) -> str:
 def refuse_existing(places: list[Path], options: Options) -> None:
     """Raise where a file would be replaced that is to stay."""
     if options.no_clobber:
-        for place in [*places, *([options.preview] if options.preview else [])]:
-            if place.exists():
-                raise FileExistsError(f"{str(place)!r} is there, and --no-clobber keeps it")
+        existing.refuse_existing([*places, *([options.preview] if options.preview else [])])
 
 
 def _loaded(source: Path, options: Options) -> tuple[Picture, sm.Projection, list[str]]:
@@ -147,20 +145,28 @@ def _loaded(source: Path, options: Options) -> tuple[Picture, sm.Projection, lis
         image = replace(parts[0], pixels=np.concatenate([part.pixels for part in parts]))
         return _chosen(image, options), src, []
     image = load(source)
+    src, assumed = map_of_file(source, image.projection, image.pixels.shape, options)
+    return _chosen(image, options), src, assumed
+
+
+def map_of_file(
+    source: Path, said: str | None, shape: tuple[int, ...], options: Options
+) -> tuple[sm.Projection, list[str]]:
+    """Return the projection of a file that says so or not, and what was taken for granted."""
     name, assumed = options.from_, []
     if name is None:
-        if image.projection is None:
+        if said is None:
             raise UsageError(f"--from is needed: {str(source)!r} does not say its projection")
-        name = image.projection
+        name = said
         assumed = [f"{source}: taken as {name}, as it says"]
     src = files.of_file(
         name,
         options.from_layout,
-        *image.pixels.shape[:2],
+        *shape[:2],
         any_aspect=options.any_aspect,
         advice="--any-aspect takes it as it is",
     )
-    return _chosen(image, options), src, assumed
+    return src, assumed
 
 
 def _chosen(image: Picture, options: Options) -> Picture:

@@ -9,11 +9,25 @@ from typing import Annotated, Literal
 import typer
 
 from spheremap import io
-from spheremap._names import ConvertFilter
 from spheremap.cli import files, sizes, targets
 from spheremap.cli.conversion import Options, convert_file
 from spheremap.cli.large import IDLE, as_bytes, convert_large
-from spheremap.cli.options import AnyAspect, ColorSpace, Part, World, as_options, finite
+from spheremap.cli.options import (
+    AnyAspect,
+    ColorSpace,
+    FromSaid,
+    Height,
+    Lookup,
+    NoClobber,
+    OneLookup,
+    Part,
+    Rotation,
+    Size,
+    Width,
+    World,
+    as_options,
+    finite,
+)
 from spheremap.cli.terminal import (
     UsageError,
     as_usage,
@@ -35,10 +49,7 @@ def convert(
         ),
     ],
     to: Annotated[str, typer.Option("--to", metavar="NAME", help="Projection of OUT.")],
-    from_: Annotated[
-        str | None,
-        typer.Option("--from", metavar="NAME", help="Projection of IN. [default: what IN says]"),
-    ] = None,
+    from_: FromSaid = None,
     output: Annotated[
         str | None,
         typer.Option(
@@ -51,13 +62,9 @@ def convert(
     format: Annotated[
         str | None, typer.Option("--format", metavar="NAME", help="Of standard output, as exr.")
     ] = None,
-    height: Annotated[
-        str | None, typer.Option(metavar="N", help="Rows of OUT, as 1024 or 1k. [by default as IN]")
-    ] = None,
-    width: Annotated[str | None, typer.Option(metavar="N", help="Columns of OUT, as 4k.")] = None,
-    size: Annotated[
-        str | None, typer.Option(metavar="N", help="Height of a latlong, side of a square or face.")
-    ] = None,
+    height: Height = None,
+    width: Width = None,
+    size: Size = None,
     layout: Annotated[
         str | None,
         typer.Option(
@@ -74,27 +81,14 @@ def convert(
         Literal["px", "posx", "0"],
         typer.Option(help="How {face} is written: px nx py ..., posx negx ..., or 0 1 2 ..."),
     ] = "px",
-    rotate: Annotated[
-        tuple[float, float, float],
-        typer.Option(
-            "--rotation",
-            metavar="YAW PITCH ROLL",
-            help="Turn the content about +y, +x and +z of IN's world, in degrees.",
-            show_default=False,
-        ),
-    ] = (0.0, 0.0, 0.0),
+    rotate: Rotation = (0.0, 0.0, 0.0),
     world: World = "match",
     face_sun: Annotated[
         bool, typer.Option("--face-sun", help="Turn the sun to the center of OUT.")
     ] = False,
-    filter: Annotated[ConvertFilter, typer.Option(help="The lookup.")] = "bilinear",
+    filter: Lookup = "bilinear",
     fill: Annotated[float, typer.Option(metavar="X", help="Value where nothing is known.")] = 0.0,
-    alias: Annotated[
-        bool,
-        typer.Option(
-            "--no-antialias", help="One lookup a texel, also where OUT is coarser than IN."
-        ),
-    ] = False,
+    alias: OneLookup = False,
     alpha: Annotated[
         int | None,
         typer.Option(
@@ -138,9 +132,7 @@ def convert(
     ] = False,
     part: Part = None,
     any_aspect: AnyAspect = False,
-    no_clobber: Annotated[
-        bool, typer.Option("--no-clobber", help="Replace no file that is there.")
-    ] = False,
+    no_clobber: NoClobber = False,
     memory: Annotated[
         str | None,
         typer.Option(

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import spheremap as sm
 from spheremap import io
 from spheremap.cli import files, targets
-from spheremap.cli.conversion import Options, refuse_existing
+from spheremap.cli.conversion import Options, map_of_file, refuse_existing
 from spheremap.cli.steps import Step
 from spheremap.cli.terminal import UsageError, tell_worlds
 from spheremap.io.images import STORED
-from spheremap.resample.conversion import OF_CHAINS
+from spheremap.resample.conversion import needs_chain
 
 if TYPE_CHECKING:
     from spheremap.io import Header
@@ -44,25 +44,12 @@ def convert_large(
     """Convert a file and return what there is to say of it."""
     if stdout or targets.has_faces(out) or targets.has_faces(source):
         raise UsageError("--memory is for one file into one file")
-    if options.filter in OF_CHAINS:
+    if needs_chain(options.filter):
         raise UsageError(f"--memory has no --filter {options.filter}, which needs all at once")
     refuse_existing([out], options)
     head = io.header(source, part=options.part)
     _expect_kept(source, out, head)
-    name, assumed = options.from_, []
-    if name is None:
-        if head.projection is None:
-            raise UsageError(f"--from is needed: {str(source)!r} does not say its projection")
-        name = head.projection
-        assumed = [f"{source}: taken as {name}, as it says"]
-    src = files.of_file(
-        name,
-        options.from_layout,
-        head.height,
-        head.width,
-        any_aspect=options.any_aspect,
-        advice="--any-aspect takes it as it is",
-    )
+    src, assumed = map_of_file(source, head.projection, (head.height, head.width), options)
     step(f"converting {source.name}: {files.described(src)} to {files.described(options.dst)}")
     tell_worlds(src, options.dst, options.world)
     start = time.perf_counter()

@@ -9,6 +9,8 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from spheremap._names import ConvertFilter
+
 World = Annotated[
     Literal["match", "literal"],
     typer.Option(help="Keep up, ahead and right where the programs' worlds differ; or (x, y, z)."),
@@ -22,6 +24,32 @@ FromGuess = Annotated[
         show_default=False,
     ),
 ]
+FromSaid = Annotated[
+    str | None,
+    typer.Option("--from", metavar="NAME", help="Projection of IN. [default: what IN says]"),
+]
+Height = Annotated[
+    str | None, typer.Option(metavar="N", help="Rows of OUT, as 1024 or 1k. [by default as IN]")
+]
+Width = Annotated[str | None, typer.Option(metavar="N", help="Columns of OUT, as 4k.")]
+Size = Annotated[
+    str | None, typer.Option(metavar="N", help="Height of a latlong, side of a square or face.")
+]
+Rotation = Annotated[
+    tuple[float, float, float],
+    typer.Option(
+        "--rotation",
+        metavar="YAW PITCH ROLL",
+        help="Turn the content about +y, +x and +z of IN's world, in degrees.",
+        show_default=False,
+    ),
+]
+Lookup = Annotated[ConvertFilter, typer.Option(help="The lookup.")]
+OneLookup = Annotated[
+    bool,
+    typer.Option("--no-antialias", help="One lookup a texel, also where OUT is coarser than IN."),
+]
+NoClobber = Annotated[bool, typer.Option("--no-clobber", help="Replace no file that is there.")]
 Part = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Which image of a file of several, or its number."),

@@ -12,9 +12,18 @@ import typer
 
 import spheremap as sm
 from spheremap import io
-from spheremap._names import ConvertFilter
 from spheremap.cli import files, lengths, picture
-from spheremap.cli.options import AnyAspect, ColorSpace, FromGuess, Part, World, finite
+from spheremap.cli.options import (
+    AnyAspect,
+    ColorSpace,
+    FromGuess,
+    Lookup,
+    Part,
+    Rotation,
+    World,
+    finite,
+)
+from spheremap.cli.pairs import named_values
 from spheremap.cli.picture import Picture
 from spheremap.cli.terminal import (
     UsageError,
@@ -54,16 +63,8 @@ def tiles(
         Extension, typer.Option(help="Of the tiles; fits, of hips alone, keeps the numbers.")
     ] = "jpg",
     quality: Annotated[int, typer.Option(metavar="N", min=1, max=100, help="Of .jpg.")] = 90,
-    filter: Annotated[ConvertFilter, typer.Option(help="The lookup.")] = "bilinear",
-    rotate: Annotated[
-        tuple[float, float, float],
-        typer.Option(
-            "--rotation",
-            metavar="YAW PITCH ROLL",
-            help="Turn the content about +y, +x and +z of IN's world, in degrees.",
-            show_default=False,
-        ),
-    ] = (0.0, 0.0, 0.0),
+    filter: Lookup = "bilinear",
+    rotate: Rotation = (0.0, 0.0, 0.0),
     world: World = "match",
     curve: Annotated[
         Curve, typer.Option("--tonemap", help="How light becomes 8 bits; none cuts at 1.")
@@ -136,7 +137,7 @@ def tiles(
                 exposure=exposure,
                 title=source.stem if title is None else title,
                 frame=frame,
-                properties=_lines(properties or []),
+                properties=named_values("--property", properties, "obs_title=Sky"),
                 page=not no_page,
                 # It was held to its aspect when it was read.
                 any_aspect=True,
@@ -175,16 +176,6 @@ def _read(
         light = io.to_linear(loaded.pixels, color_space=loaded.color_space)
         loaded = replace(loaded, pixels=light, color_space=picture.LINEAR)
     return picture.without_alpha(loaded), src
-
-
-def _lines(given: list[str]) -> dict[str, str]:
-    out = {}
-    for line in given:
-        name, sign, value = line.partition("=")
-        if not sign or not name.strip():
-            raise UsageError(f"--property is NAME=VALUE, got {line!r}")
-        out[name.strip()] = value.strip()
-    return out
 
 
 def _tell_cut(pixels: NDArray[Any], exposure: float) -> None:

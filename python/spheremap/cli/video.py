@@ -9,9 +9,20 @@ from typing import Annotated, Any, Literal
 import typer
 
 import spheremap as sm
-from spheremap._names import ConvertFilter
-from spheremap.cli import files, sizes
-from spheremap.cli.options import AnyAspect, World
+from spheremap.cli import existing, files, sizes
+from spheremap.cli.options import (
+    AnyAspect,
+    FromSaid,
+    Height,
+    Lookup,
+    NoClobber,
+    OneLookup,
+    Rotation,
+    Size,
+    Width,
+    World,
+)
+from spheremap.cli.pairs import named_values
 from spheremap.cli.terminal import (
     UsageError,
     as_usage,
@@ -28,30 +39,15 @@ def video(
     source: Annotated[Path, typer.Argument(metavar="IN", help="The video to read.")],
     target: Annotated[Path, typer.Argument(metavar="OUT", help="The video to write.")],
     dst: Annotated[str, typer.Option("--to", metavar="NAME", help="Projection of OUT.")],
-    src: Annotated[
-        str | None,
-        typer.Option("--from", metavar="NAME", help="Projection of IN. [default: what IN says]"),
-    ] = None,
+    src: FromSaid = None,
     layout: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="How OUT lays out its faces. [default: cross or strip]"),
     ] = None,
-    height: Annotated[
-        str | None, typer.Option(metavar="N", help="Rows of OUT, as 1920. [by default as IN]")
-    ] = None,
-    width: Annotated[str | None, typer.Option(metavar="N", help="Columns of OUT, as 4k.")] = None,
-    size: Annotated[
-        str | None, typer.Option(metavar="N", help="Height of a latlong, side of a square or face.")
-    ] = None,
-    rotate: Annotated[
-        tuple[float, float, float],
-        typer.Option(
-            "--rotation",
-            metavar="YAW PITCH ROLL",
-            help="Turn the content about +y, +x and +z of IN's world, in degrees.",
-            show_default=False,
-        ),
-    ] = (0.0, 0.0, 0.0),
+    height: Height = None,
+    width: Width = None,
+    size: Size = None,
+    rotate: Rotation = (0.0, 0.0, 0.0),
     keyframes: Annotated[
         Path | None,
         typer.Option(
@@ -59,13 +55,8 @@ def video(
         ),
     ] = None,
     world: World = "match",
-    filter: Annotated[ConvertFilter, typer.Option(help="The lookup.")] = "bilinear",
-    alias: Annotated[
-        bool,
-        typer.Option(
-            "--no-antialias", help="One lookup a texel, also where OUT is coarser than IN."
-        ),
-    ] = False,
+    filter: Lookup = "bilinear",
+    alias: OneLookup = False,
     siting: Annotated[
         Literal["left", "center", "top-left"] | None,
         typer.Option(help="Where chroma lies. [default: left, in JPEG's formats center]"),
@@ -92,9 +83,7 @@ def video(
         bool, typer.Option("--no-audio", help="Copy neither audio nor subtitles.")
     ] = False,
     any_aspect: AnyAspect = False,
-    no_clobber: Annotated[
-        bool, typer.Option("--no-clobber", help="Replace no file that is there.")
-    ] = False,
+    no_clobber: NoClobber = False,
 ) -> None:
     """Turn a video from one projection into another; audio and times stay.
 
@@ -108,8 +97,8 @@ def video(
         wanted = sizes.wanted(map_, height, width, size)
     if was_given(context, "rotate") and keyframes is not None:
         raise UsageError("give --rotation or --keyframes, not both")
-    if no_clobber and target.exists():
-        raise FileExistsError(f"{str(target)!r} is there, and --no-clobber keeps it")
+    if no_clobber:
+        existing.refuse_existing([target])
     rotation: Any = sm.rotation(*rotate) if any(rotate) else None
     if keyframes is not None:
         rotation = sm.video.read_keyframes(keyframes)
@@ -131,7 +120,7 @@ def video(
                 any_aspect=any_aspect,
                 codec=codec,
                 pixel_format=pixel_format,
-                options=_options(options or []),
+                options=named_values("--option", options, "crf=20"),
                 siting=siting,
                 audio=not silent,
                 metadata=metadata,
@@ -146,14 +135,3 @@ def video(
     )
     if src is None:
         print(f"{source}: taken as {done.src.name}, as it says")
-
-
-def _options(given: list[str]) -> dict[str, str]:
-    """Return what the encoder is told."""
-    told = {}
-    for text in given:
-        name, sign, value = text.partition("=")
-        if not sign or not name:
-            raise UsageError(f"--option is a NAME=VALUE, as crf=20; got {text!r}")
-        told[name] = value
-    return told

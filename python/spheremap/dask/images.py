@@ -14,7 +14,7 @@ from .._arrays import spatial_axes
 from ..map.images import expect_aspect, target_shape
 from ..map.named import resolve, resolve_pair
 from ..map.size import matching_size
-from ..resample.conversion import OF_CHAINS, Conversion
+from ..resample.conversion import Conversion, needs_chain
 from ..resample.seen import Rectangle, SourceTiles
 from .parts import Part
 
@@ -102,7 +102,7 @@ def convert(
             f"Expected `image` to be an array of dask, got {type(image).__name__}; "
             "dask.array.from_array makes one."
         )
-    if filter in OF_CHAINS:
+    if needs_chain(filter):
         raise NotImplementedError(
             f"filter={filter!r} is not there for images in chunks: its mip chain is made of the "
             "whole image. filter='area', or antialias=True, averages as well."

@@ -19,11 +19,11 @@ import numpy as np
 
 from .._arrays import spatial_axes
 from .._progress import done
-from .._scalars import as_flag, as_text, as_whole
+from .._scalars import as_flag, as_whole
 from ..map.images import expect_aspect, target_shape
 from ..map.named import resolve, resolve_pair
 from ..map.size import matching_size
-from ..resample.conversion import OF_CHAINS, Conversion
+from ..resample.conversion import Conversion, needs_chain
 from ..resample.seen import Rectangle, SourceTiles, tiles
 from ..resample.sparse import sparse_zeros
 from .header import KINDS, Header, header, header_of
@@ -128,7 +128,7 @@ def convert_file(
     >>> made.height, made.width
     (96, 128)
     """
-    if as_text(filter, "filter") in OF_CHAINS:
+    if needs_chain(filter):
         raise ValueError(
             f"Expected another `filter` for files in parts, got {filter!r}, whose mip chain is "
             "made of the whole image: filter='area', or antialias=True, averages as well."

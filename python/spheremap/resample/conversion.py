@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import spatial_axes
+from .._scalars import as_text
 from .verbs import convert
 
 if TYPE_CHECKING:
@@ -15,13 +16,15 @@ if TYPE_CHECKING:
 
     from .._projection import Projection
 
-__all__ = ["OF_CHAINS", "Conversion"]
-
-# Filters whose every texel comes from a mip chain, which is made of the whole image.
-OF_CHAINS = ("trilinear", "ewa")
+__all__ = ["Conversion", "needs_chain"]
 
 # A size that every projection has.
 _SMALL = 16
+
+
+def needs_chain(filter: object) -> bool:
+    """Tell whether all texels come from a mip chain, which is made of the whole image."""
+    return as_text(filter, "filter") in ("trilinear", "ewa")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,8 @@
 //!
 //! Domain: directions that the rectangle shows, up to where the polynomial turns back or to the one opposite the axis; else NaN.
 //!
-//! The inverse is Newton's method for w = θ² in w P(w)² = s, five steps from a polynomial.
+//! The inverse is Newton's method for w = θ² in w P(w)² = s, five steps from a polynomial. Where coefficients that no lens has make
+//! the radius nearly stand still on its way, the method leaps: the map ends before.
 
 use crate::number::real::{Real, scaled};
 use crate::projections::common::camera::{
@@ -130,6 +131,11 @@ impl Lens for FisheyePolynomial {
                 let r = s.sqrt();
                 reaches(r, fold, radius) / r
             });
+            let found = last(radius(end), |r| lens.holds([r, 0.0]));
+            if found < radius(end) {
+                lens.end = reaches(found, end, radius) / PI;
+                lens.limit = found * found;
+            }
         }
         lens
     }

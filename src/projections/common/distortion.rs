@@ -10,7 +10,8 @@
 //! The inverse has no closed form. Newton's method in two dimensions starts from a polynomial that inverts q alone and takes
 //! nine steps, none out of the disk; a point that it does not bring back to 1e-12 counts as one that no direction has. Where the
 //! map turns back, Newton's method converges from inside and leaps from outside: with tangential terms, for which the polynomial
-//! is off there, the start is kept a little inside.
+//! is off there, the start is kept a little inside. Where coefficients that no lens has make the radius nearly stand still on its
+//! way, the method leaps: the disk ends before.
 
 use crate::number::real::{Real, max};
 use crate::projections::common::camera::{Guess, LET_OUT, last, reaches};
@@ -23,6 +24,8 @@ const RESIDUE: f64 = 1e-12;
 const FARTHEST: f64 = 5000.0;
 /// Directions in which circles are looked at.
 const AZIMUTHS: usize = 48;
+/// In how many of them the inverse is tried.
+const TRIED: usize = 8;
 
 /// The coefficients, and where they hold.
 #[derive(Clone, Copy, Debug)]
@@ -84,7 +87,19 @@ impl Distortion {
             let rho = s.sqrt();
             reaches(rho, fold, radius) / rho
         });
+        let found = last(enough.atan(), |angle| new.found(angle.tan()));
+        if found < enough.atan() {
+            let shrink = (found.tan() / enough).powi(2);
+            new.limit *= shrink;
+            new.start *= shrink;
+        }
         new
+    }
+
+    /// Whether what is mapped of a circle is brought back.
+    fn found(self, r: f64) -> bool {
+        let mut tried = self.circle(r).step_by(AZIMUTHS / TRIED);
+        tried.all(|(_, there)| self.holds(there.point))
     }
 
     /// q and dq/dr², from r².

@@ -5,8 +5,8 @@
 //! holds a value, so that nothing outside leaks in and the weights still sum to the coverage.
 
 use crate::error::{Error, expect_length};
-use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
+use crate::image::texels::SolidAngles;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::map::Map;
@@ -77,18 +77,24 @@ pub fn across(raster: &Raster, covers: impl Fn(usize, usize) -> bool + Sync) -> 
     rows.concat()
 }
 
+/// The solid angle of each texel of a face, row by row.
+pub(crate) fn face_solid_angles(map: &Map, raster: &Raster) -> Vec<f64> {
+    let (w, h) = (raster.width, raster.height);
+    let mut solid_angles = vec![0.0; w * h];
+    threads::rows(&mut solid_angles, w, w * h * 16, |j, row| {
+        let mut cells = SolidAngles::new(map, raster);
+        for (i, solid_angle) in row.iter_mut().enumerate() {
+            *solid_angle = cells.of(i, j);
+        }
+    });
+    solid_angles
+}
+
 /// The solid angle that each texel of a face stands for, row by row; 0 where it holds no value. Those of all faces sum to the
 /// coverage.
 pub fn face_weights(map: &Map, raster: &Raster) -> Vec<f64> {
-    let (w, h) = (raster.width, raster.height);
-    let mut weights = vec![0.0; w * h];
-    threads::rows(&mut weights, w, w * h * 16, |j, row| {
-        let (v0, v1) = raster.along_v.cell(j);
-        for (i, weight) in row.iter_mut().enumerate() {
-            let (u0, u1) = raster.along_u.cell(i);
-            *weight = map.solid_angle(Rect { u0, u1, v0, v1 });
-        }
-    });
+    let w = raster.width;
+    let mut weights = face_solid_angles(map, raster);
     for Across { texel, owner } in across(raster, |i, j| weights[j * w + i] > 0.0) {
         let part = std::mem::take(&mut weights[texel[1] * w + texel[0]]);
         weights[owner[1] * w + owner[0]] += part;

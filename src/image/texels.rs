@@ -76,27 +76,55 @@ pub fn directions<R: Scalar>(
     rotation: Option<DMat3>,
     out: &mut [R],
 ) -> Result<(), Error> {
-    let turn: Rotation = map.view_rotation(rotation).inverse();
     let raster = Raster::new(map, shape)?;
     expect_length("out", out.len(), raster.texels().saturating_mul(3))?;
-    let centers = Centers::new(&raster);
-    let width = 3 * raster.columns;
-    threads::bands(out, width, raster.texels(), 1, |first, band| {
+    let directions = Directions::new(map, &raster, rotation);
+    threads::bands(
+        out,
+        3 * raster.columns,
+        raster.texels(),
+        1,
+        |first, band| directions.rows(first, band),
+    );
+    Ok(())
+}
+
+/// Where the texels of an image look.
+pub(crate) struct Directions<'a, R> {
+    map: &'a Map,
+    raster: &'a Raster,
+    centers: Centers<R>,
+    turn: Rotation,
+}
+
+impl<'a, R: Scalar> Directions<'a, R> {
+    /// Of a raster of this map; `rotation` turns the content.
+    pub(crate) fn new(map: &'a Map, raster: &'a Raster, rotation: Option<DMat3>) -> Self {
+        Directions {
+            map,
+            raster,
+            centers: Centers::new(raster),
+            turn: map.view_rotation(rotation).inverse(),
+        }
+    }
+
+    /// Writes those of stored rows from `first` on, as many as `out` has room for.
+    pub(crate) fn rows(&self, first: usize, out: &mut [R]) {
         let mut uv = Tile::new();
-        raster.blocks(first, band.len() / width, (TILE, 1), |block| {
-            let out = &mut band[3 * block.start..][..3 * block.columns];
+        let rows = out.len() / (3 * self.raster.columns);
+        self.raster.blocks(first, rows, (TILE, 1), |block| {
+            let out = &mut out[3 * block.start..][..3 * block.columns];
             if block.face.is_none() {
                 return out.fill(R::NAN);
             }
-            centers.of(&block, &mut uv);
-            map.visit_canonical(DecodeTile {
-                turn,
+            self.centers.of(&block, &mut uv);
+            self.map.visit_canonical(DecodeTile {
+                turn: self.turn,
                 input: &uv,
                 output: TuplesMut::of(out),
             });
         });
-    });
-    Ok(())
+    }
 }
 
 /// The exact solid angle of every texel, rims included; 0 where no face is.
@@ -115,6 +143,7 @@ pub fn solid_angles(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), E
     let raster = Raster::new(map, shape)?;
     expect_length("out", out.len(), raster.texels())?;
     threads::rows(out, raster.columns, raster.texels() * 16, |row, out| {
+        let mut cells = SolidAngles::new(map, &raster);
         for run in raster.runs(row) {
             let out = &mut out[run.column..][..run.length];
             let Some((_, start, step)) = run.face else {
@@ -123,11 +152,77 @@ pub fn solid_angles(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), E
             };
             for (k, out) in out.iter_mut().enumerate() {
                 let at = |axis: usize| (start[axis] + k as isize * step[axis]) as usize;
-                let (u0, u1) = raster.along_u.cell(at(0));
-                let (v0, v1) = raster.along_v.cell(at(1));
-                *out = map.solid_angle(Rect { u0, u1, v0, v1 });
+                *out = cells.of(at(0), at(1));
             }
         }
     });
     Ok(())
+}
+
+/// The solid angles of the texels of a face, one after another: where rows are parallels, those of a row differ by the rounding of
+/// their widths, and the last few are remembered.
+pub(crate) struct SolidAngles<'a> {
+    map: &'a Map,
+    raster: &'a Raster,
+    /// The row, the width, and the solid angle.
+    known: Option<[(usize, f64, f64); 4]>,
+    oldest: usize,
+}
+
+impl<'a> SolidAngles<'a> {
+    /// Of a raster of this map.
+    pub(crate) fn new(map: &'a Map, raster: &'a Raster) -> Self {
+        SolidAngles {
+            map,
+            raster,
+            known: map.has_parallels().then_some([(usize::MAX, 0.0, 0.0); 4]),
+            oldest: 0,
+        }
+    }
+
+    /// That of texel (i, j).
+    pub(crate) fn of(&mut self, i: usize, j: usize) -> f64 {
+        let (u0, u1) = self.raster.along_u.cell(i);
+        let width = u1 - u0;
+        let found = |known: &[(usize, f64, f64); 4]| {
+            let same = known.iter().find(|(row, w, _)| (*row, *w) == (j, width));
+            same.map(|(_, _, solid_angle)| *solid_angle)
+        };
+        if let Some(solid_angle) = self.known.as_ref().and_then(found) {
+            return solid_angle;
+        }
+        let (v0, v1) = self.raster.along_v.cell(j);
+        let solid_angle = self.map.solid_angle(Rect { u0, u1, v0, v1 });
+        if let Some(known) = &mut self.known {
+            known[self.oldest] = (j, width, solid_angle);
+            self.oldest = (self.oldest + 1) % known.len();
+        }
+        solid_angle
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::raster::shape_of_size;
+    use crate::projections::REGISTRY;
+
+    #[test]
+    fn solid_angles_that_are_remembered_are_those_of_their_texels() {
+        for info in REGISTRY {
+            let map = Map::new(info.name).unwrap();
+            // Widths that round in several ways.
+            let shape = shape_of_size(&map, 2 * 35);
+            let raster = Raster::new(&map, &shape).unwrap();
+            for j in [0, 17, raster.height - 1] {
+                let mut cells = SolidAngles::new(&map, &raster);
+                for i in 0..raster.width {
+                    let (u0, u1) = raster.along_u.cell(i);
+                    let (v0, v1) = raster.along_v.cell(j);
+                    let itself = map.solid_angle(Rect { u0, u1, v0, v1 });
+                    assert_eq!(cells.of(i, j), itself, "{} {i} {j}", info.name);
+                }
+            }
+        }
+    }
 }

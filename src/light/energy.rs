@@ -1,14 +1,16 @@
 //! What light an image holds: its energy, its brightest and darkest texels, its sun.
 //!
 //! Every texel counts with the solid angle that it stands for ([`super::lit`]); what lies outside the valid image counts
-//! for nothing. Negative numbers, which compression makes, are counted and kept. Sums run in stored order on one thread.
+//! for nothing. Negative numbers, which compression makes, are counted and kept. Sums run along stored rows ([`super::survey`]).
 //! Singular: an image without light has no darkest texel, which is then NaN.
 
-use super::lit::Lit;
-use super::sun::{Sun, found};
+use super::lit::Counted;
+use super::sun::{self, Sun};
+use super::survey::Survey;
 use crate::error::Error;
 use crate::image::ImageView;
 use crate::image::texel::Texel;
+use crate::kernel::interrupt;
 
 /// The light of an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,37 +54,27 @@ pub fn energy<T: Texel>(
     image: &ImageView<'_, T>,
     luminance: &[f64],
 ) -> Result<Option<Energy>, Error> {
-    Ok(report(&Lit::new(image, luminance)?))
-}
-
-fn report(lit: &Lit) -> Option<Energy> {
-    let peak = lit.brightest()?;
-    let solid_angle: f64 = lit.weight.iter().sum();
-    let mut integral = vec![0.0; lit.channels];
-    let (mut luminance, mut negative) = (0.0, 0);
-    for (k, weight) in lit.weight.iter().enumerate() {
-        luminance += weight * lit.luminance[k];
-        for (sum, x) in integral.iter_mut().zip(lit.radiance(k)) {
-            *sum += weight * x;
-        }
-        negative += usize::from(lit.radiance(k).iter().any(|x| *x < 0.0));
-    }
-    let above = lit.luminance.iter().filter(|x| **x > 0.0);
-    Some(Energy {
-        solid_angle,
-        integral,
-        luminance: luminance / solid_angle,
-        peak: lit.luminance[peak],
-        peak_direction: lit.direction[peak],
-        darkest: above.fold(f64::NAN, |least, x| least.min(*x)),
-        negative,
-        sun: found(lit).map(|(sun, _)| sun),
-    })
+    let counted = Counted::new(image, luminance)?;
+    let survey = interrupt::part(0.5, 0.8, || Survey::new(&counted))?;
+    let Some((peak, place)) = survey.peak else {
+        return Ok(None);
+    };
+    Ok(Some(Energy {
+        sun: sun::of(&counted, &survey)?.map(|(sun, ..)| sun),
+        solid_angle: survey.solid_angle,
+        integral: survey.integral,
+        luminance: survey.luminance / survey.solid_angle,
+        peak,
+        peak_direction: counted.direction(place),
+        darkest: survey.darkest,
+        negative: survey.negative,
+    }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::lit::Lit;
     use crate::map::Map;
 
     #[test]
@@ -90,12 +82,14 @@ mod tests {
         let map = Map::new("latlong").unwrap();
         let mut image = vec![0.5; 32 * 64];
         (image[5 * 64 + 9], image[30 * 64], image[31 * 64]) = (2048.0, 0.125, -7.0);
-        let lit = |image: &[f64]| {
+        let of = |image: &[f64]| {
             let view = ImageView::new(&map, &[32, 64], 1, image).unwrap();
-            Lit::new(&view, &[1.0]).unwrap()
+            (
+                energy(&view, &[1.0]).unwrap().unwrap(),
+                Lit::new(&view, &[1.0]).unwrap(),
+            )
         };
-        let sky = lit(&image);
-        let light = report(&sky).unwrap();
+        let (light, sky) = of(&image);
         assert_eq!(
             (light.peak, light.darkest, light.negative),
             (2048.0, 0.125, 1)
@@ -104,6 +98,6 @@ mod tests {
         // A quotient and a product.
         assert!((light.luminance * light.solid_angle / light.integral[0] - 1.0).abs() < 1e-15);
         assert!(light.sun.is_some());
-        assert!(report(&lit(&vec![0.0; 32 * 64])).unwrap().darkest.is_nan());
+        assert!(of(&vec![0.0; 32 * 64]).0.darkest.is_nan());
     }
 }

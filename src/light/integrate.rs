@@ -9,8 +9,9 @@ use crate::image::ImageView;
 use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::SimdWork;
+use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
-use crate::light::texels::{LANES, Texels, texels};
+use crate::light::texels::{Block, LANES, SIDE, Texels, texels};
 use fearless_simd::{Simd, SimdBase, f64x8};
 
 /// ∫ f dω and the three components of ∫ f ω dω.
@@ -35,28 +36,63 @@ pub fn add_lanes(s: &[f64; LANES]) -> f64 {
 /// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn integrate<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<f64>, Error> {
-    let moments = moments(image)?;
-    let channels = &moments[..image.channels()];
-    Ok(channels.iter().map(|m| m[0]).collect())
+    let mut integrals = integrals(image)?;
+    integrals.pop();
+    Ok(integrals)
 }
 
-/// The moments of every channel of an image and, last, of the constant 1.
+/// The integral of every channel of an image and, last, of the constant 1.
 ///
 /// # Errors
 /// There is no memory for it.
+pub fn integrals<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<f64>, Error> {
+    Ok(summed(image)?.into_iter().map(|[sum]| sum).collect())
+}
+
+/// The moments of every channel of an image and, last, of the constant 1: its integral, and the sum of its directions, each as
+/// long as the light from it.
+///
+/// # Errors
+/// There is no memory for it.
+///
+/// ```
+/// use spheremap::{Map, image::ImageView, light::moments};
+/// let map = Map::new("octahedral")?;
+/// let white = vec![2.0_f32; 8 * 8];
+/// let moments = moments(&ImageView::new(&map, &[8, 8], 1, &white)?)?;
+/// assert!((moments[0][0] - 8.0 * std::f64::consts::PI).abs() < 1e-12);
+/// // Light from everywhere comes from nowhere in particular.
+/// assert!(moments[0][1..].iter().all(|sum| sum.abs() < 1e-12));
+/// assert_eq!(moments[0][0], 2.0 * moments[1][0]);
+/// # Ok::<(), spheremap::Error>(())
+/// ```
 pub fn moments<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<Moments>, Error> {
+    summed(image)
+}
+
+/// The first moments of every channel and of the constant 1. What a block holds stays in the cache.
+fn summed<T: Texel, const N: usize>(image: &ImageView<'_, T>) -> Result<Vec<[f64; N]>, Error> {
     let rows = image.channels() + 1;
     let texels = texels(image.map(), image.shape())?;
-    let flux = texels.flux(image, true)?;
-    let all = block_moments(&texels, &flux, rows);
+    expect_room::<[f64; N]>(rows * texels.blocks.len())?;
+    let mut all = vec![[0.0; N]; rows * texels.blocks.len()];
+    threads::rows(&mut all, 16 * rows, rows * texels.x.len(), |part, all| {
+        let mut flux = vec![0.0; rows * SIDE * SIDE];
+        for (block, all) in texels.blocks[16 * part..].iter().zip(all.chunks_mut(rows)) {
+            let flux = &mut flux[..rows * block.length];
+            flux.fill(0.0);
+            texels.block_flux(image, block, flux);
+            sum_block(&texels, block, flux, all);
+        }
+    });
     Ok((0..rows).map(|row| tree(&all[row..], rows)).collect())
 }
 
 /// The sum of every `rows`-th of the moments, as a tree.
-fn tree(all: &[Moments], rows: usize) -> Moments {
+fn tree<const N: usize>(all: &[[f64; N]], rows: usize) -> [f64; N] {
     let n = all.len().div_ceil(rows);
     if n <= 1 {
-        return all.first().copied().unwrap_or_default();
+        return all.first().copied().unwrap_or([0.0; N]);
     }
     let half = n / 2 * rows;
     let (a, b) = (tree(&all[..half], rows), tree(&all[half..], rows));
@@ -68,45 +104,46 @@ pub(crate) fn block_moments(texels: &Texels, flux: &[f64], rows: usize) -> Vec<M
     let mut all = vec![[0.0; 4]; rows * texels.blocks.len()];
     threads::rows(&mut all, 16 * rows, flux.len() / 4, |part, all| {
         for (block, all) in texels.blocks[16 * part..].iter().zip(all.chunks_mut(rows)) {
-            let span = block.start..block.start + block.length;
-            let points = [
-                &texels.x[span.clone()],
-                &texels.y[span.clone()],
-                &texels.z[span],
-            ];
             let values = &flux[rows * block.start..][..rows * block.length];
-            for (row, moments) in values.chunks_exact(block.length).zip(all) {
-                let mut sums = [[0.0; LANES]; 4];
-                kernel::run_simd(Sum {
-                    points,
-                    row,
-                    sums: &mut sums,
-                });
-                *moments = std::array::from_fn(|k| add_lanes(&sums[k]));
-            }
+            sum_block(texels, block, values, all);
         }
     });
     all
 }
 
-struct Sum<'a> {
-    points: [&'a [f64]; 3],
-    row: &'a [f64],
-    sums: &'a mut [[f64; LANES]; 4],
+/// The moments of each row of numbers of a block.
+fn sum_block<const N: usize>(texels: &Texels, block: &Block, flux: &[f64], out: &mut [[f64; N]]) {
+    let span = block.start..block.start + block.length;
+    let points = [&texels.x, &texels.y, &texels.z].map(|axis| &axis[span.clone()]);
+    for (row, moments) in flux.chunks_exact(block.length).zip(out) {
+        let mut sums = [[0.0; LANES]; N];
+        kernel::run_simd(Sum {
+            points,
+            row,
+            sums: &mut sums,
+        });
+        *moments = std::array::from_fn(|k| add_lanes(&sums[k]));
+    }
 }
 
-impl SimdWork for Sum<'_> {
+struct Sum<'a, const N: usize> {
+    points: [&'a [f64]; 3],
+    row: &'a [f64],
+    sums: &'a mut [[f64; LANES]; N],
+}
+
+impl<const N: usize> SimdWork for Sum<'_, N> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let row = self.row.as_chunks::<LANES>().0;
-        let [x, y, z] = self.points.map(|p| &p.as_chunks::<LANES>().0[..row.len()]);
-        let mut sums = [f64x8::splat(simd, 0.0); 4];
+        let points = self.points.map(|p| &p.as_chunks::<LANES>().0[..row.len()]);
+        let mut sums = [f64x8::splat(simd, 0.0); N];
         for i in 0..row.len() {
             let value = f64x8::load_array_ref(simd, &row[i]);
             sums[0] += value;
-            sums[1] += value * f64x8::load_array_ref(simd, &x[i]);
-            sums[2] += value * f64x8::load_array_ref(simd, &y[i]);
-            sums[3] += value * f64x8::load_array_ref(simd, &z[i]);
+            for k in 1..N {
+                sums[k] += value * f64x8::load_array_ref(simd, &points[k - 1][i]);
+            }
         }
         for (sum, out) in sums.iter().zip(self.sums) {
             sum.store_array(out);

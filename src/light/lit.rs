@@ -7,11 +7,15 @@
 
 use crate::error::{Error, expect_length};
 use crate::image::ImageView;
+use crate::image::raster::Raster;
 use crate::image::rim;
 use crate::image::texel::Texel;
-use crate::image::texels::directions;
-use crate::kernel::Scalar;
+use crate::image::texels::Directions;
 use crate::kernel::memory::expect_room;
+use crate::kernel::{Scalar, interrupt, threads};
+
+/// Stored rows that are listed at a time.
+const BAND: usize = 16;
 
 /// The texels of an image that hold sphere, in the order in which they are stored.
 #[derive(Clone, Debug)]
@@ -30,42 +34,163 @@ pub struct Lit {
     pub luminance: Vec<f64>,
 }
 
-impl Lit {
-    /// The texels of an image whose channels make luminance with these weights, one for each.
-    pub fn new<T: Texel>(image: &ImageView<'_, T>, weights: &[f64]) -> Result<Lit, Error> {
-        let (map, shape) = (image.map(), image.shape());
-        let (stored, channels) = (image.raster().texels(), image.channels());
-        expect_length("luminance", weights.len(), channels)?;
+/// A part of the sphere about a direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Cap {
+    axis: [f64; 3],
+    /// The square of the chord from its middle to its rim.
+    square: f64,
+}
+
+impl Cap {
+    /// About a unit vector, of a radius in radians.
+    pub fn new(axis: [f64; 3], radius: f64) -> Cap {
+        let chord = 2.0 * (0.5 * radius).sin();
+        Cap {
+            axis,
+            square: chord * chord,
+        }
+    }
+
+    fn holds(self, toward: &[f64]) -> bool {
+        let squares = [0, 1, 2].map(|c| (toward[c] - self.axis[c]) * (toward[c] - self.axis[c]));
+        squares[0] + squares[1] + squares[2] <= self.square
+    }
+}
+
+/// The texels of an image one by one, each with what it counts with.
+pub struct Counted<'a, T> {
+    image: ImageView<'a, T>,
+    solid_angles: Vec<f64>,
+    luminance: &'a [f64],
+}
+
+impl<'a, T: Texel> Counted<'a, T> {
+    /// Of an image whose channels make luminance with these weights, one for each.
+    pub fn new(image: &ImageView<'a, T>, luminance: &'a [f64]) -> Result<Self, Error> {
+        let raster = image.raster();
+        expect_length("luminance", luminance.len(), image.channels())?;
+        expect_room::<f64>(raster.width * raster.height)?;
+        let solid_angles = interrupt::part(0.0, 0.5, || rim::face_weights(image.map(), raster));
+        Ok(Counted {
+            image: *image,
+            solid_angles,
+            luminance,
+        })
+    }
+
+    /// The image.
+    pub fn image(&self) -> &ImageView<'a, T> {
+        &self.image
+    }
+
+    /// How many rows the image stores.
+    pub fn stored_rows(&self) -> usize {
+        self.raster().texels() / self.raster().columns
+    }
+
+    fn raster(&self) -> &Raster {
+        self.image.raster()
+    }
+
+    /// Calls `see(column, solid angle, texel)` on the texels of a stored row that hold sphere.
+    pub fn row(&self, row: usize, mut see: impl FnMut(usize, f64, &'a [T])) {
+        let raster = self.raster();
+        for run in raster.runs(row) {
+            let Some((_, start, step)) = run.face else {
+                continue;
+            };
+            for k in 0..run.length {
+                let at = |axis: usize| (start[axis] + k as isize * step[axis]) as usize;
+                let solid_angle = self.solid_angles[at(1) * raster.width + at(0)];
+                if solid_angle > 0.0 {
+                    let column = run.column + k;
+                    see(
+                        column,
+                        solid_angle,
+                        self.image.texel(row * raster.columns + column),
+                    );
+                }
+            }
+        }
+    }
+
+    /// The luminance of a texel.
+    #[inline(always)]
+    pub fn luminance(&self, texel: &[T]) -> f64 {
+        let products = texel.iter().zip(self.luminance);
+        products
+            .filter(|(_, w)| **w != 0.0)
+            .map(|(x, w)| x.load().to_f64() * w)
+            .sum()
+    }
+
+    /// Where a stored texel looks.
+    pub fn direction(&self, index: usize) -> [f64; 3] {
+        let columns = self.raster().columns;
+        let mut row = vec![0.0; 3 * columns];
+        Directions::new(self.image.map(), self.raster(), None).rows(index / columns, &mut row);
+        [0, 1, 2].map(|c| row[3 * (index % columns) + c])
+    }
+
+    /// The list of them, or of those in a cap.
+    pub fn listed(&self, cap: Option<Cap>) -> Result<Lit, Error> {
+        let (raster, channels) = (self.raster(), self.image.channels());
         // All of this, growing by doubling, and what finding lights and suns among it takes.
         let per_texel = 160 + 32 * channels;
-        expect_room::<u8>(stored.saturating_mul(per_texel))?;
-        let (mut solid_angle, mut toward) = (vec![0.0; stored], vec![0.0; 3 * stored]);
-        rim::weights(map, shape, &mut solid_angle)?;
-        directions(map, shape, None, &mut toward)?;
-        let index: Vec<usize> = (0..stored).filter(|k| solid_angle[*k] > 0.0).collect();
-        let light: Vec<f64> = index
-            .iter()
-            .flat_map(|k| image.texel(*k))
-            .map(|texel| texel.load().to_f64())
-            .collect();
-        let luminance = |texel: &[f64]| {
-            let products = texel.iter().zip(weights);
-            products
-                .filter(|(_, w)| **w != 0.0)
-                .map(|(x, w)| x * w)
-                .sum()
+        expect_room::<u8>(raster.texels().saturating_mul(per_texel))?;
+        let directions = Directions::new(self.image.map(), raster, None);
+        let mut bands = vec![Lit::none(channels); self.stored_rows().div_ceil(BAND)];
+        let list = |band: usize, lit: &mut Lit| {
+            let first = band * BAND;
+            let rows = BAND.min(self.stored_rows() - first);
+            let mut toward = vec![0.0; 3 * raster.columns * rows];
+            directions.rows(first, &mut toward);
+            for (j, toward) in toward.chunks_exact(3 * raster.columns).enumerate() {
+                let row = first + j;
+                self.row(row, |column, solid_angle, texel| {
+                    let toward = &toward[3 * column..][..3];
+                    if cap.is_none_or(|cap| cap.holds(toward)) {
+                        lit.index.push(row * raster.columns + column);
+                        lit.direction.push([toward[0], toward[1], toward[2]]);
+                        lit.weight.push(solid_angle);
+                        lit.light.extend(texel.iter().map(|x| x.load().to_f64()));
+                        lit.luminance.push(self.luminance(texel));
+                    }
+                });
+            }
         };
-        Ok(Lit {
+        threads::rows(&mut bands, 1, raster.texels() * 8, |band, lit| {
+            list(band, &mut lit[0]);
+        });
+        interrupt::check()?;
+        let mut all = Lit::none(channels);
+        for band in bands {
+            all.index.extend(band.index);
+            all.direction.extend(band.direction);
+            all.weight.extend(band.weight);
+            all.light.extend(band.light);
+            all.luminance.extend(band.luminance);
+        }
+        Ok(all)
+    }
+}
+
+impl Lit {
+    /// The texels of an image whose channels make luminance with these weights, one for each.
+    pub fn new<T: Texel>(image: &ImageView<'_, T>, luminance: &[f64]) -> Result<Lit, Error> {
+        Counted::new(image, luminance)?.listed(None)
+    }
+
+    fn none(channels: usize) -> Lit {
+        Lit {
             channels,
-            direction: index
-                .iter()
-                .map(|k| [0, 1, 2].map(|c| toward[3 * k + c]))
-                .collect(),
-            weight: index.iter().map(|k| solid_angle[*k]).collect(),
-            luminance: light.chunks(channels).map(luminance).collect(),
-            light,
-            index,
-        })
+            index: Vec::new(),
+            direction: Vec::new(),
+            weight: Vec::new(),
+            light: Vec::new(),
+            luminance: Vec::new(),
+        }
     }
 
     /// The radiance of one.

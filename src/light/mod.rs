@@ -12,9 +12,10 @@ pub(crate) mod pyramid;
 pub(crate) mod reflect;
 pub mod sh;
 pub mod sun;
+pub(crate) mod survey;
 pub(crate) mod texels;
 
 pub use energy::{Energy, energy};
-pub use integrate::integrate;
+pub use integrate::{Moments, integrate, moments};
 pub use lobe::{Lobe, under};
 pub use reflect::reflect;

@@ -14,10 +14,11 @@
 //! texel where the disc is narrower.
 //!
 //! Angles are twice the angle of half a chord, which keeps its digits near 0; no angle comes from a math library. All
-//! sums run in stored order on one thread, so nothing about the machine shows in a result. Singular: an image without light
+//! sums run in stored order, so nothing about the machine shows in a result. Singular: an image without light
 //! above its dull part, or whose light around the peak sums to nothing (a bright texel among negative ones), has no sun.
 
-use super::lit::Lit;
+use super::lit::{Cap, Counted, Lit};
+use super::survey::Survey;
 use crate::error::{Error, expect_length};
 use crate::image::ImageView;
 use crate::image::texel::Texel;
@@ -30,6 +31,10 @@ const CONTRAST: f64 = 10.0;
 
 /// How far from its peak a sun goes at most, in radians.
 const LARGEST: f64 = PI / 18.0;
+
+/// Where texels are no wider, nothing farther than twice [`LARGEST`] from the peak is asked for: a ring that begins at most one
+/// and a half texels beyond [`LARGEST`] ends at most three texels, or half its radius, farther.
+const FINE: f64 = 2.0 * LARGEST / 9.0;
 
 /// Down to this part of its brightness a texel belongs to the sun for sure.
 const CORE: f64 = 0.1;
@@ -66,7 +71,8 @@ pub struct Sun {
 /// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn find<T: Texel>(image: &ImageView<'_, T>, luminance: &[f64]) -> Result<Option<Sun>, Error> {
-    Ok(found(&Lit::new(image, luminance)?).map(|(sun, _)| sun))
+    let counted = Counted::new(image, luminance)?;
+    Ok(of(&counted, &Survey::new(&counted)?)?.map(|(sun, ..)| sun))
 }
 
 /// Writes an image whose sun is painted over with its surround: it has lost the sun's irradiance.
@@ -91,9 +97,10 @@ pub fn remove<T: Texel>(
     out: &mut [T],
 ) -> Result<Option<Sun>, Error> {
     expect_length("out", out.len(), image.texels().len())?;
-    let lit = Lit::new(image, luminance)?;
+    let counted = Counted::new(image, luminance)?;
+    let found = of(&counted, &Survey::new(&counted)?)?;
     out.copy_from_slice(image.texels());
-    let Some((sun, region)) = found(&lit) else {
+    let Some((sun, lit, region)) = found else {
         return Ok(None);
     };
     for k in region {
@@ -178,8 +185,22 @@ pub fn add<T: Texel>(image: &ImageView<'_, T>, sun: &Sun, out: &mut [T]) -> Resu
     Ok(())
 }
 
-/// The sun and the texels that it is in.
-pub(super) fn found(lit: &Lit) -> Option<(Sun, Vec<usize>)> {
+/// The sun of an image, texels around it, and which of them it is in.
+pub(super) fn of<T: Texel>(
+    counted: &Counted<'_, T>,
+    survey: &Survey,
+) -> Result<Option<(Sun, Lit, Vec<usize>)>, Error> {
+    let Some((_, peak)) = survey.peak else {
+        return Ok(None);
+    };
+    // A hundredth more, for rounding.
+    let cap = Cap::new(counted.direction(peak), 1.01 * 2.0 * LARGEST);
+    let lit = counted.listed((survey.widest <= FINE * FINE).then_some(cap))?;
+    Ok(found(&lit).map(|(sun, region)| (sun, lit, region)))
+}
+
+/// The sun and the texels that it is in, among all that lie around the brightest.
+fn found(lit: &Lit) -> Option<(Sun, Vec<usize>)> {
     let peak = lit.brightest()?;
     let angles = angles(lit, lit.direction[peak]);
     let within = |from: f64, to: f64| {

@@ -17,6 +17,7 @@ use crate::image::ImageView;
 use crate::image::raster::Raster;
 use crate::image::rim;
 use crate::image::texel::Texel;
+use crate::kernel::Scalar;
 use crate::kernel::interrupt;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
@@ -223,7 +224,6 @@ impl Texels {
         image: &ImageView<'_, T>,
         with_weight: bool,
     ) -> Result<Vec<f64>, Error> {
-        use crate::kernel::Scalar;
         let channels = image.channels();
         let rows = channels + usize::from(with_weight);
         expect_room::<f64>(rows * self.x.len())?;
@@ -237,23 +237,29 @@ impl Texels {
         }
         threads::rows(&mut parts, 64, self.x.len() * rows, |_, parts| {
             for (block, part) in parts {
-                let points = block.start..block.start + block.length;
-                let (index, weight) = (&self.index[points.clone()], &self.weight[points]);
-                let (light, last) = part.split_at_mut(channels * block.length);
-                for (k, (&index, &weight)) in index.iter().zip(weight).enumerate() {
-                    if index != NONE {
-                        let texel = image.texel(index as usize);
-                        for (c, value) in texel.iter().enumerate() {
-                            light[c * block.length + k] = weight * value.load().to_f64();
-                        }
-                    }
-                }
-                if with_weight {
-                    last.copy_from_slice(weight);
-                }
+                self.block_flux(image, block, part);
             }
         });
         Ok(flux)
+    }
+
+    /// That of one block, as many rows as `out` has room for: all channels and, if there is one more, the weight.
+    pub fn block_flux<T: Texel>(&self, image: &ImageView<'_, T>, block: &Block, out: &mut [f64]) {
+        let channels = image.channels();
+        let points = block.start..block.start + block.length;
+        let (index, weight) = (&self.index[points.clone()], &self.weight[points]);
+        let (light, last) = out.split_at_mut(channels * block.length);
+        for (k, (&index, &weight)) in index.iter().zip(weight).enumerate() {
+            if index != NONE {
+                let texel = image.texel(index as usize);
+                for (c, value) in texel.iter().enumerate() {
+                    light[c * block.length + k] = weight * value.load().to_f64();
+                }
+            }
+        }
+        if !last.is_empty() {
+            last.copy_from_slice(weight);
+        }
     }
 
     /// What `make` finds for an order, kept with the texels.

@@ -409,6 +409,18 @@ impl Map {
         self.visit_canonical(Get(rect))
     }
 
+    /// Whether rows are parallels of the view's own sphere and columns evenly spaced meridians.
+    pub(crate) fn has_parallels(&self) -> bool {
+        struct Get;
+        impl Visitor for Get {
+            type Output = bool;
+            fn visit<P: Projection>(self, p: P) -> bool {
+                p.has_parallels()
+            }
+        }
+        self.visit_canonical(Get)
+    }
+
     /// The smallest and largest dω/(du dv) over the valid image.
     ///
     /// ```

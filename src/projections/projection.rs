@@ -402,6 +402,11 @@ pub trait Projection: Copy + Send + Sync + 'static {
         mirrored_across(self, edge, along, inset)
     }
 
+    /// Whether rows are parallels and columns evenly spaced meridians: rectangles of the same rows and width see the same solid angle.
+    fn has_parallels(self) -> bool {
+        false
+    }
+
     /// The exact solid angle that a rectangle of a face sees, rims included. The default integrates
     /// the density.
     fn solid_angle(self, rect: Rect) -> f64 {

@@ -50,6 +50,24 @@ pub fn texel_weights<'py>(
     filled(py, &shape, |out| weights(&projection.0, &shape, out))
 }
 
+/// ∫ L dω of each channel and, last, of the constant 1: (C + 1,).
+#[pyfunction]
+#[pyo3(signature = (object, projection, /))]
+pub fn integrals<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+) -> PyResult<Bound<'py, PyAny>> {
+    let map = &projection.0;
+    with_image!(image(object, None)?, image => {
+        let image = view(map, &image)?;
+        filled(py, &[image.channels() + 1], |out| {
+            out.copy_from_slice(&integrate::integrals(&image)?);
+            Ok(())
+        })
+    })
+}
+
 /// ∫ L dω and ∫ L ω dω of each channel and, last, of the constant 1: (C + 1, 4).
 #[pyfunction]
 #[pyo3(signature = (object, projection, /))]

@@ -51,7 +51,7 @@ mod _core {
     #[pymodule_export]
     use super::helpers::helpers;
     #[pymodule_export]
-    use super::light::{dfg, lobe, moments, prefilter, texel_weights};
+    use super::light::{dfg, integrals, lobe, moments, prefilter, texel_weights};
     #[pymodule_export]
     use super::lights::{add_sun, energy, lights, remove_sun, sun};
     #[pymodule_export]

@@ -11,7 +11,6 @@ use crate::error::Error;
 use crate::image::raster::Raster;
 use crate::image::rim;
 use crate::image::texel::Texel;
-use crate::image::texels::solid_angles;
 use crate::image::view::ImageView;
 use crate::kernel::Scalar;
 use crate::kernel::memory::expect_room;
@@ -70,15 +69,47 @@ pub(crate) fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T:
         return Ok(None);
     };
     let wanted = coarse.faces() * coarse.height * coarse.width;
-    expect_room::<f64>(fine.texels() + wanted * (1 + 3 * channels))?;
-    let mut weights = vec![0.0; fine.texels()];
-    interrupt::part(0.0, 0.25, || solid_angles(map, shape, &mut weights))?;
+    expect_room::<f64>(fine.width * fine.height + wanted * (1 + 3 * channels))?;
+    let weights = interrupt::part(0.0, 0.25, || rim::face_solid_angles(map, &fine));
     let across = shares(fine.along_u, fine.width, coarse.along_u, coarse.width);
     let down = shares(fine.along_v, fine.height, coarse.along_v, coarse.height);
     let value = |k: usize, c: usize| texels[k * channels + c].load().to_f64();
     // For each texel of each face: its weight, and for each channel the first value and the sum of what the others
     // differ by, so that a constant stays constant to the bit.
     let width = 1 + 2 * channels;
+    if !fine.has_rim() && !coarse.has_rim() {
+        let mut out = vec![<T::Float as Real>::new(0.0); coarse.texels() * channels];
+        let work = |row: usize, out: &mut [T::Float]| {
+            let mut sums = vec![0.0; width];
+            for run in coarse.runs(row) {
+                let Some((face, start, step)) = run.face else {
+                    continue;
+                };
+                let view = fine.view(face);
+                let out = &mut out[run.column * channels..][..run.length * channels];
+                for (k, out) in out.chunks_exact_mut(channels).enumerate() {
+                    let [i, j] = [0, 1].map(|c| (start[c] + k as isize * step[c]) as usize);
+                    sums[0] = 0.0;
+                    for &(y, part_v) in &down[j] {
+                        for &(x, part_u) in &across[i] {
+                            let weight = weights[y * fine.width + x] * part_u * part_v;
+                            if weight > 0.0 {
+                                let k = view.index(x, y);
+                                add(&mut sums, weight, |c| value(k, c));
+                            }
+                        }
+                    }
+                    if sums[0] > 0.0 {
+                        finish::<T>(&sums, out);
+                    }
+                }
+            }
+        };
+        interrupt::part(0.25, 1.0, || {
+            threads::rows(&mut out, coarse.columns * channels, fine.texels(), work);
+        });
+        return Ok(Some((smaller, out)));
+    }
     let mut sums = vec![0.0; wanted * width];
     let work = |row: usize, out: &mut [f64]| {
         let (face, j) = (row / coarse.height, row % coarse.height);
@@ -86,8 +117,7 @@ pub(crate) fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T:
         for (i, out) in out.chunks_exact_mut(width).enumerate() {
             for &(y, part_v) in &down[j] {
                 for &(x, part_u) in &across[i] {
-                    let k = view.index(x, y);
-                    let weight = weights[k] * part_u * part_v;
+                    let weight = weights[y * fine.width + x] * part_u * part_v;
                     if weight > 0.0 {
                         // Of a texel across the rim the part belongs here, and the value to another.
                         let (x, y) = rim::nearest_valid_texel(&fine, x, y);
@@ -122,9 +152,7 @@ pub(crate) fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T:
                 let own = &sums[place(face, i, j)..][..width];
                 if own[0] > 0.0 {
                     let at = coarse.view(face).index(i, j) * channels;
-                    for (c, out) in out[at..at + channels].iter_mut().enumerate() {
-                        *out = <T::Float as Real>::new(own[1 + 2 * c] + own[2 + 2 * c] / own[0]);
-                    }
+                    finish::<T>(own, &mut out[at..at + channels]);
                 }
             }
         }
@@ -137,9 +165,16 @@ fn add(sums: &mut [f64], weight: f64, value: impl Fn(usize) -> f64) {
     sums[0] += weight;
     for (c, sum) in sums[1..].chunks_exact_mut(2).enumerate() {
         if new {
-            sum[0] = value(c);
+            (sum[0], sum[1]) = (value(c), 0.0);
         }
         sum[1] += weight * (value(c) - sum[0]);
+    }
+}
+
+/// Writes the mean that these sums are of, channel by channel.
+fn finish<T: Texel>(sums: &[f64], out: &mut [T::Float]) {
+    for (sum, out) in sums[1..].chunks_exact(2).zip(out) {
+        *out = <T::Float as Real>::new(sum[0] + sum[1] / sums[0]);
     }
 }
 

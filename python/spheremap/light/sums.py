@@ -120,7 +120,7 @@ def integrate(
     if several is not None:
         return several.each(integrate, locals(), "numbers")
     pixels = checked_image(image, skipna=skipna, negative=negative)
-    return _shaped(_core.moments(pixels, resolved)[:-1, 0], pixels, resolved)
+    return _shaped(_core.integrals(pixels, resolved)[:-1], pixels, resolved)
 
 
 def mean(
@@ -165,13 +165,13 @@ def mean(
     if several is not None:
         return several.each(mean, locals(), "numbers")
     pixels = checked_image(image, skipna=skipna, negative=negative)
-    moments = _core.moments(pixels, resolved)
-    total: Any = moments[-1, 0]
+    integrals = _core.integrals(pixels, resolved)
+    total: Any = integrals[-1]
     if skipna and pixels.dtype.kind == "f":
         finite = np.isfinite(np.asarray(image)).astype(np.float32)
-        total = _core.moments(finite, resolved)[:-1, 0]
+        total = _core.integrals(finite, resolved)[:-1]
     with np.errstate(invalid="ignore"):
-        return _shaped(moments[:-1, 0] / total, pixels, resolved)
+        return _shaped(integrals[:-1] / total, pixels, resolved)
 
 
 def average_direction(

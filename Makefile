@@ -43,7 +43,7 @@ help:
 	@echo "make test    Rust, Python, doctests, documentation"
 	@echo "make test-slow  what takes longer: the largest sizes, ten million directions, the wheel"
 	@echo "make test-languages  runs printed code by JAX, PyTorch, WebGPU and OpenCL"
-	@echo "make test-browser    the page of sm.view, and viewers of tiles (npm), in Chromium, beside what convert gives"
+	@echo "make test-browser    the page of sm.view, viewers of tiles (npm) and printed GLSL ES, in Chromium"
 	@echo "make test-torch  gradients of spheremap.torch"
 	@echo "make test-minimal   some tests on the oldest dependencies that pyproject.toml allows"
 	@echo "make test-programs  runs Blender and exrenvmap, whose rows no other test checks"
@@ -108,12 +108,12 @@ BLENDER ?= $(CACHE)/blender
 # WebGPU and OpenCL want a driver: on Debian mesa-vulkan-drivers and pocl-opencl-icd.
 test-languages: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group languages
-	"$(BIN)/python" -m pytest -m programs tests/oracles/test_oracle_languages.py
+	"$(BIN)/python" -m pytest -m programs tests/languages --ignore=tests/languages/test_webgl.py
 
 # Chromium is a system's package (`chromium`), or a program that SPHEREMAP_CHROMIUM names. No graphics card is needed.
 test-browser: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group browser
-	"$(BIN)/python" -m pytest -m programs tests/viewer tests/tiles
+	"$(BIN)/python" -m pytest -m programs tests/viewer tests/tiles tests/languages/test_webgl.py
 
 # One worker: torch takes all cores, and a gigabyte a process.
 test-torch: $(BUILT) $(DEV_DEPS)
@@ -125,7 +125,7 @@ test-programs: $(BUILT) $(DEV_DEPS)
 	@command -v exrenvmap >/dev/null || { echo "exrenvmap was not found; install the package openexr" >&2; exit 1; }
 	"$(BIN)/python" -m venv "$(BLENDER)"
 	"$(BLENDER)/bin/python" -m pip install --quiet --disable-pip-version-check bpy
-	SPHEREMAP_BLENDER="$(BLENDER)/bin/python" "$(BIN)/python" -m pytest -m programs tests/oracles --ignore=tests/oracles/test_oracle_languages.py
+	SPHEREMAP_BLENDER="$(BLENDER)/bin/python" "$(BIN)/python" -m pytest -m programs tests/oracles
 
 # The oldest dependencies that pyproject.toml allows, and the tests of what uses them: arrays and image files. pip would take
 # the newest.

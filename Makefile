@@ -42,7 +42,7 @@ help:
 	@echo "make demo    build, install, and run the main job on generated data (and on a light probe if there is one)"
 	@echo "make test    Rust, Python, doctests, documentation"
 	@echo "make test-slow  what takes longer: the largest sizes, ten million directions, the wheel"
-	@echo "make test-languages  runs printed code by JAX, PyTorch, WebGPU and OpenCL"
+	@echo "make test-languages  runs printed code by JAX, PyTorch, WebGPU, OpenCL and Vulkan; compiles CUDA"
 	@echo "make test-browser    the page of sm.view, viewers of tiles (npm) and printed GLSL ES, in Chromium"
 	@echo "make test-torch  gradients of spheremap.torch"
 	@echo "make test-minimal   some tests on the oldest dependencies that pyproject.toml allows"
@@ -105,7 +105,7 @@ test-slow: $(BUILT) $(DEV_DEPS)
 # Programs that are too long to install for every run: Blender, whose wheel wants a NumPy of its own, and OpenEXR's tools,
 # which a system's packages have (`openexr`). The table of conventions says which versions ran.
 BLENDER ?= $(CACHE)/blender
-# WebGPU and OpenCL want a driver: on Debian mesa-vulkan-drivers and pocl-opencl-icd.
+# WebGPU, Vulkan and OpenCL want a driver: on Debian mesa-vulkan-drivers and pocl-opencl-icd.
 test-languages: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group languages
 	"$(BIN)/python" -m pytest -m programs tests/languages --ignore=tests/languages/test_webgl.py

@@ -102,10 +102,11 @@ test: $(BUILT) $(DEV_DEPS)
 test-slow: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m slow
 
-# Programs that are too long to install for every run: Blender, whose wheel wants a NumPy of its own, and OpenEXR's tools,
+# Programs that are too long to install for every run: Blender, whose wheel wants a NumPy of its own and which runs OSL, and OpenEXR's tools,
 # which a system's packages have (`openexr`). The table of conventions says which versions ran.
 BLENDER ?= $(CACHE)/blender
-# WebGPU, Vulkan and OpenCL want a driver: on Debian mesa-vulkan-drivers and pocl-opencl-icd.
+# WebGPU, Vulkan and OpenCL want a driver: on Debian mesa-vulkan-drivers and pocl-opencl-icd. Instructions are counted by
+# glslang-tools and spirv-tools, where they are.
 test-languages: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group languages
 	"$(BIN)/python" -m pytest -m programs tests/languages --ignore=tests/languages/test_webgl.py

@@ -42,8 +42,8 @@ help:
 	@echo "make demo    build, install, and run the main job on generated data (and on a light probe if there is one)"
 	@echo "make test    Rust, Python, doctests, documentation"
 	@echo "make test-slow  what takes longer: the largest sizes, ten million directions, the wheel"
-	@echo "make test-languages  runs printed code by JAX, PyTorch, WebGPU and OpenCL"
-	@echo "make test-browser    the page of sm.view, and viewers of tiles (npm), in Chromium, beside what convert gives"
+	@echo "make test-languages  runs printed code by JAX, PyTorch, WebGPU, OpenCL and Vulkan; compiles CUDA"
+	@echo "make test-browser    the page of sm.view, viewers of tiles (npm) and printed GLSL ES, in Chromium"
 	@echo "make test-torch  gradients of spheremap.torch"
 	@echo "make test-minimal   some tests on the oldest dependencies that pyproject.toml allows"
 	@echo "make test-programs  runs Blender and exrenvmap, whose rows no other test checks"
@@ -102,18 +102,19 @@ test: $(BUILT) $(DEV_DEPS)
 test-slow: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m slow
 
-# Programs that are too long to install for every run: Blender, whose wheel wants a NumPy of its own, and OpenEXR's tools,
+# Programs that are too long to install for every run: Blender, whose wheel wants a NumPy of its own and which runs OSL, and OpenEXR's tools,
 # which a system's packages have (`openexr`). The table of conventions says which versions ran.
 BLENDER ?= $(CACHE)/blender
-# WebGPU and OpenCL want a driver: on Debian mesa-vulkan-drivers and pocl-opencl-icd.
+# WebGPU, Vulkan and OpenCL want a driver: on Debian mesa-vulkan-drivers and pocl-opencl-icd. Instructions are counted by
+# glslang-tools and spirv-tools, where they are.
 test-languages: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group languages
-	"$(BIN)/python" -m pytest -m programs tests/oracles/test_oracle_languages.py
+	"$(BIN)/python" -m pytest -m programs tests/languages --ignore=tests/languages/test_webgl.py
 
 # Chromium is a system's package (`chromium`), or a program that SPHEREMAP_CHROMIUM names. No graphics card is needed.
 test-browser: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group browser
-	"$(BIN)/python" -m pytest -m programs tests/viewer tests/tiles
+	"$(BIN)/python" -m pytest -m programs tests/viewer tests/tiles tests/languages/test_webgl.py
 
 # One worker: torch takes all cores, and a gigabyte a process.
 test-torch: $(BUILT) $(DEV_DEPS)
@@ -125,7 +126,7 @@ test-programs: $(BUILT) $(DEV_DEPS)
 	@command -v exrenvmap >/dev/null || { echo "exrenvmap was not found; install the package openexr" >&2; exit 1; }
 	"$(BIN)/python" -m venv "$(BLENDER)"
 	"$(BLENDER)/bin/python" -m pip install --quiet --disable-pip-version-check bpy
-	SPHEREMAP_BLENDER="$(BLENDER)/bin/python" "$(BIN)/python" -m pytest -m programs tests/oracles --ignore=tests/oracles/test_oracle_languages.py
+	SPHEREMAP_BLENDER="$(BLENDER)/bin/python" "$(BIN)/python" -m pytest -m programs tests/oracles
 
 # The oldest dependencies that pyproject.toml allows, and the tests of what uses them: arrays and image files. pip would take
 # the newest.

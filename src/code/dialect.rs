@@ -222,7 +222,12 @@ pub trait Dialect: Sync {
         format!("{plain}{}", self.suffix(text))
     }
 
-    /// What is no number.
+    /// Whether NaN can be written, so that operations on it give it again.
+    fn has_nan(&self) -> bool {
+        true
+    }
+
+    /// What is no number, or stands in its place.
     fn not_a_number(&self, text: &Text) -> String;
 
     /// What stands before the functions.

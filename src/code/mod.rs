@@ -8,6 +8,7 @@
 //! What the library's kernels do beside the formula is left out, as shaders hold unit vectors: scaling of directions of odd
 //! lengths, and NaN for places outside the valid image, which [`Verb::Valid`] answers for.
 
+mod absent;
 mod dialect;
 mod header;
 mod interface;

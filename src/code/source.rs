@@ -2,7 +2,7 @@
 
 use crate::code::dialect::{Dialect, Signature, Text};
 use crate::code::interface::{Argument, Gives, Program, Words};
-use crate::code::{header, languages, printer};
+use crate::code::{absent, header, languages, printer};
 use crate::error::Error;
 use crate::number::graph::{Helper, Style};
 use crate::number::trace;
@@ -63,6 +63,15 @@ impl<'a> Order<'a> {
     /// A function takes or gives words that the language does not have.
     pub fn text(&self, mut about: Vec<String>, functions: &[Function]) -> Result<String, Error> {
         let dialect = self.dialect;
+        let own = |function: &Function| Function {
+            program: if dialect.has_nan() {
+                function.program.clone()
+            } else {
+                absent::chosen_last(function.program.clone(), self.style)
+            },
+            ..function.clone()
+        };
+        let functions: Vec<Function> = functions.iter().map(own).collect();
         about.extend(header::colophon(dialect, self.style.native));
         let programs = || functions.iter().map(|function| &function.program);
         let words: Vec<u32> = programs().filter_map(bits_of_words).collect();

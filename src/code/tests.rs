@@ -131,6 +131,31 @@ fn what_is_recorded_has_the_bits_of_the_kernels() {
 }
 
 #[test]
+fn what_is_chosen_last_is_the_same() {
+    let style = Style {
+        double: true,
+        native: false,
+        inside: false,
+    };
+    for map in maps() {
+        let encode = program::<f64>(&map, Verb::Encode, style);
+        let last = absent::chosen_last(encode.clone(), style);
+        for d in directions() {
+            let (wanted, got) = (
+                values::<f64>(&encode, style, &d),
+                values::<f64>(&last, style, &d),
+            );
+            let alike = wanted.iter().zip(&got).all(|(a, b)| same(*a, *b));
+            assert!(
+                alike,
+                "{} {d:?}: {got:?} instead of {wanted:?}",
+                map.info().name
+            );
+        }
+    }
+}
+
+#[test]
 fn every_map_prints_in_every_language() {
     for map in maps() {
         for language in languages() {

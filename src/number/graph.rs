@@ -251,6 +251,11 @@ impl Graph {
         }
     }
 
+    /// Whether it is known to be no number.
+    pub fn is_nan(&self, id: Id) -> bool {
+        self.known_number(id).is_some_and(f64::is_nan)
+    }
+
     fn known_truth(&self, id: Id) -> Option<bool> {
         match self.at(id) {
             Node::Truth(value) => Some(value),
@@ -448,7 +453,8 @@ impl Graph {
         }
     }
 
-    fn choose_truth(&mut self, condition: Id, on: Id, off: Id) -> Id {
+    /// One condition or another.
+    pub fn choose_truth(&mut self, condition: Id, on: Id, off: Id) -> Id {
         if on == off {
             return on;
         }

@@ -9,7 +9,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::real::{Real, max, sign};
+use crate::number::real::{Real, min, sign};
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 
 /// The full octahedron.
@@ -63,9 +63,9 @@ impl Projection for Octahedral {
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
         let z = R::ONE - p.abs() - q.abs();
-        let over = max(-z, R::ZERO);
-        let x = p - sign(p) * over;
-        let y = q - sign(q) * over;
+        let below = min(z, R::ZERO);
+        let x = p + sign(p) * below;
+        let y = q + sign(q) * below;
         let inverse = R::ONE / (x * x + y * y + z * z).sqrt();
         [x * inverse, y * inverse, z * inverse]
     }

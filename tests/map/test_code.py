@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import re
+import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -240,6 +241,18 @@ def test_only_what_is_used_is_printed() -> None:
     text = sm.code("octahedral", "glsl", verbs=["encode"])
     assert "decode" not in text and "sin_cos" not in text
     assert "sin_cos_pi" in sm.code("latlong", "glsl", verbs=["decode"])
+
+
+def test_printing_takes_no_time() -> None:
+    def took(case: str, language: str) -> float:
+        start = time.process_time()
+        sm.code(case, language, verbs=VERBS)
+        return time.process_time() - start
+
+    for case in [case for case in CASES if case not in ("turned", "cross")]:
+        for entry in LANGUAGES:
+            # The shortest of three: a process may be held up.
+            assert min(took(case, entry["name"]) for _ in range(3)) < 0.05
 
 
 def test_the_same_text_each_time(tmp_path: Path) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import http.server
-import os
 import shutil
 import subprocess
 import threading
@@ -19,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 import spheremap as sm
-from oracles import need
+from browser import launched
 from spheremap import io
 
 pytestmark = pytest.mark.programs
@@ -91,12 +90,8 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    playwright = need("playwright.sync_api").sync_api
-    path = os.environ.get("SPHEREMAP_CHROMIUM") or shutil.which("chromium")
-    with playwright.sync_playwright() as runner:
-        arguments = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        yield (browser := runner.chromium.launch(executable_path=path, args=arguments))
-        browser.close()
+    with launched() as browser:
+        yield browser
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):

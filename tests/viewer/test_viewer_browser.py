@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import spheremap as sm
-from oracles import need
+from browser import launched
 from spheremap import io
 from spheremap.viewer.page import source
 
@@ -71,12 +69,8 @@ def image(p: sm.Projection, size: int = 128) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    playwright = need("playwright.sync_api").sync_api
-    path = os.environ.get("SPHEREMAP_CHROMIUM") or shutil.which("chromium")
-    with playwright.sync_playwright() as runner:
-        arguments = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        yield (browser := runner.chromium.launch(executable_path=path, args=arguments))
-        browser.close()
+    with launched() as browser:
+        yield browser
 
 
 @pytest.fixture

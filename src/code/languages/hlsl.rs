@@ -26,7 +26,7 @@ impl Dialect for Hlsl {
     }
 
     fn checked(&self) -> &'static str {
-        "a C++ compiler, as C++"
+        "Vulkan (DXC), by `make test-languages`; a C++ compiler, as C++"
     }
 
     fn names_results(&self) -> bool {

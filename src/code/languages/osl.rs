@@ -25,6 +25,10 @@ impl Dialect for Osl {
         "Within a few units in the last place. Outside the coverage coordinates are -1: the language has no NaN to write."
     }
 
+    fn checked(&self) -> &'static str {
+        "Blender's Cycles, by `make test-programs`"
+    }
+
     fn reserved(&self) -> &'static [&'static str] {
         &[
             "shader",
@@ -101,6 +105,10 @@ impl Dialect for Osl {
 
     fn whole(&self, n: u64) -> String {
         n.to_string()
+    }
+
+    fn has_nan(&self) -> bool {
+        false
     }
 
     fn not_a_number(&self, _text: &Text) -> String {

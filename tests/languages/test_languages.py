@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 import spheremap as sm
-from printed import CASES, VERBS, Array, assert_alike, made
-
 from oracles import need
+from printed import CASES, VERBS, Array, assert_alike, made
 
 pytestmark = pytest.mark.programs
 

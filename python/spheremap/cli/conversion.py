@@ -54,14 +54,14 @@ class Options:
     color_space: str | None
     tonemap: Curve
     exposure: float
-    preview: Path | None
     compression: str | None
     mips: bool
     part: str | None
     any_aspect: bool
     no_clobber: bool
-    verbose: bool
     world: Worlds
+    preview: Path | None = None
+    verbose: bool = False
     memory: int | None = None
     resume: bool = False
 
@@ -71,11 +71,7 @@ def convert_file(
 ) -> list[str]:
     """Convert a file and return what there is to say of it."""
     dst, suffix = options.dst, stdout or out.suffix.lower()
-    places = (
-        targets.face_paths(out, targets.face_names(dst, options.face_names))
-        if targets.has_faces(out)
-        else [out]
-    )
+    places = targets.places(out, dst, options.face_names)
     refuse_existing(places, options)
     clock = [time.perf_counter()]
     step(f"reading {source.name}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import spheremap as sm
 from spheremap import io
 from spheremap.cli import files, targets
-from spheremap.cli.conversion import Options, map_of_file, refuse_existing
+from spheremap.cli.conversion import Options, convert_file, map_of_file, refuse_existing
 from spheremap.cli.steps import Step
 from spheremap.cli.terminal import UsageError, tell_worlds
 from spheremap.io.images import STORED
@@ -19,7 +19,7 @@ from spheremap.resample.conversion import needs_chain
 if TYPE_CHECKING:
     from spheremap.io import Header
 
-__all__ = ["IDLE", "as_bytes", "convert_large"]
+__all__ = ["IDLE", "as_bytes", "convert_any"]
 
 # Options that need the whole image at once, or change its texels.
 IDLE = (
@@ -38,10 +38,17 @@ def as_bytes(text: str) -> int:
     return int(found[1]) << (10 * " kmgt".index(found[2].lower() or " "))
 
 
-def convert_large(
+def convert_any(
     source: Path, out: Path, options: Options, step: Step, stdout: str | None
 ) -> list[str]:
-    """Convert a file and return what there is to say of it."""
+    """Convert a file, in parts where memory is said, and return what there is to say of it."""
+    work = convert_file if options.memory is None else _convert_large
+    return work(source, out, options, step, stdout)
+
+
+def _convert_large(
+    source: Path, out: Path, options: Options, step: Step, stdout: str | None
+) -> list[str]:
     if stdout or targets.has_faces(out) or targets.has_faces(source):
         raise UsageError("--memory is for one file into one file")
     if needs_chain(options.filter):

@@ -10,6 +10,7 @@ import spheremap as sm
 from spheremap import io
 from spheremap.cli.large import as_bytes
 from spheremap.cli.terminal import UsageError
+from spheremap.io import parts
 from test_cli import bad, good, smooth
 
 MEMORY = ("--memory", "256M")
@@ -24,7 +25,7 @@ def sky(tmp_path: Path) -> Path:
 
 
 def test_the_file_is_that_of_the_whole(sky: Path, tmp_path: Path) -> None:
-    whole, parts = tmp_path / "whole.exr", tmp_path / "parts.exr"
+    whole, made = tmp_path / "whole.exr", tmp_path / "parts.exr"
     turn = (
         "--to",
         "cube:openexr",
@@ -40,31 +41,103 @@ def test_the_file_is_that_of_the_whole(sky: Path, tmp_path: Path) -> None:
         "lanczos3",
     )
     good("convert", sky, whole, *turn)
-    said = good("convert", sky, parts, *turn, *MEMORY, "--resume")
-    assert f"{parts}: cube" in said and "16 x 96" in said and "as it says" in said
-    np.testing.assert_array_equal(io.read(parts), io.read(whole))
-    assert io.header(parts).projection == io.header(whole).projection == "cube:openexr"
-    assert io.header(parts).metadata["Artist"] == "Ada"
+    said = good("convert", sky, made, *turn, *MEMORY, "--resume")
+    assert f"{made}: cube" in said and "16 x 96" in said and "as it says" in said
+    np.testing.assert_array_equal(io.read(made), io.read(whole))
+    assert io.header(made).projection == io.header(whole).projection == "cube:openexr"
+    assert io.header(made).metadata["Artist"] == "Ada"
     assert len(list(tmp_path.iterdir())) == 3
+
+
+def expect_same(one: Path, other: Path) -> None:
+    """Hold files to each other, but for the second in which each was written."""
+    assert np.array_equal(io.read(one), io.read(other), equal_nan=True)
+    heads = [io.header(path) for path in (one, other)]
+    for head in heads:
+        head.metadata.pop("DateTime", None)
+    assert heads[0] == heads[1]
+
+
+def colors(path: Path, dtype: str, channels: int) -> None:
+    """Write an image of all values, with alpha where there are four channels."""
+    image = np.random.default_rng(1).random((40, 80, channels))
+    if dtype.startswith("float"):
+        io.write(path, (image * 3).astype(dtype))
+    else:
+        io.write(path, (image * np.iinfo(dtype).max).astype(dtype))
+
+
+@pytest.fixture
+def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts that no block of any library is as long as."""
+    monkeypatch.setattr(parts, "_TILE", (13, 21))
+    monkeypatch.setattr(parts, "_MOST", 11)
+
+
+@pytest.mark.parametrize(
+    ("read", "dtype", "channels", "written", "options"),
+    [
+        (".png", "uint8", 3, ".exr", ()),
+        (".png", "uint16", 4, ".exr", ("--half",)),
+        (".png", "uint16", 3, ".png", ("--bits", 8)),
+        (".png", "uint8", 4, ".png", ("--drop-alpha",)),
+        (".png", "uint8", 1, ".hdr", ("--colorspace", "linear")),
+        (".exr", "float32", 3, ".png", ("--tonemap", "reinhard", "--exposure", -1)),
+        (".exr", "float32", 4, ".tif", ()),
+        (".exr", "float16", 3, ".jpg", ("--compression", "jpeg:90")),
+        (".exr", "float32", 4, ".exr", ("--channels", "B,G", "--half")),
+    ],
+)
+def test_types_and_colors_change_as_those_of_the_whole(
+    read: str,
+    dtype: str,
+    channels: int,
+    written: str,
+    options: tuple[object, ...],
+    small_parts: None,
+    tmp_path: Path,
+) -> None:
+    source = tmp_path / f"in{read}"
+    colors(source, dtype, channels)
+    whole, made = tmp_path / f"whole{written}", tmp_path / f"parts{written}"
+    turn = ("--from", "latlong", "--to", "octahedral", "--size", 32, "--rotation", 9, 8, 7)
+    good("convert", source, whole, *turn, *options)
+    good("convert", source, made, *turn, *options, *MEMORY)
+    expect_same(made, whole)
+
+
+def test_faces_have_files_of_their_own(sky: Path, small_parts: None, tmp_path: Path) -> None:
+    to_faces = ("--to", "cube", "--layout", "faces", "--size", 24)
+    good("convert", sky, tmp_path / "whole_{face}.exr", *to_faces)
+    said = good("convert", sky, tmp_path / "parts_{face}.exr", *to_faces, *MEMORY)
+    assert "6 x 24 x 24" in said
+    for face in ("px", "nx", "py", "ny", "pz", "nz"):
+        one, other = (tmp_path / f"{name}_{face}.exr" for name in ("whole", "parts"))
+        expect_same(one, other)
+    back = ("convert", tmp_path / "whole_{face}.exr")
+    to_sky = ("--from", "cube", "--to", "latlong", "--filter", "lanczos3")
+    good(*back, tmp_path / "whole.exr", *to_sky)
+    good(*back, tmp_path / "parts.exr", *to_sky, *MEMORY)
+    expect_same(tmp_path / "whole.exr", tmp_path / "parts.exr")
+    io.write(tmp_path / "whole_nz.exr", np.ones((8, 8, 3), np.float32))
+    bad(*back, tmp_path / "parts.exr", *to_sky, *MEMORY, code=1, says="differ in size")
 
 
 def test_what_needs_the_whole_is_wrong_usage(sky: Path, tmp_path: Path) -> None:
     turn = ("convert", sky, tmp_path / "out.exr", "--to", "octahedral")
     bad(*turn, "--resume", code=2, says="--memory")
-    bad(*turn, *MEMORY, "--half", code=2, says="--half")
     bad(*turn, *MEMORY, "--face-sun", code=2, says="--face-sun")
+    bad(*turn, *MEMORY, "--skipna", code=2, says="--skipna")
     bad(*turn, "--memory", "much", code=2, says="512M")
     bad(*turn, "--memory", "1M", code=1, says="--memory")
     bad(*turn, *MEMORY, "--filter", "ewa", code=2, says="--filter ewa")
-    png = tmp_path / "out.png"
-    bad("convert", sky, png, "--to", "octahedral", *MEMORY, code=2, says="keeps types")
-    faces = tmp_path / "out_{face}.exr"
-    one = ("convert", sky, faces, "--to", "cube", "--layout", "faces")
-    bad(*one, *MEMORY, code=2, says="one file")
-    straight = tmp_path / "straight.png"
+    texture = ("convert", sky, tmp_path / "out.ktx2", "--to", "cube")
+    bad(*texture, *MEMORY, code=2, says="image files")
+    straight, png = tmp_path / "straight.png", tmp_path / "out.png"
     io.write(straight, np.zeros((8, 16, 4), np.uint8))
     named = ("convert", straight, png, "--from", "latlong", "--to", "octahedral")
-    bad(*named, *MEMORY, code=2, says="premultiply")
+    bad(*named, *MEMORY, code=2, says="--drop-alpha")
+    bad(*named, *MEMORY, "--tonemap", "reinhard", code=2, says="integers stay")
 
 
 @pytest.mark.parametrize(

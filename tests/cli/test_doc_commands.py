@@ -53,6 +53,9 @@ def prepare(folder: Path, line: str) -> None:
         else:
             p = ("latlong", "octahedral")[k]
             io.write(folder / name, sm.convert(sky, "latlong", p, size=64), projection=p)
+    if " batch " in line:
+        (folder / "in" / "day").mkdir(parents=True)
+        io.write(folder / "in" / "day" / "sky.exr", sky)
     for face in ("px", "nx", "py", "ny", "pz", "nz"):
         io.write(folder / f"sky_{face}.png", np.full((8, 8, 3), 99, np.uint8))
     if " video " in line:

@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pytest
 import spheremap as sm
-from spheremap.io import large
+from spheremap.io import parts
 
 rng = np.random.default_rng(17)
 
@@ -15,11 +15,11 @@ CROSS = sm.projection("cube", layout="cross")
 @pytest.fixture(autouse=True)
 def little_memory(monkeypatch):
     """Images of a test are small: so are tiles, parts and what there is."""
-    monkeypatch.setattr(large, "_TILE", (16, 32))
-    monkeypatch.setattr(large, "_CACHED", 16)
-    monkeypatch.setattr(large, "_MOST", 40)
-    monkeypatch.setattr(large, "_LEAST_MEMORY", 0)
-    monkeypatch.setattr(large, "_KEPT", 1)
+    monkeypatch.setattr(parts, "_TILE", (16, 32))
+    monkeypatch.setattr(parts, "_CACHED", 16)
+    monkeypatch.setattr(parts, "_MOST", 40)
+    monkeypatch.setattr(parts, "_LEAST_MEMORY", 0)
+    monkeypatch.setattr(parts, "_KEPT", 1)
 
 
 def stored(folder, extension, height=96):
@@ -53,7 +53,7 @@ def test_a_file_has_the_bits_of_the_whole(tmp_path, read, written, dst, options)
 
 
 def test_little_memory_makes_smaller_parts_and_too_little_is_an_error(tmp_path, monkeypatch):
-    monkeypatch.setattr(large, "_TILE", (8, 16))
+    monkeypatch.setattr(parts, "_TILE", (8, 16))
     source, image = stored(tmp_path, ".exr", height=192)
     target = tmp_path / "out.exr"
     # Rows of tiles, each with a page, are 20 MiB; half of this is for what a part sees.
@@ -66,7 +66,7 @@ def test_little_memory_makes_smaller_parts_and_too_little_is_an_error(tmp_path, 
     assert [p.name for p in tmp_path.iterdir()] == [source.name]
 
 
-READ = large._Reader.read
+READ = parts._Reader.read
 
 
 def cut_off(monkeypatch, after):
@@ -79,7 +79,7 @@ def cut_off(monkeypatch, after):
             raise KeyboardInterrupt
         return READ(self, part)
 
-    monkeypatch.setattr(large._Reader, "read", counted)
+    monkeypatch.setattr(parts._Reader, "read", counted)
     return count
 
 

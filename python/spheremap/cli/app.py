@@ -31,6 +31,13 @@ COMMANDS = {
             "spheremap convert probe.hdr sky.exr --from angular --to latlong --rotation 90 0 0",
         ),
     ),
+    "batch": Command(
+        "batch",
+        (
+            "spheremap batch 'in/**/*.exr' -o 'out/{dir}/{stem}.ktx2' --from latlong --to cube",
+            "spheremap batch '*.hdr' -o '{stem}.exr' --from angular --to latlong --jobs 4",
+        ),
+    ),
     "bake": Command(
         "bake",
         (

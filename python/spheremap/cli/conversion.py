@@ -54,14 +54,14 @@ class Options:
     color_space: str | None
     tonemap: Curve
     exposure: float
-    preview: Path | None
     compression: str | None
     mips: bool
     part: str | None
     any_aspect: bool
     no_clobber: bool
-    verbose: bool
     world: Worlds
+    preview: Path | None = None
+    verbose: bool = False
     memory: int | None = None
     resume: bool = False
 
@@ -71,22 +71,16 @@ def convert_file(
 ) -> list[str]:
     """Convert a file and return what there is to say of it."""
     dst, suffix = options.dst, stdout or out.suffix.lower()
-    places = (
-        targets.face_paths(out, targets.face_names(dst, options.face_names))
-        if targets.has_faces(out)
-        else [out]
-    )
+    places = targets.places(out, dst, options.face_names)
     refuse_existing(places, options)
     clock = [time.perf_counter()]
     step(f"reading {source.name}")
     image, src, assumed = _loaded(source, options)
     clock.append(time.perf_counter())
     step(f"converting {source.name}: {files.described(src)} to {files.described(dst)}")
-    depth = "float16" if suffix in _TEXTURE_WRITERS else _depth(image, suffix, options)
-    if depth.startswith("float") or image.is_light:
+    depth = "float16" if suffix in _TEXTURE_WRITERS else depth_of(image, suffix, options)
+    if becomes_light(image, depth, options):
         image = picture.as_light(image)
-    elif options.tonemap != "none" or (options.exposure and options.preview is None):
-        raise UsageError("--tonemap and --exposure do nothing where integers stay integers")
     rotation, turned = _rotation(image, src, options)
     result = _converted(image, src, rotation, options, step)
     clock.append(time.perf_counter())
@@ -99,7 +93,7 @@ def convert_file(
         stored = picture.as_stored(
             _tall(result), depth, suffix, tonemap=options.tonemap, exposure=options.exposure
         )
-        _write(places, stored, options, stdout)
+        write(places, stored, options, stdout)
     if options.preview is not None:
         _write_preview(options.preview, result, options)
     clock.append(time.perf_counter())
@@ -107,7 +101,16 @@ def convert_file(
     return [_report(out, dst, result.names, shape, depth, clock, options.verbose), *notes]
 
 
-def _depth(image: Picture, suffix: str, options: Options) -> str:
+def becomes_light(image: Picture, depth: str, options: Options) -> bool:
+    """Tell whether light is converted, and not integers as they are."""
+    if depth.startswith("float") or image.is_light:
+        return True
+    if options.tonemap != "none" or (options.exposure and options.preview is None):
+        raise UsageError("--tonemap and --exposure do nothing where integers stay integers")
+    return False
+
+
+def depth_of(image: Picture, suffix: str, options: Options) -> str:
     """Return the type that a file will hold: what is asked for, or the nearest to the image's."""
     kinds = STORED[suffix]
     asked = {
@@ -136,17 +139,22 @@ def _loaded(source: Path, options: Options) -> tuple[Picture, sm.Projection, lis
         picture.load, part=options.part, fill=options.fill, color_space=options.color_space
     )
     if targets.has_faces(source):
-        if options.from_ is None:
-            raise UsageError("--from is needed: six files do not say what they are")
-        src = files.of_faces(options.from_)
+        src = map_of_faces(options)
         parts = [load(place) for place in targets.found_faces(source, src)]
         if len({part.pixels.shape for part in parts}) > 1:
             raise ValueError(f"the faces of {str(source)!r} differ in size")
         image = replace(parts[0], pixels=np.concatenate([part.pixels for part in parts]))
-        return _chosen(image, options), src, []
+        return chosen(image, options), src, []
     image = load(source)
     src, assumed = map_of_file(source, image.projection, image.pixels.shape, options)
-    return _chosen(image, options), src, assumed
+    return chosen(image, options), src, assumed
+
+
+def map_of_faces(options: Options) -> sm.Projection:
+    """Return the projection of files of a face each."""
+    if options.from_ is None:
+        raise UsageError("--from is needed: six files do not say what they are")
+    return files.of_faces(options.from_)
 
 
 def map_of_file(
@@ -169,7 +177,8 @@ def map_of_file(
     return src, assumed
 
 
-def _chosen(image: Picture, options: Options) -> Picture:
+def chosen(image: Picture, options: Options) -> Picture:
+    """Return a picture with the channels that are asked for."""
     if options.channels is not None:
         return picture.with_channels(image, options.channels)
     return picture.without_alpha(image) if options.drop_alpha else image
@@ -240,7 +249,7 @@ def _converted(
     return replace(image, pixels=result)
 
 
-def _write(places: list[Path], image: Picture, options: Options, stdout: str | None) -> None:
+def write(places: list[Path], image: Picture, options: Options, stdout: str | None) -> None:
     """Write an image, or faces that lie one below the other each to its place."""
     if len(places) > 1:
         for place, face in zip(places, np.split(image.pixels, len(places)), strict=True):

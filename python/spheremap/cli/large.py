@@ -2,30 +2,49 @@
 
 from __future__ import annotations
 
+import os
 import re
 import time
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 import spheremap as sm
 from spheremap import io
-from spheremap.cli import files, targets
-from spheremap.cli.conversion import Options, map_of_file, refuse_existing
+from spheremap.cli import files, picture, targets
+from spheremap.cli.conversion import (
+    Options,
+    becomes_light,
+    chosen,
+    convert_file,
+    depth_of,
+    map_of_faces,
+    map_of_file,
+    refuse_existing,
+    write,
+)
+from spheremap.cli.picture import Picture
 from spheremap.cli.steps import Step
 from spheremap.cli.terminal import UsageError, tell_worlds
 from spheremap.io.images import STORED
-from spheremap.resample.conversion import needs_chain
+from spheremap.io.large import expect_plain
+from spheremap.io.opened import opened
+from spheremap.io.parts import Source, convert_parts
+from spheremap.map.named import resolve
+from spheremap.map.size import matching_size
+from spheremap.resample.conversion import Conversion, needs_chain
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from spheremap.io import Header
 
-__all__ = ["IDLE", "as_bytes", "convert_large"]
+__all__ = ["IDLE", "as_bytes", "convert_any"]
 
-# Options that need the whole image at once, or change its texels.
-IDLE = (
-    "face_sun", "alpha", "skipna", "channels", "drop_alpha", "half", "float_", "bits",
-    "colorspace", "tonemap", "exposure", "preview", "mips",
-)  # fmt: skip
+# Options that need the whole image at once.
+IDLE = ("face_sun", "alpha", "skipna", "preview", "mips")
 
 _BYTES = re.compile(r"(\d+)\s*([kmgt]?)(?:i?b)?", re.IGNORECASE)
 
@@ -38,57 +57,109 @@ def as_bytes(text: str) -> int:
     return int(found[1]) << (10 * " kmgt".index(found[2].lower() or " "))
 
 
-def convert_large(
+def convert_any(
     source: Path, out: Path, options: Options, step: Step, stdout: str | None
 ) -> list[str]:
-    """Convert a file and return what there is to say of it."""
-    if stdout or targets.has_faces(out) or targets.has_faces(source):
-        raise UsageError("--memory is for one file into one file")
+    """Convert a file, in parts where memory is said, and return what there is to say of it."""
+    work = convert_file if options.memory is None else _convert_large
+    return work(source, out, options, step, stdout)
+
+
+def _convert_large(
+    source: Path, out: Path, options: Options, step: Step, stdout: str | None
+) -> list[str]:
+    suffix, dst = out.suffix.lower(), options.dst
+    if stdout or suffix not in STORED:
+        raise UsageError("--memory is for image files, from one to another")
     if needs_chain(options.filter):
         raise UsageError(f"--memory has no --filter {options.filter}, which needs all at once")
-    refuse_existing([out], options)
-    head = io.header(source, part=options.part)
-    _expect_kept(source, out, head)
-    src, assumed = map_of_file(source, head.projection, (head.height, head.width), options)
-    step(f"converting {source.name}: {files.described(src)} to {files.described(options.dst)}")
-    tell_worlds(src, options.dst, options.world)
+    places = targets.places(out, dst, options.face_names)
+    refuse_existing(places, options)
+    names, head, src, assumed = _found(source, options)
+    dtype, channels = np.dtype(head.dtype), len(head.channels)
+
+    def taken(texels: NDArray[Any]) -> Picture:
+        known = picture.described(texels, head, color_space=options.color_space)
+        image = chosen(known, options)
+        depth = depth_of(image, suffix, options)
+        return picture.as_light(image) if becomes_light(image, depth, options) else image
+
+    one = np.zeros((1, 1, channels), dtype)
+    depth = depth_of(chosen(picture.described(one, head), options), suffix, options)
+    image = taken(one)
+    if image.alpha == "straight":
+        raise UsageError(
+            f"--memory weights no colors, and {str(source)!r} has straight alpha: --drop-alpha, or "
+            "floats, which are premultiplied"
+        )
+
+    def stored(texels: NDArray[Any]) -> Picture:
+        part = replace(image, pixels=texels)
+        kept = picture.as_stored(
+            part, depth, suffix, tonemap=options.tonemap, exposure=options.exposure
+        )
+        return picture.with_colors(kept) if suffix == ".hdr" else kept
+
+    written = stored(image.pixels)
+
+    def put(texels: NDArray[Any]) -> None:
+        tall = texels.reshape(-1, *texels.shape[-2:])
+        write(places, replace(written, pixels=tall), options, None)
+
+    shape = (*([src.faces] if targets.has_faces(source) else []), head.height, head.width)
+    size = dst.shape(options.size or matching_size(shape, src, dst))
+    rotation = sm.rotation(*options.rotate) if any(options.rotate) else None
+    conversion = Conversion(
+        resolve(src, rotation=rotation),
+        dst,
+        (*shape, len(image.names)),
+        image.pixels.dtype,
+        size,
+        {
+            "filter": options.filter,
+            "fill": options.fill,
+            "antialias": not options.alias,
+            "world": options.world,
+            "any_aspect": True,
+        },
+    )
+    with opened(names[0], options.part) as handle:
+        part = handle.current_subimage()
+    step(f"converting {source.name}: {files.described(src)} to {files.described(dst)}")
+    tell_worlds(src, dst, options.world)
     start = time.perf_counter()
     with step.listening():
-        made = io.convert_file(
-            source,
-            out,
-            src,
-            options.dst,
-            size=options.size,
+        convert_parts(
+            Source(names, part, dtype, channels, lambda texels: taken(texels).pixels),
+            Path(os.path.realpath(out)),
+            conversion,
+            lambda texels: stored(texels).pixels,
+            put,
             memory=options.memory or 0,
-            rotation=sm.rotation(*options.rotate) if any(options.rotate) else None,
-            filter=options.filter,
-            fill=options.fill,
-            antialias=not options.alias,
-            world=options.world,
-            any_aspect=True,
-            part=options.part,
-            compression=options.compression,
-            noted=files.noted(options.to, options.dst),
-            resume=options.resume,
+            keep=options.resume,
+            said=repr(replace(options, resume=False)),
         )
+    faces = f"{size[0]} x " if len(size) == 3 else ""
     said = (
-        f"{out}: {files.described(options.dst)}, {made.width} x {made.height}, "
-        f"{', '.join(made.channels)}, {made.dtype}; in {time.perf_counter() - start:.1f} s"
+        f"{out}: {files.described(dst)}, {faces}{size[-1]} x {size[-2]}, "
+        f"{', '.join(written.names)}, {depth}; in {time.perf_counter() - start:.1f} s"
     )
     return [said, *assumed]
 
 
-def _expect_kept(source: Path, out: Path, head: Header) -> None:
-    """Raise a usage error for what would change texels on their way."""
-    kinds = STORED.get(out.suffix.lower(), ())
-    if head.dtype not in kinds and not (head.dtype == "float16" and "float32" in kinds):
-        raise UsageError(
-            f"--memory keeps types: {out.suffix} holds {', '.join(kinds) or 'none'}, and "
-            f"{str(source)!r} has {head.dtype}"
-        )
-    if head.alpha == "straight":
-        raise UsageError(
-            f"--memory weights no colors, and {str(source)!r} has straight alpha: "
-            "premultiply it first"
-        )
+def _found(source: Path, options: Options) -> tuple[list[str], Header, sm.Projection, list[str]]:
+    """Return the files of an image, what the first says, their map, and what was assumed."""
+    if not targets.has_faces(source):
+        head = io.header(source, part=options.part)
+        src, assumed = map_of_file(source, head.projection, (head.height, head.width), options)
+        expect_plain(head, source)
+        return [str(source)], head, src, assumed
+    src = map_of_faces(options)
+    places = targets.found_faces(source, src)
+    heads = [io.header(place, part=options.part) for place in places]
+    for place, head in zip(places, heads, strict=True):
+        expect_plain(head, place)
+    said = {(head.height, head.width, head.channels, head.dtype) for head in heads}
+    if len(said) > 1:
+        raise ValueError(f"the faces of {str(source)!r} differ in size or in what they hold")
+    return [str(place) for place in places], heads[0], src, []

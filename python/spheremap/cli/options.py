@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
-from typing import Annotated, Any, Literal
+from collections.abc import Callable, Iterable
+from dataclasses import MISSING, fields
+from functools import wraps
+from inspect import Parameter, Signature, signature
+from typing import Annotated, Any, Literal, get_type_hints
 
 import typer
 
@@ -79,3 +82,33 @@ def as_options(message: str, parameters: Iterable[Any]) -> str:
         return name if name.startswith("--") else found[0] if found[2] else found[1]
 
     return re.sub(r"`(\w+)(=True)?`", option, message)
+
+
+def taking(kind: type[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command the fields of a dataclass as options; it gets them together, as its last."""
+    types = get_type_hints(kind, include_extras=True)
+    names = [field.name for field in fields(kind)]
+    options = [
+        Parameter(
+            field.name,
+            Parameter.KEYWORD_ONLY,
+            default=Parameter.empty if field.default is MISSING else field.default,
+            annotation=types[field.name],
+        )
+        for field in fields(kind)
+    ]
+
+    def taken(command: Callable[..., None]) -> Callable[..., None]:
+        own = [
+            p for p in signature(command, eval_str=True).parameters.values() if p.name != "asked"
+        ]
+
+        @wraps(command)
+        def run(**given: Any) -> None:
+            asked = kind(**{name: given.pop(name) for name in names})
+            command(**given, asked=asked)
+
+        run.__signature__ = Signature([*own, *options])  # type: ignore[attr-defined]
+        return run
+
+    return taken

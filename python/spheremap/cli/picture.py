@@ -51,7 +51,12 @@ def load(
 ) -> Picture:
     """Read an image file; `color_space` is what the file's colors are, whatever it says."""
     head = io.header(path, part=part)
-    pixels, alpha = read(path, part=part, fill=fill), head.alpha
+    return described(read(path, part=part, fill=fill), head, color_space=color_space)
+
+
+def described(pixels: NDArray[Any], head: io.Header, *, color_space: str | None = None) -> Picture:
+    """Return texels of a file with what it says of them."""
+    alpha = head.alpha
     if alpha == "premultiplied" and head.alpha_channel is not None and pixels.dtype.kind == "u":
         # A curve is undone of colors that are not multiplied; and integers are written so.
         pixels, alpha = straightened(pixels, head.alpha_channel), "straight"

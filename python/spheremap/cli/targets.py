@@ -13,7 +13,7 @@ import numpy as np
 
 import spheremap as sm
 from spheremap.cli.terminal import UsageError
-from spheremap.io.images import STORED, TEXTURES
+from spheremap.io.images import TEXTURES
 
 STDOUT = "-"
 # The names of the faces toward +x, -x, +y, -y, +z and -z, and by number.
@@ -24,32 +24,20 @@ FACES = {
 }
 
 
-def pairs(paths: list[Path], output: str | None, format: str | None) -> list[tuple[Path, Path]]:
-    """Return each input with its output."""
-    if output is None:
-        if len(paths) != 2:
-            raise UsageError(f"give IN and OUT, or -o PATTERN for several IN; got {len(paths)}")
-        found = [(paths[0], paths[1])]
-    elif output == STDOUT:
-        found = [(path, Path(output)) for path in paths]
-    else:
-        found = [(path, _named(output, path)) for path in paths]
-    outputs = [out for _, out in found]
-    inputs = [path.resolve() for path, _ in found]
-    for path, out in found:
-        if out.resolve() in inputs and out.resolve() != path.resolve():
+def check_apart(pairs: Sequence[tuple[Path, Path]]) -> None:
+    """Raise a usage error where a result would replace another, or the input of another."""
+    inputs = {path.resolve() for path, _ in pairs}
+    taken = set()
+    for path, out in pairs:
+        place = out.resolve()
+        if place in inputs and place != path.resolve():
             raise UsageError(f"the result of {str(path)!r} would replace {str(out)!r}, an input")
-    doubled = next((out for k, out in enumerate(outputs) if out in outputs[:k]), None)
-    if doubled is not None:
-        raise UsageError(f"several images would be written to {str(doubled)!r}; use {{stem}}")
-    if (format is not None) != (outputs[0].name == STDOUT):
-        raise UsageError("--format goes with standard output, and standard output with --format")
-    if format is not None and f".{format}" not in STORED:
-        raise UsageError(f"unknown format {format!r}; use one of {', '.join(STORED)}")
-    return found
+        if place in taken:
+            raise UsageError(f"several images would be written to {str(out)!r}; use {{stem}}")
+        taken.add(place)
 
 
-def check_outputs(outputs: list[Path], layout: str | None, faces: int) -> None:
+def check_outputs(outputs: Sequence[Path], layout: str | None, faces: int) -> None:
     """Raise a usage error where names and faces do not go together."""
     for out in outputs:
         if (layout == "faces" and out.suffix.lower() not in TEXTURES) != has_faces(out):
@@ -61,13 +49,17 @@ def check_outputs(outputs: list[Path], layout: str | None, faces: int) -> None:
             raise UsageError(f"{out.suffix} holds a cube or one image, not {faces} faces")
 
 
-def _named(pattern: str, source: Path) -> Path:
-    """Return where the result of an input goes: {stem}, {name}, {suffix}, {parent} are its own."""
+def named(pattern: str, source: Path, **more: str) -> Path:
+    """Return where the result of an input goes: {stem}, {name}, {suffix}, {parent} are its own.
+
+    So are those that a command has more.
+    """
     fields = {
         "stem": source.stem,
         "name": source.name,
         "suffix": source.suffix,
         "parent": str(source.parent),
+        **more,
         "face": "{face}",
     }
     try:
@@ -76,9 +68,9 @@ def _named(pattern: str, source: Path) -> Path:
         raise UsageError(f"--output {pattern!r}: {error}") from None
     for field in used:
         if field not in fields:
+            *others, last = (f"{{{known}}}" for known in fields)
             raise UsageError(
-                f"--output {pattern!r} has {{{field}}}; there are {{stem}}, {{name}}, {{suffix}}, "
-                "{parent} and {face}"
+                f"--output {pattern!r} has {{{field}}}; there are {', '.join(others)} and {last}"
             )
     return Path(pattern.format(**fields))
 
@@ -91,6 +83,11 @@ def has_faces(path: Path) -> bool:
 def face_paths(path: Path, names: Sequence[str]) -> list[Path]:
     """Return the file of each face."""
     return [path.with_name(path.name.replace("{face}", name)) for name in names]
+
+
+def places(path: Path, projection: sm.Projection, style: str) -> list[Path]:
+    """Return the files that a result is: one, or one a face."""
+    return face_paths(path, face_names(projection, style)) if has_faces(path) else [path]
 
 
 def face_names(projection: sm.Projection, style: str) -> tuple[str, ...]:

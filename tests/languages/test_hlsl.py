@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import spheremap as sm
-from oracles import hlsl_oracle
+from oracles import hlsl_oracle, need
 from printed import (
     CASES,
     PACKINGS,
@@ -51,6 +51,25 @@ def test_dxc_has_the_bits_of_the_library(case: str) -> None:
         return out[:, 0] if n == 1 else out
 
     assert_alike(p, np.float32, verb)
+
+
+CALLS = {
+    "sphere_map": "m_color(m_vertex(d, d))",
+    "matcap": "m_color(d)",
+    "light_probe": "m_color(d)",
+    "mirror_balls": "m_color(d)",
+    "gbuffer": "float4(m_unpack(m_pack(d)), 1.0)",
+}
+
+
+@pytest.mark.parametrize("effect", CALLS)
+def test_dxc_compiles_effects(effect: str) -> None:
+    need("compushady")
+    from compushady.shaders import hlsl
+
+    text = sm.effect(effect, "hlsl", name="m")
+    stage = f"float4 main(float3 d : TEXCOORD0) : SV_Target {{ return {CALLS[effect]}; }}"
+    assert hlsl.compile(f"{text}\n{stage}", "main", "ps_6_0")
 
 
 @pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])

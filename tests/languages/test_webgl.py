@@ -56,3 +56,19 @@ def test_webgl_is_within_the_bounds(case: str, page: Any) -> None:
 
     assert len(directions(np.float32)) > 20_000
     assert_alike(p, np.float32, verb, exact=False)
+
+
+CALLS = {
+    "sphere_map": "m_color(m_vertex(row.xyz, row.xyz))",
+    "matcap": "m_color(row.xyz)",
+    "light_probe": "m_color(row.xyz)",
+    "mirror_balls": "m_color(row.xyz)",
+    "gbuffer": "vec4(m_unpack(m_pack(row.xyz)), 1.0)",
+}
+
+
+@pytest.mark.parametrize("effect", CALLS)
+def test_webgl_compiles_effects(effect: str, page: Any) -> None:
+    text = sm.effect(effect, "glsl_es", name="m")
+    shader = SHADER.format(text=text, call=f"first = {CALLS[effect]};")
+    assert webgl_oracle.run(page, shader, directions(np.float32)).shape[1] == 8

@@ -580,6 +580,7 @@ OTHERS = {
 NOT_MEASURED = {
     "camera",
     "code",
+    "effect",
     "from_linear",
     "to_linear",
     "find",

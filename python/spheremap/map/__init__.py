@@ -2,6 +2,7 @@
 
 from .cameras import camera
 from .coding import code
+from .effects import effect
 from .lonlat import directions_to_lonlat, lonlat_to_directions
 from .named import conventions, projection
 from .pixels import directions_to_pixels, pixels_to_directions
@@ -31,6 +32,7 @@ __all__ = [
     "directions",
     "directions_to_lonlat",
     "directions_to_pixels",
+    "effect",
     "encode",
     "explain",
     "jacobian",

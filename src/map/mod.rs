@@ -454,17 +454,22 @@ impl Map {
         impl Visitor for Sense {
             type Output = Vec<bool>;
             fn visit<P: Projection>(self, p: P) -> Vec<bool> {
-                let reversed = |face: usize| {
-                    let uv = Uv {
-                        u: 0.45,
-                        v: 0.4,
-                        face: face as f64,
-                    };
-                    let [a, b] = p.jacobian(uv).map(glam::DVec3::from);
-                    a.cross(b).dot(glam::DVec3::from(p.decode(uv))) < 0.0
-                };
-                (0..P::INFO.faces).map(reversed).collect()
+                (0..P::INFO.faces)
+                    .map(|face| is_reversed(p, face))
+                    .collect()
             }
+        }
+        // A call: of a lens, whose formula does not look at the face, LLVM 22 takes it for what every lane has alike, and its loop
+        // vectorizer asks the operands of that in a time that doubles with each step of Newton's method.
+        #[inline(never)]
+        fn is_reversed<P: Projection>(p: P, face: usize) -> bool {
+            let uv = Uv {
+                u: 0.45,
+                v: 0.4,
+                face: face as f64,
+            };
+            let [a, b] = p.jacobian(uv).map(glam::DVec3::from);
+            a.cross(b).dot(glam::DVec3::from(p.decode(uv))) < 0.0
         }
         let turned = |(face, reversed): (usize, bool)| {
             let o = self.face_layout.places[face].orientation;

@@ -32,6 +32,7 @@ __all__ = [
     "healpix_reorder",
     "healpix_vec2pix",
     "helpers",
+    "integrals",
     "lights",
     "lobe",
     "matching_size",

@@ -86,7 +86,7 @@ def test_it_runs(path: Path, tmp_path: Path) -> None:
         pytest.importorskip("skimage")
     if path.name.startswith("8"):
         pytest.importorskip("scipy")
-    environment = {**os.environ, "MPLBACKEND": "Agg", "MPLCONFIGDIR": str(tmp_path)}
+    environment = {**os.environ, "MPLBACKEND": "Agg"}
     environment.pop("SPHEREMAP_DATA", None)
     run = subprocess.run(
         [sys.executable, "-c", RUN, str(path)],

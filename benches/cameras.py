@@ -21,7 +21,7 @@ from functools import partial
 import cv2
 import numpy as np
 import spheremap as sm
-from measure import ROOT, machine, say, table
+from measure import machine, say, table, write_section
 
 BEGIN, END = "<!-- cameras: written by benches/cameras.py -->", "<!-- cameras: end -->"
 Call = Callable[[], object]
@@ -214,14 +214,7 @@ def main() -> None:
     print(section)
     if args.quick:
         return
-    path = ROOT / "BENCHMARKS.md"
-    old = path.read_text(encoding="utf-8")
-    if BEGIN in old:
-        new = old.split(BEGIN)[0] + section + old.split(END)[1]
-    else:
-        new = old.rstrip("\n") + "\n\n" + section + "\n"
-    path.write_text(new, encoding="utf-8")
-    say(f"wrote a section of {path}")
+    write_section(BEGIN, section, END)
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ import spheremap as sm
 import spheremap.dask as smd
 from astropy import units as u
 from astropy.wcs import WCS
-from measure import ROOT, machine, say, table
+from measure import machine, say, table, write_section
 
 BEGIN, END = "<!-- chunks: written by benches/chunks.py -->", "<!-- chunks: end -->"
 # CAR has its pole at +z and centers of pixels, as this row.
@@ -219,14 +219,7 @@ def main() -> None:
     print(section)
     if args.quick:
         return
-    page = ROOT / "BENCHMARKS.md"
-    old = page.read_text(encoding="utf-8")
-    if BEGIN in old:
-        new = old.split(BEGIN)[0] + section + old.split(END)[1]
-    else:
-        new = old.rstrip("\n") + "\n\n" + section + "\n"
-    page.write_text(new, encoding="utf-8")
-    say(f"wrote a section of {page}")
+    write_section(BEGIN, section, END)
 
 
 if __name__ == "__main__":

@@ -13,11 +13,10 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import spheremap as sm
-from measure import ROOT, race, say, table
+from measure import race, say, table, write_section
 
 BEGIN, END = "<!-- distribution: benches/light_distribution.py -->", "<!-- end of distribution -->"
 SIZES = (512, 2048)
@@ -167,15 +166,7 @@ def main() -> None:
     print(section)
     if args.quick:
         return
-    path = Path(ROOT / "BENCHMARKS.md")
-    text = path.read_text(encoding="utf-8")
-    if BEGIN in text and END in text:
-        before, after = text.split(BEGIN)[0], text.split(END)[1]
-        text = before + section + after
-    else:
-        text = text.rstrip("\n") + "\n\n" + section + "\n"
-    path.write_text(text, encoding="utf-8")
-    say(f"wrote a section of {path}")
+    write_section(BEGIN, section, END)
 
 
 if __name__ == "__main__":

@@ -133,6 +133,18 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
+def write_section(begin: str, section: str, end: str) -> None:
+    """Put a section, from its first mark to its last, into BENCHMARKS.md or at its end."""
+    page = ROOT / "BENCHMARKS.md"
+    old = page.read_text(encoding="utf-8")
+    if begin in old:
+        new = old.split(begin)[0] + section + old.split(end)[1]
+    else:
+        new = old.rstrip("\n") + "\n\n" + section + "\n"
+    page.write_text(new, encoding="utf-8")
+    say(f"wrote a section of {page}")
+
+
 def table(head: list[str], rows: list[list[str]], left: int = 1) -> str:
     """Return a Markdown table; the first `left` columns are text, the rest numbers."""
     rule = ["---" if i < left else "---:" for i in range(len(head))]

@@ -25,7 +25,7 @@ import distributed
 import numpy as np
 import spheremap as sm
 import spheremap.dask as smd
-from measure import ROOT, machine, say, table
+from measure import machine, say, table, write_section
 from spheremap import io
 from spheremap.resample.seen import Rectangle, SourceTiles, tiles
 
@@ -224,14 +224,7 @@ def main() -> None:
     print(section)
     if args.quick:
         return
-    page = ROOT / "BENCHMARKS.md"
-    old = page.read_text(encoding="utf-8")
-    if BEGIN in old:
-        new = old.split(BEGIN)[0] + section + old.split(END)[1]
-    else:
-        new = old.rstrip("\n") + "\n\n" + section + "\n"
-    page.write_text(new, encoding="utf-8")
-    say(f"wrote a section of {page}")
+    write_section(BEGIN, section, END)
 
 
 if __name__ == "__main__":

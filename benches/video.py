@@ -26,7 +26,7 @@ import av
 import imageio_ffmpeg
 import numpy as np
 import spheremap as sm
-from measure import ROOT, machine, say, table
+from measure import machine, say, table, write_section
 from spheremap.video.frames import FrameConversion
 
 BEGIN, END = "<!-- video: written by benches/video.py -->", "<!-- video: end -->"
@@ -205,14 +205,7 @@ def main() -> None:
     print(section)
     if args.quick:
         return
-    page = ROOT / "BENCHMARKS.md"
-    old = page.read_text(encoding="utf-8")
-    if BEGIN in old:
-        new = old.split(BEGIN)[0] + section + old.split(END)[1]
-    else:
-        new = old.rstrip("\n") + "\n\n" + section + "\n"
-    page.write_text(new, encoding="utf-8")
-    say(f"wrote a section of {page}")
+    write_section(BEGIN, section, END)
 
 
 if __name__ == "__main__":

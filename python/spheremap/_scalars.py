@@ -57,7 +57,8 @@ def as_items(value: Any, name: str, of: str) -> Iterator[Any]:
     """Return an iterator over a sequence of something."""
     try:
         return iter(value)
-    except TypeError:
+    # Views of memory with several axes are not there yet, in their words.
+    except (TypeError, NotImplementedError):
         raise TypeError(
             f"Expected `{name}` to be a sequence of {of}, got {_kind(value)}."
         ) from None

@@ -40,7 +40,7 @@ RAISES = {dis.opmap[name] for name in ("RAISE_VARARGS", "RERAISE") if name in di
 # How messages of the compiled core begin, and Python's own about names of arguments.
 OURS = re.compile(
     r"Expected |`|unknown |two conventions |projection '|filter '|grid '|[Aa]n? image|[Tt]he image|"
-    r"There is no room|'[\w-]+' has no|[\w.]+\(\) (got|missing|takes)"
+    r"There is no room|'[\w-]+' has |[\w.]+\(\) (got|missing|takes)"
 )
 
 
@@ -103,6 +103,7 @@ def fault_of(error: BaseException, text: str) -> tuple[str, str] | None:
     if isinstance(error, Warning):
         # Those that the library gives are no fault.
         ours = type(error).__module__.startswith("spheremap")
+        ours |= type(error) is UserWarning and file.startswith(HERE)
         return None if ours else ("warning", said)
     # What converts an argument of the core says which in a note.
     named = any("while processing '" in note for note in getattr(error, "__notes__", ()))

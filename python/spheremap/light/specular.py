@@ -110,7 +110,7 @@ def prefilter(
     if method == "auto":
         texels = _texels(pixels, source)
         # Half of a GGX lobe's weight lies within a cone of radius 2α or so.
-        resolved = alpha > 4 * np.sqrt(source.covered_solid_angle / texels)
+        resolved = alpha > 4 * np.sqrt(source.covered_solid_angle / max(texels, 1))
         few = texels * int(np.prod(shape)) <= _EXACT_PAIRS
         method = "exact" if resolved and few else "sampled"
     if method == "exact":

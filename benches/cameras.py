@@ -21,7 +21,7 @@ from functools import partial
 import cv2
 import numpy as np
 import spheremap as sm
-from measure import machine, say, table, write_section
+from measure import machine, publish, say, table
 
 BEGIN, END = "<!-- cameras: written by benches/cameras.py -->", "<!-- cameras: end -->"
 Call = Callable[[], object]
@@ -210,11 +210,7 @@ def main() -> None:
         ),
         END,
     ]
-    section = "\n\n".join(text)
-    print(section)
-    if args.quick:
-        return
-    write_section(BEGIN, section, END)
+    publish(text, args.quick)
 
 
 if __name__ == "__main__":

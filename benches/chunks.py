@@ -28,7 +28,7 @@ import spheremap as sm
 import spheremap.dask as smd
 from astropy import units as u
 from astropy.wcs import WCS
-from measure import machine, say, table, write_section
+from measure import machine, publish, say, table
 
 BEGIN, END = "<!-- chunks: written by benches/chunks.py -->", "<!-- chunks: end -->"
 # CAR has its pole at +z and centers of pixels, as this row.
@@ -215,11 +215,7 @@ def main() -> None:
               body, left=2),
         END,
     ]  # fmt: skip
-    section = "\n\n".join(text)
-    print(section)
-    if args.quick:
-        return
-    write_section(BEGIN, section, END)
+    publish(text, args.quick)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 import numpy as np
 import spheremap as sm
-from measure import race, say, table, write_section
+from measure import publish, race, say, table
 
 BEGIN, END = "<!-- distribution: benches/light_distribution.py -->", "<!-- end of distribution -->"
 SIZES = (512, 2048)
@@ -162,11 +162,7 @@ def main() -> None:
             call()
         return
     sm.set_num_threads(args.threads)
-    section = "\n\n".join([BEGIN, *bench(args), END])
-    print(section)
-    if args.quick:
-        return
-    write_section(BEGIN, section, END)
+    publish([BEGIN, *bench(args), END], args.quick)
 
 
 if __name__ == "__main__":

@@ -133,8 +133,15 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def write_section(begin: str, section: str, end: str) -> None:
-    """Put a section, from its first mark to its last, into BENCHMARKS.md or at its end."""
+def publish(text: list[str], quick: bool) -> None:
+    """Print a section; where it is no smoke test, put it into BENCHMARKS.md or at its end.
+
+    The first and the last of its paragraphs are the marks that it is found by.
+    """
+    section, begin, end = "\n\n".join(text), text[0], text[-1]
+    print(section)
+    if quick:
+        return
     page = ROOT / "BENCHMARKS.md"
     old = page.read_text(encoding="utf-8")
     if begin in old:

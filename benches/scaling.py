@@ -25,7 +25,7 @@ import distributed
 import numpy as np
 import spheremap as sm
 import spheremap.dask as smd
-from measure import machine, say, table, write_section
+from measure import machine, publish, say, table
 from spheremap import io
 from spheremap.resample.seen import Rectangle, SourceTiles, tiles
 
@@ -220,11 +220,7 @@ def main() -> None:
         table(["work", "tasks", "a task", "moved by it", *MANY, "efficiency"], body),
         END,
     ]  # fmt: skip
-    section = "\n\n".join(text)
-    print(section)
-    if args.quick:
-        return
-    write_section(BEGIN, section, END)
+    publish(text, args.quick)
 
 
 if __name__ == "__main__":

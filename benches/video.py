@@ -26,7 +26,7 @@ import av
 import imageio_ffmpeg
 import numpy as np
 import spheremap as sm
-from measure import machine, say, table, write_section
+from measure import machine, publish, say, table
 from spheremap.video.frames import FrameConversion
 
 BEGIN, END = "<!-- video: written by benches/video.py -->", "<!-- video: end -->"
@@ -201,11 +201,7 @@ def main() -> None:
         ),
         END,
     ]
-    section = "\n\n".join(text)
-    print(section)
-    if args.quick:
-        return
-    write_section(BEGIN, section, END)
+    publish(text, args.quick)
 
 
 if __name__ == "__main__":

@@ -63,7 +63,9 @@ def _plane(theta: Array, _: Parameters) -> Array:
 
 def _polynomial(theta: Array, k: Parameters) -> Array:
     a, b, c, d = (k.get(name, 0.0) for name in ("k1", "k2", "k3", "k4"))
-    return theta + a * theta**3 + b * theta**5 + c * theta**7 + d * theta**9
+    # By products: powers of long doubles are calls of a function.
+    w = theta * theta
+    return theta * (1 + w * (a + w * (b + w * (c + w * d))))
 
 
 def _mei(theta: Array, k: Parameters) -> Array:
@@ -100,8 +102,8 @@ def distort(x: Array, y: Array, k: Parameters) -> tuple[Array, Array]:
     """OpenCV's x'' and y'' of x' and y'."""
     c = {name: k.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")}
     r2 = x * x + y * y
-    over = 1 + c["k1"] * r2 + c["k2"] * r2**2 + c["k3"] * r2**3
-    q = over / (1 + c["k4"] * r2 + c["k5"] * r2**2 + c["k6"] * r2**3)
+    over = 1 + r2 * (c["k1"] + r2 * (c["k2"] + r2 * c["k3"]))
+    q = over / (1 + r2 * (c["k4"] + r2 * (c["k5"] + r2 * c["k6"])))
     return (
         x * q + 2 * c["p1"] * x * y + c["p2"] * (r2 + 2 * x * x),
         y * q + c["p1"] * (r2 + 2 * y * y) + 2 * c["p2"] * x * y,

@@ -47,15 +47,18 @@ def signed_distance(mask: Mask, rows: int, columns: int) -> Array:
 
 def _along(of: Mask, x: Array) -> Array:
     """Return, for each row, how far each place of it is from the nearest pixel of a set."""
-    width = of.shape[1]
-    i = np.arange(width)
-    # The edges of the last pixel of the set on the left, and of the first on the right.
-    left = np.maximum.accumulate(np.where(of, i + 1.0, -np.inf), axis=1)
-    right = np.minimum.accumulate(np.where(of, i + 0.0, np.inf)[:, ::-1], axis=1)[:, ::-1]
+    height, width = of.shape
+    i = np.arange(width, dtype=np.int32)
     at = np.minimum(x.astype(np.intp), width - 1)
-    before = np.maximum(at - 1, 0)
+    # Between two places all that counts is the last pixel of the set there, and the first.
+    parts, part = np.unique(at, return_inverse=True)
+    # The edges of the last pixel of the set on the left, and of the first on the right.
+    nowhere = 4 * (width + height)
+    last = np.maximum.reduceat(np.where(of, i + 1, -nowhere), parts, axis=1)
+    first = np.minimum.reduceat(np.where(of, i, nowhere + width), parts, axis=1)
+    none = np.full((height, 1), -nowhere)
+    left = np.hstack([none, np.maximum.accumulate(last[:, :-1], axis=1)])
+    right = np.minimum.accumulate(first[:, ::-1], axis=1)[:, ::-1]
     # What begins left of a place may end right of it: its own pixel.
-    inside = of[:, at]
-    gap = np.minimum(x - left[:, before], right[:, at] - x)
-    gap = np.where(inside, 0, np.maximum(gap, 0))
-    return np.where(np.isfinite(gap), gap, 4.0 * width + 4.0 * of.shape[0])
+    gap = np.minimum(x - left[:, part], right[:, part] - x)
+    return np.where(of[:, at], 0.0, np.clip(gap, 0.0, nowhere))

@@ -280,18 +280,19 @@ def _divided(total: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
     lines, into = (a.reshape(-1, *a.shape[-2:]) for a in (total, image))
 
     def work(rows: slice) -> None:
-        weight = lines[rows, :, -1:]
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            found = lines[rows, :, :-1] / weight
+        weight = lines[rows, :, -1].copy()
         seen = weight > 0
-        if dtype.kind == "f":
-            into[rows] = found if seen.all() else np.where(seen, found, np.nan)
-            return
-        if not seen.all():
-            found = np.where(seen, found, 0)
-        found += found.dtype.type(0.5)
-        np.clip(found, 0, np.iinfo(dtype).max, out=found)
-        into[rows] = found
+        unseen = None if seen.all() else ~seen
+        # By channels: loops over three numbers cost more than what they do.
+        for c in range(into.shape[-1]):
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                found = lines[rows, :, c] / weight
+            if unseen is not None:
+                found[unseen] = np.nan if dtype.kind == "f" else 0
+            if dtype.kind != "f":
+                found += found.dtype.type(0.5)
+                np.clip(found, 0, np.iinfo(dtype).max, out=found)
+            into[rows, :, c] = found
 
     on_all_threads(work, blocks(len(lines), lines[0].size))
     return image

@@ -81,11 +81,9 @@ pub fn across(raster: &Raster, covers: impl Fn(usize, usize) -> bool + Sync) -> 
 pub(crate) fn face_solid_angles(map: &Map, raster: &Raster) -> Vec<f64> {
     let (w, h) = (raster.width, raster.height);
     let mut solid_angles = vec![0.0; w * h];
+    let cells = SolidAngles::new(map, raster);
     threads::rows(&mut solid_angles, w, w * h * 16, |j, row| {
-        let mut cells = SolidAngles::new(map, raster);
-        for (i, solid_angle) in row.iter_mut().enumerate() {
-            *solid_angle = cells.of(i, j);
-        }
+        cells.row(map, raster, j, 0, row);
     });
     solid_angles
 }

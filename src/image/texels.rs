@@ -142,63 +142,79 @@ impl<'a, R: Scalar> Directions<'a, R> {
 pub fn solid_angles(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), Error> {
     let raster = Raster::new(map, shape)?;
     expect_length("out", out.len(), raster.texels())?;
+    let cells = SolidAngles::new(map, &raster);
     threads::rows(out, raster.columns, raster.texels() * 16, |row, out| {
-        let mut cells = SolidAngles::new(map, &raster);
         for run in raster.runs(row) {
             let out = &mut out[run.column..][..run.length];
             let Some((_, start, step)) = run.face else {
                 out.fill(0.0);
                 continue;
             };
+            if step == [1, 0] {
+                cells.row(map, &raster, start[1] as usize, start[0] as usize, out);
+                continue;
+            }
             for (k, out) in out.iter_mut().enumerate() {
                 let at = |axis: usize| (start[axis] + k as isize * step[axis]) as usize;
-                *out = cells.of(at(0), at(1));
+                *out = solid_angle_of(map, &raster, at(0), at(1));
             }
         }
     });
     Ok(())
 }
 
-/// The solid angles of the texels of a face, one after another: where rows are parallels, those of a row differ by the rounding of
-/// their widths, and the last few are remembered.
-pub(crate) struct SolidAngles<'a> {
-    map: &'a Map,
-    raster: &'a Raster,
-    /// The row, the width, and the solid angle.
-    known: Option<[(usize, f64, f64); 4]>,
-    oldest: usize,
+/// The solid angles of the texels of a face, row by row: where the density is that of the row, those of a row differ by the rounding
+/// of their widths, and each width is looked at once.
+pub(crate) struct SolidAngles {
+    /// Which width each column has, and a column of each width.
+    alike: Option<(Vec<u32>, Vec<usize>)>,
 }
 
-impl<'a> SolidAngles<'a> {
+impl SolidAngles {
     /// Of a raster of this map.
-    pub(crate) fn new(map: &'a Map, raster: &'a Raster) -> Self {
-        SolidAngles {
-            map,
-            raster,
-            known: map.has_parallels().then_some([(usize::MAX, 0.0, 0.0); 4]),
-            oldest: 0,
-        }
+    pub(crate) fn new(map: &Map, raster: &Raster) -> Self {
+        let alike = map.has_even_rows().then(|| {
+            let (mut widths, mut columns) = (Vec::new(), Vec::new());
+            let which = (0..raster.width).map(|i| {
+                let (u0, u1) = raster.along_u.cell(i);
+                let width = u1 - u0;
+                // Neighbors are often as wide.
+                let known = widths.iter().rposition(|w| *w == width);
+                known.unwrap_or_else(|| {
+                    widths.push(width);
+                    columns.push(i);
+                    widths.len() - 1
+                }) as u32
+            });
+            (which.collect(), columns)
+        });
+        SolidAngles { alike }
     }
 
-    /// That of texel (i, j).
-    pub(crate) fn of(&mut self, i: usize, j: usize) -> f64 {
-        let (u0, u1) = self.raster.along_u.cell(i);
-        let width = u1 - u0;
-        let found = |known: &[(usize, f64, f64); 4]| {
-            let same = known.iter().find(|(row, w, _)| (*row, *w) == (j, width));
-            same.map(|(_, _, solid_angle)| *solid_angle)
-        };
-        if let Some(solid_angle) = self.known.as_ref().and_then(found) {
-            return solid_angle;
+    /// Those of the texels of row j from a column on.
+    pub(crate) fn row(&self, map: &Map, raster: &Raster, j: usize, first: usize, out: &mut [f64]) {
+        let one = |i| solid_angle_of(map, raster, i, j);
+        match &self.alike {
+            None => {
+                for (k, out) in out.iter_mut().enumerate() {
+                    *out = one(first + k);
+                }
+            }
+            Some((which, columns)) => {
+                let known: Vec<f64> = columns.iter().map(|&i| one(i)).collect();
+                for (out, which) in out.iter_mut().zip(&which[first..]) {
+                    *out = known[*which as usize];
+                }
+            }
         }
-        let (v0, v1) = self.raster.along_v.cell(j);
-        let solid_angle = self.map.solid_angle(Rect { u0, u1, v0, v1 });
-        if let Some(known) = &mut self.known {
-            known[self.oldest] = (j, width, solid_angle);
-            self.oldest = (self.oldest + 1) % known.len();
-        }
-        solid_angle
     }
+}
+
+/// That of texel (i, j).
+pub(crate) fn solid_angle_of(map: &Map, raster: &Raster, i: usize, j: usize) -> f64 {
+    let (u0, u1) = raster.along_u.cell(i);
+    let (v0, v1) = raster.along_v.cell(j);
+    map.solid_angle(Rect { u0, u1, v0, v1 })
 }
 
 #[cfg(test)]
@@ -214,13 +230,13 @@ mod tests {
             // Widths that round in several ways.
             let shape = shape_of_size(&map, 2 * 35);
             let raster = Raster::new(&map, &shape).unwrap();
+            let cells = SolidAngles::new(&map, &raster);
+            let mut row = vec![0.0; raster.width];
             for j in [0, 17, raster.height - 1] {
-                let mut cells = SolidAngles::new(&map, &raster);
-                for i in 0..raster.width {
-                    let (u0, u1) = raster.along_u.cell(i);
-                    let (v0, v1) = raster.along_v.cell(j);
-                    let itself = map.solid_angle(Rect { u0, u1, v0, v1 });
-                    assert_eq!(cells.of(i, j), itself, "{} {i} {j}", info.name);
+                cells.row(&map, &raster, j, 0, &mut row);
+                for (i, remembered) in row.iter().enumerate() {
+                    let itself = solid_angle_of(&map, &raster, i, j);
+                    assert_eq!(*remembered, itself, "{} {i} {j}", info.name);
                 }
             }
         }

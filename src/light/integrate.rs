@@ -1,6 +1,6 @@
 //! Integrals over the sphere: ∫ L dω and ∫ L ω dω.
 //!
-//! dω is sin θ dθ dφ; in an image it is the exact solid angle of a texel ([`crate::light::texels`]). Sums are f64:
+//! dω is sin θ dθ dφ; in an image it is the exact solid angle of a texel ([`crate::light::patches`]). Sums are f64:
 //! eight lanes within a block of 256 texels, lanes as a tree, blocks as a tree. The order depends on
 //! the image's shape alone.
 
@@ -9,9 +9,11 @@ use crate::image::ImageView;
 use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::SimdWork;
+use crate::kernel::interrupt;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
-use crate::light::texels::{Block, LANES, SIDE, Texels, texels};
+use crate::light::patches::{LANES, Patches, Points, ROOM, flux};
+use crate::light::texels::Texels;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
 /// ∫ f dω and the three components of ∫ f ω dω.
@@ -70,22 +72,45 @@ pub fn moments<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<Moments>, Error
     summed(image)
 }
 
-/// The first moments of every channel and of the constant 1. What a block holds stays in the cache.
+/// The first moments of every channel and of the constant 1. A patch stays in the cache, and nothing is kept of it.
 fn summed<T: Texel, const N: usize>(image: &ImageView<'_, T>) -> Result<Vec<[f64; N]>, Error> {
     let rows = image.channels() + 1;
-    let texels = texels(image.map(), image.shape())?;
-    expect_room::<[f64; N]>(rows * texels.blocks.len())?;
-    let mut all = vec![[0.0; N]; rows * texels.blocks.len()];
-    threads::rows(&mut all, 16 * rows, rows * texels.x.len(), |part, all| {
-        let mut flux = vec![0.0; rows * SIDE * SIDE];
-        for (block, all) in texels.blocks[16 * part..].iter().zip(all.chunks_mut(rows)) {
-            let flux = &mut flux[..rows * block.length];
-            flux.fill(0.0);
-            texels.block_flux(image, block, flux);
-            sum_block(&texels, block, flux, all);
+    let patches = Patches::new(image.map(), image.shape())?;
+    let (across, strips) = (patches.across, patches.strips());
+    expect_room::<[f64; N]>(rows * across * strips)?;
+    let mut all = vec![[0.0; N]; rows * across * strips];
+    let work = rows * patches.raster().texels();
+    threads::rows(&mut all, rows * across, work, |strip, all| {
+        let weights = patches.strip_weights(strip);
+        let mut points = Points::new();
+        let mut light = vec![0.0; rows * ROOM];
+        for (column, all) in all.chunks_mut(rows).enumerate() {
+            let length = patches
+                .points(strip, column, &weights, N > 1, &mut points)
+                .next_multiple_of(LANES);
+            let light = &mut light[..rows * length];
+            light.fill(0.0);
+            flux(
+                image,
+                &points.index[..length],
+                &points.weight[..length],
+                light,
+            );
+            let directions = points.direction.each_ref().map(|axis| &axis[..length]);
+            sum_rows(directions, light, all);
         }
     });
-    Ok((0..rows).map(|row| tree(&all[row..], rows)).collect())
+    interrupt::check()?;
+    // Patches that hold nothing are none: the constant is 0 there alone.
+    let mut seen: Vec<[f64; N]> = Vec::with_capacity(all.len());
+    for patch in all.chunks_exact(rows) {
+        if patch[rows - 1][0] > 0.0 {
+            seen.extend_from_slice(patch);
+        }
+    }
+    Ok((0..rows)
+        .map(|row| tree(seen.get(row..).unwrap_or_default(), rows))
+        .collect())
 }
 
 /// The sum of every `rows`-th of the moments, as a tree.
@@ -105,17 +130,18 @@ pub(crate) fn block_moments(texels: &Texels, flux: &[f64], rows: usize) -> Vec<M
     threads::rows(&mut all, 16 * rows, flux.len() / 4, |part, all| {
         for (block, all) in texels.blocks[16 * part..].iter().zip(all.chunks_mut(rows)) {
             let values = &flux[rows * block.start..][..rows * block.length];
-            sum_block(texels, block, values, all);
+            let points = block.start..block.start + block.length;
+            let directions = [&texels.x, &texels.y, &texels.z].map(|axis| &axis[points.clone()]);
+            sum_rows(directions, values, all);
         }
     });
     all
 }
 
-/// The moments of each row of numbers of a block.
-fn sum_block<const N: usize>(texels: &Texels, block: &Block, flux: &[f64], out: &mut [[f64; N]]) {
-    let span = block.start..block.start + block.length;
-    let points = [&texels.x, &texels.y, &texels.z].map(|axis| &axis[span.clone()]);
-    for (row, moments) in flux.chunks_exact(block.length).zip(out) {
+/// The moments of each of some rows of numbers, one for each of these directions.
+fn sum_rows<const N: usize>(points: [&[f64]; 3], flux: &[f64], out: &mut [[f64; N]]) {
+    let length = points[0].len().max(1);
+    for (row, moments) in flux.chunks_exact(length).zip(out) {
         let mut sums = [[0.0; LANES]; N];
         kernel::run_simd(Sum {
             points,

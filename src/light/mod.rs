@@ -7,6 +7,7 @@ pub(crate) mod integrate;
 pub mod lights;
 pub(crate) mod lit;
 pub(crate) mod lobe;
+pub(crate) mod patches;
 pub mod prefilter;
 pub(crate) mod pyramid;
 pub(crate) mod reflect;

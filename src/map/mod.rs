@@ -409,13 +409,13 @@ impl Map {
         self.visit_canonical(Get(rect))
     }
 
-    /// Whether rows are parallels of the view's own sphere and columns evenly spaced meridians.
-    pub(crate) fn has_parallels(&self) -> bool {
+    /// Whether rectangles of the same rows and width see the same solid angle.
+    pub(crate) fn has_even_rows(&self) -> bool {
         struct Get;
         impl Visitor for Get {
             type Output = bool;
             fn visit<P: Projection>(self, p: P) -> bool {
-                p.has_parallels()
+                P::EVEN_ROWS && matches!(p.outline(), Outline::Square)
             }
         }
         self.visit_canonical(Get)

@@ -15,7 +15,7 @@ use crate::projections::projection::Info;
 
 /// A lens that draws straight lines curved.
 #[derive(Clone, Copy, Debug)]
-pub struct BrownConrady(Distortion);
+pub struct BrownConrady<const SHORT: bool = false>(Distortion<SHORT>);
 
 /// A pinhole camera with distortion.
 pub type CameraBrownConrady = Camera<BrownConrady>;
@@ -25,7 +25,9 @@ const RADIAL: [f64; 3] = [-100.0, 0.0, 100.0];
 /// Of what a lens that is not centered does: thousandths in most calibrations.
 pub const TANGENTIAL: [f64; 3] = [-0.1, 0.0, 0.1];
 
-impl Lens for BrownConrady {
+impl<const SHORT: bool> Lens for BrownConrady<SHORT> {
+    type Short = BrownConrady<true>;
+
     const NAMES: Info = Info {
         name: "camera_brown_conrady",
         title: "Calibrated camera: Brown-Conrady distortion (OpenCV)",
@@ -53,6 +55,10 @@ impl Lens for BrownConrady {
         let [k1, k2, p1, p2, k3, k4, k5, k6] = std::array::from_fn(|k| coefficients[k]);
         let k = [[k1, k2, k3], [k4, k5, k6]];
         BrownConrady(Distortion::new(k, [p1, p2], reach, f64::INFINITY))
+    }
+
+    fn short(self) -> Option<Self::Short> {
+        self.0.short().map(BrownConrady)
     }
 
     #[inline(always)]

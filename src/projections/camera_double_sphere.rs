@@ -39,6 +39,8 @@ impl TwoSpheres {
 }
 
 impl Lens for TwoSpheres {
+    type Short = Self;
+
     const NAMES: Info = Info {
         name: "camera_double_sphere",
         title: "Calibrated camera: double sphere",

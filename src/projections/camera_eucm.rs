@@ -27,6 +27,8 @@ pub struct Ellipsoid {
 pub type CameraEucm = Camera<Ellipsoid>;
 
 impl Lens for Ellipsoid {
+    type Short = Self;
+
     const NAMES: Info = Info {
         name: "camera_eucm",
         title: "Calibrated camera: enhanced unified model (EUCM)",

@@ -7,24 +7,31 @@
 //! Domain: directions that the rectangle shows, up to where the polynomial turns back or to the one opposite the axis; else NaN.
 //!
 //! The inverse is Newton's method for w = θ² in w P(w)² = s, five steps from a polynomial. Where coefficients that no lens has make
-//! the radius nearly stand still on its way, the method leaps: the map ends before.
+//! the radius nearly stand still on its way, the method leaps: the map ends before. Lenses as they are made need two steps; where those
+//! find all that was tried, there are no more.
 
 use crate::number::real::{Real, scaled};
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Guess, LET_OUT, Lens, coefficient, grows_up_to, last,
-    reaches,
+    last_of, reaches,
 };
 use crate::projections::projection::Info;
 use std::f64::consts::PI;
 
 /// Steps of Newton's method.
 const STEPS: usize = 5;
+/// As many as lenses need.
+const FEW: usize = 2;
+/// At how many radii they are tried.
+const RADII: usize = 256;
+/// How near they are before the last step, which squares that.
+const NEAR: f64 = 1e-10;
 /// How far, of it, from a point's radius its inverse's may be.
 const RESIDUE: f64 = 1e-12;
 
 /// A lens with a polynomial.
 #[derive(Clone, Copy, Debug)]
-pub struct FisheyePolynomial {
+pub struct FisheyePolynomial<const STEPS_TAKEN: usize = STEPS> {
     k: [f64; 4],
     /// The largest angle from the axis, in half turns.
     end: f64,
@@ -32,6 +39,8 @@ pub struct FisheyePolynomial {
     limit: f64,
     /// The angle over the radius.
     guess: Guess,
+    /// Whether few steps find all.
+    has_short: bool,
 }
 
 /// A fisheye camera with a K matrix.
@@ -40,7 +49,7 @@ pub type CameraKannalaBrandt = Camera<FisheyePolynomial>;
 /// Of a power of the angle.
 const RANGE: [f64; 3] = [-100.0, 0.0, 100.0];
 
-impl FisheyePolynomial {
+impl<const STEPS_TAKEN: usize> FisheyePolynomial<STEPS_TAKEN> {
     /// P(w): the radius over the angle.
     #[inline(always)]
     fn stretch<R: Real>(self, w: R) -> R {
@@ -66,17 +75,45 @@ impl FisheyePolynomial {
     #[inline(always)]
     fn square_of_angle<R: Real>(self, s: R) -> R {
         let known = s.value();
-        let ratio = self.guess.at(known);
-        let mut w = known * ratio * ratio;
-        for _ in 1..STEPS {
-            w = self.newton(w, known);
-        }
         // The last step's derivative is that of the solution.
-        self.newton(R::constant(w), s)
+        self.newton(R::constant(self.near(known)), s)
+    }
+
+    /// It, but for the last step.
+    #[inline(always)]
+    fn near<R: Real>(self, s: R) -> R {
+        let ratio = self.guess.at(s);
+        let mut w = s * ratio * ratio;
+        for _ in 1..STEPS_TAKEN {
+            w = self.newton(w, s);
+        }
+        w
+    }
+
+    fn shortened(self) -> FisheyePolynomial<FEW> {
+        FisheyePolynomial {
+            k: self.k,
+            end: self.end,
+            limit: self.limit,
+            guess: self.guess,
+            has_short: self.has_short,
+        }
+    }
+
+    /// Whether few steps come near the angles of all radii that are tried.
+    fn is_found_shortly(self) -> bool {
+        let short = self.shortened();
+        (1..=RADII).all(|k| {
+            let angle = PI * self.end * k as f64 / RADII as f64;
+            let (w, r) = (angle * angle, angle * self.stretch(angle * angle));
+            (short.near(r * r) - w).abs() <= NEAR * w
+        })
     }
 }
 
-impl Lens for FisheyePolynomial {
+impl<const STEPS_TAKEN: usize> Lens for FisheyePolynomial<STEPS_TAKEN> {
+    type Short = FisheyePolynomial<FEW>;
+
     const NAMES: Info = Info {
         name: "camera_kannala_brandt",
         title: "Calibrated camera: Kannala-Brandt fisheye (OpenCV)",
@@ -106,6 +143,7 @@ impl Lens for FisheyePolynomial {
             end: 1.0,
             limit: 0.0,
             guess: Guess::new(1.0, 4.0, |_| 1.0),
+            has_short: false,
         };
         let polynomial = lens;
         let at = |angle: f64| {
@@ -131,13 +169,18 @@ impl Lens for FisheyePolynomial {
                 let r = s.sqrt();
                 reaches(r, fold, radius) / r
             });
-            let found = last(radius(end), |r| lens.holds([r, 0.0]));
+            let found = last_of(RADII, radius(end), |r| lens.holds([r, 0.0]));
             if found < radius(end) {
                 lens.end = reaches(found, end, radius) / PI;
                 lens.limit = found * found;
             }
         }
+        lens.has_short = lens.is_found_shortly();
         lens
+    }
+
+    fn short(self) -> Option<Self::Short> {
+        (self.has_short && STEPS_TAKEN > FEW).then(|| self.shortened())
     }
 
     #[inline(always)]

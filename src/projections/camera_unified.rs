@@ -49,6 +49,8 @@ impl UnifiedLens {
 }
 
 impl Lens for UnifiedLens {
+    type Short = Self;
+
     const NAMES: Info = Info {
         name: "camera_unified",
         title: "Calibrated camera: unified model (Mei)",

@@ -118,10 +118,6 @@ impl Projection for Cylindrical {
         [sin * n, y * n, cos * n]
     }
 
-    fn has_parallels(self) -> bool {
-        true
-    }
-
     fn solid_angle(self, rect: Rect) -> f64 {
         solid_angle::cylindrical(rect, 2.0 * PI * self.edge, self.half_height)
     }

@@ -76,10 +76,6 @@ impl Projection for HemiLatlong {
         Uv::flat(u.rem_euclid(1.0), uv.v.abs().min(1.0))
     }
 
-    fn has_parallels(self) -> bool {
-        true
-    }
-
     fn solid_angle(self, rect: Rect) -> f64 {
         solid_angle::latlong(Rect {
             v0: 0.5 * rect.v0,

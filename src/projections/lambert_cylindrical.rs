@@ -83,10 +83,6 @@ impl Projection for LambertCylindrical {
         [flat * sin, q, flat * cos]
     }
 
-    fn has_parallels(self) -> bool {
-        true
-    }
-
     fn solid_angle(self, rect: Rect) -> f64 {
         4.0 * PI * rect.area()
     }

@@ -75,10 +75,6 @@ impl Projection for Latlong {
         [sin * sin_longitude, -cos, sin * cos_longitude]
     }
 
-    fn has_parallels(self) -> bool {
-        true
-    }
-
     fn solid_angle(self, rect: Rect) -> f64 {
         solid_angle::latlong(rect)
     }

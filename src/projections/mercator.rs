@@ -96,10 +96,6 @@ impl Projection for Mercator {
         [sin * n, sinh * n, cos * n]
     }
 
-    fn has_parallels(self) -> bool {
-        true
-    }
-
     /// 2π Δu (tanh b - tanh a), the difference as sinh(b - a)/(cosh a cosh b).
     fn solid_angle(self, rect: Rect) -> f64 {
         let [a, b] = [rect.v0, rect.v1].map(|v| self.edge * (2.0 * v - 1.0));

@@ -84,10 +84,6 @@ impl Projection for Miller {
         [cos * sin_longitude, sin, cos * cos_longitude]
     }
 
-    fn has_parallels(self) -> bool {
-        true
-    }
-
     /// 2π Δu times the difference of sines, as a product.
     fn solid_angle(self, rect: Rect) -> f64 {
         let [a, b] = [rect.v0, rect.v1].map(|v| 0.5 * PI * Miller::latitude(2.0 * v - 1.0));

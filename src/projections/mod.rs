@@ -81,7 +81,7 @@ macro_rules! projections {
             /// Calls the visitor with the projection inside.
             pub fn visit<V: Visitor>(self, visitor: V) -> V::Output {
                 match self {
-                    $(Kind::$name(p) => visitor.visit(p)),+
+                    $(Kind::$name(p) => p.accept(visitor)),+
                 }
             }
         }

@@ -331,6 +331,11 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// One with these parameters, in the order of [`Info::parameters`], that passed [`Projection::check`].
     fn with_parameters(parameters: &[f64]) -> Self;
 
+    /// Calls the visitor with what computes this map: another type where these parameters allow shorter formulas.
+    fn accept<V: Visitor>(self, visitor: V) -> V::Output {
+        visitor.visit(self)
+    }
+
     /// Width and height of a face of size `n`: n is its height where it is wider than high.
     fn size(self, n: usize) -> (usize, usize) {
         (n * Self::INFO.aspect.0, n * Self::INFO.aspect.1)
@@ -400,11 +405,6 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// The mirror image, in an edge, of the place at `along` and `inset` from it, on the face that lies there.
     fn across(self, edge: Edge, along: f64, inset: f64) -> Uv<f64> {
         mirrored_across(self, edge, along, inset)
-    }
-
-    /// Whether rows are parallels and columns evenly spaced meridians: rectangles of the same rows and width see the same solid angle.
-    fn has_parallels(self) -> bool {
-        false
     }
 
     /// The exact solid angle that a rectangle of a face sees, rims included. The default integrates

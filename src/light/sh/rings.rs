@@ -19,7 +19,7 @@ use crate::kernel::SimdWork;
 use crate::kernel::tile::{TILE, Tile, TuplesMut};
 use crate::kernel::{interrupt, threads};
 use crate::light::integrate::add_lanes;
-use crate::light::texels::LANES;
+use crate::light::patches::LANES;
 use crate::map::Map;
 use crate::map::verbs::DecodeTile;
 use crate::number::real::Real;

@@ -16,7 +16,7 @@ use crate::number::real::{Real, max};
 use crate::projections::common::lens::{self, LEAST_SLOPE};
 use crate::projections::projection;
 use crate::projections::projection::{
-    Coverage, Info, Outline, Parameter, Projection, Seam, Uv, size_of_aspect,
+    Coverage, Info, Outline, Parameter, Projection, Seam, Uv, Visitor, size_of_aspect,
 };
 use std::f64::consts::PI;
 use std::fmt::Debug;
@@ -29,11 +29,19 @@ const WITHIN: f64 = 1.0 - 1.0 / 256.0;
 
 /// A lens: directions to points of the plane at distance 1 and back, in the view frame.
 pub trait Lens: Copy + Debug + Send + Sync + 'static {
+    /// The same lens with shorter formulas, for coefficients that allow them; itself where there are none.
+    type Short: Lens;
+
     /// Claims that are its own: names, texts, parameters, outline.
     const NAMES: Info;
 
     /// With these coefficients, the parameters after [`ASPECT`], for an image whose farthest corner lies at `reach` from the axis.
     fn new(coefficients: &[f64], reach: f64) -> Self;
+
+    /// This lens with shorter formulas, where its coefficients allow them.
+    fn short(self) -> Option<Self::Short> {
+        None
+    }
 
     /// The point of a direction, and whether the lens sees it.
     fn project<R: Real>(self, d: [R; 3]) -> ([R; 2], R::Mask);
@@ -351,6 +359,19 @@ impl<L: Lens> Projection for Camera<L> {
         }
     }
 
+    fn accept<V: Visitor>(self, visitor: V) -> V::Output {
+        match self.lens.short() {
+            Some(lens) => visitor.visit(Camera {
+                lens,
+                focal: self.focal,
+                principal: self.principal,
+                aspect: self.aspect,
+                whole: self.whole,
+            }),
+            None => visitor.visit(self),
+        }
+    }
+
     fn size(self, n: usize) -> (usize, usize) {
         size_of_aspect(self.aspect, n)
     }
@@ -498,9 +519,13 @@ pub fn grows_up_to(end: f64, at: impl Fn(f64) -> [f64; 2]) -> f64 {
 
 /// The last place on [0, end] up to which something holds, which it does at the start.
 pub fn last(end: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    const STEPS: usize = 2048;
-    let at = |k: usize| end * k as f64 / STEPS as f64;
-    let Some(first) = (1..=STEPS).find(|&k| !holds(at(k))) else {
+    last_of(2048, end, holds)
+}
+
+/// [`last`], by so many places that are tried first.
+pub fn last_of(tried: usize, end: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let at = |k: usize| end * k as f64 / tried as f64;
+    let Some(first) = (1..=tried).find(|&k| !holds(at(k))) else {
         return end;
     };
     let (mut low, mut high) = (at(first - 1), at(first));

@@ -33,7 +33,7 @@ DEV_DEPS := $(VENV)/.dev-$(KEY)
 BUILT := $(VENV)/.built-$(HERE)
 SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell find src -type f 2>/dev/null)
 
-.PHONY: help demo test test-slow test-minimal test-languages test-torch test-browser test-programs fuzz quick lint lint-rust lint-python lint-generated \
+.PHONY: help demo test test-slow test-minimal test-languages test-torch test-browser test-programs test-checked test-sanitized test-valgrind fuzz fuzz-rust quick lint lint-rust lint-python lint-generated \
 	lint-house lint-floors lint-tree lint-spelling lint-tolerances \
 	lint-licenses lint-workflows msrv bench docs wheel wheels wheel-x86-64 wheel-aarch64 check-wheels \
 	fetch-aarch64 test-aarch64 clean distclean develop FORCE
@@ -49,6 +49,9 @@ help:
 	@echo "make test-programs  runs Blender and exrenvmap, whose rows no other test checks"
 	@echo "make quick   builds what changed in about a minute and runs some tests (TESTS=tests/map K=octahedral)"
 	@echo "make fuzz    a million hostile calls (FUZZ_CALLS=), each in a process with limits"
+	@echo "make fuzz-rust    bytes of no meaning for the Rust crate (FUZZ_SECONDS= for each of four targets)"
+	@echo "make test-checked    the suite on a module that watches overflows and assertions"
+	@echo "make test-sanitized  Rust tests under a sanitizer (SANITIZER=address or thread); make test-valgrind  under valgrind"
 	@echo "make lint    formatting, lints, types, stubs, generated files; the house: floors, tree, spelling, tolerances"
 	@echo "make msrv    the oldest Rust that Cargo.toml promises still builds it (needs rustup)"
 	@echo "make bench   speed against memcpy, a C loop and other libraries; rewrites BENCHMARKS.md"
@@ -139,6 +142,29 @@ test-minimal: $(BUILT)
 		'pytest>=8.3' 'pytest-xdist>=3.6' 'hypothesis>=6.100'
 	PYTHONPATH=python "$(MINIMAL)/bin/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs" $(MINIMAL_TESTS)
 
+# The whole suite on a module whose overflows and failed assertions are errors. That of the machine code would find these.
+test-checked: $(RUN_DEPS) $(DEV_DEPS)
+	VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" "$(BIN)/maturin" develop --profile checked --quiet
+	@# The next target that wants the real module builds it.
+	rm -f "$(VENV)"/.built-*
+	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs" --ignore tests/package/test_machine_code.py
+
+# The Rust tests, watched. Rust's sanitizers are not stable: RUSTC_BOOTSTRAP has a stable compiler take them. Threads are those of
+# the standard library, which was not built for the sanitizer: tools/tsan.txt says what it sees there that is none.
+HOST := $(shell rustc -vV | sed -n 's/^host: //p')
+SANITIZER ?= address
+SANITIZED_TESTS ?= --lib --test fuzzing --test face --test textures
+test-sanitized:
+	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=$(SANITIZER)" TSAN_OPTIONS="suppressions=$(CURDIR)/tools/tsan.txt" \
+		CARGO_TARGET_DIR="$(CARGO_TARGET_DIR)/sanitized" cargo test --target $(HOST) $(SANITIZED_TESTS)
+
+# It knows no AVX-512: what runs there is what machines without it run.
+VALGRIND_TESTS ?= --test fuzzing --test face
+test-valgrind:
+	@command -v valgrind >/dev/null || { echo "valgrind was not found; install the package valgrind" >&2; exit 1; }
+	CARGO_TARGET_$$(echo $(HOST) | tr a-z- A-Z_)_RUNNER="valgrind --quiet --error-exitcode=9" \
+		cargo test --target $(HOST) $(VALGRIND_TESTS)
+
 # Which tests, by file and by name: make quick TESTS=tests/resample K=gaussian
 TESTS ?= tests/map
 K ?=
@@ -153,6 +179,11 @@ FUZZ_CALLS ?= 1000000
 FUZZ_SEED ?= 0
 fuzz: $(BUILT) $(DEV_DEPS)
 	cd tests && "$(BIN)/python" -m fuzz --calls $(FUZZ_CALLS) --seed $(FUZZ_SEED)
+
+# Bytes of no meaning for the formulas, codes, pixel numbers and overlaps of the Rust crate: so long for each of them.
+FUZZ_SECONDS ?= 600
+fuzz-rust:
+	SPHEREMAP_FUZZ_SECONDS=$(FUZZ_SECONDS) cargo test --test fuzzing
 
 lint: lint-house lint-rust lint-python lint-generated lint-licenses lint-workflows
 

@@ -38,11 +38,12 @@ pub struct Grid {
     per_equatorial: f64,
 }
 
-/// a·b for numbers of 32 bits: one instruction where a product of 64 takes many.
+/// a·b for numbers of 32 bits: one instruction where a product of 64 takes many. What is computed of other numbers, for a
+/// choice that is not made, may wrap.
 #[inline(always)]
 fn product(a: i64, b: i64) -> i64 {
     const LOW: i64 = 0xffff_ffff;
-    (a & LOW) * (b & LOW)
+    (a & LOW).wrapping_mul(b & LOW)
 }
 
 /// How often n goes into a number below 5 n.
@@ -178,9 +179,10 @@ impl Grid {
     #[inline(always)]
     fn first(self, ring: i64, quadrant: i64) -> i64 {
         let n = self.nside;
-        let northern = 2 * product(quadrant, quadrant - 1);
-        let southern = self.pixels - 2 * product(quadrant, quadrant + 1);
-        let between = self.cap + 4 * product(ring - n, n);
+        let northern = product(quadrant, quadrant - 1).wrapping_mul(2);
+        let southern = product(quadrant, quadrant + 1).wrapping_mul(-2);
+        let southern = self.pixels.wrapping_add(southern);
+        let between = product(ring - n, n).wrapping_mul(4).wrapping_add(self.cap);
         let first = choose(ring < n, northern, between);
         choose(ring > 3 * n, southern, first)
     }
@@ -201,16 +203,16 @@ impl Grid {
         // Between them: rings of 4 nside.
         let from_cap = pixel - self.cap;
         let rows = floor(long_double(from_cap) * self.per_equatorial);
-        let rest = from_cap - 4 * product(rows, n);
+        let rest = from_cap.wrapping_sub(product(rows, n).wrapping_mul(4));
         let before = i64::from(rest < 0);
         let beyond = i64::from(rest >= 4 * n);
         let rows = rows - before + beyond;
-        let rest = rest + 4 * n * (before - beyond);
+        let rest = rest.wrapping_add(4 * n * (before - beyond));
         let in_cap = nearer < self.cap;
         OnRing {
             ring: choose(in_cap, choose(south, 4 * n - q, q), n + rows),
             quadrant: choose(in_cap, q, n),
-            halves: choose(in_cap, 2 * along + 1, 2 * rest + 1 - (rows & 1)),
+            halves: choose(in_cap, 2 * along + 1, (rest << 1) + 1 - (rows & 1)),
         }
     }
 

@@ -265,8 +265,13 @@ pub struct ValidCanonical<'a, R> {
 impl<R: Scalar> Visitor for ValidCanonical<'_, R> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
-        for (&[u, v, face], valid) in self.input.as_chunks::<3>().0.iter().zip(self.output) {
-            *valid = p.contains(Uv { u, v, face });
+        for (uv, valid) in self.input.as_chunks::<3>().0.iter().zip(self.output) {
+            let [u, v, face] = uv.map(Scalar::to_f64);
+            // As `decode`: where it computes in f64, what lies in the image there does, and what numbers of this type cannot tell.
+            *valid = !P::COMMON && p.contains(Uv { u, v, face }) || {
+                let [u, v, face] = *uv;
+                p.contains(Uv { u, v, face })
+            };
         }
     }
 }

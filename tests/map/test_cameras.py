@@ -196,6 +196,8 @@ def test_what_a_lens_does_not_hold_is_nan(model, distortion, sensor):
     d = camera.decode(uv)
     assert np.array_equal(np.isnan(d).any(-1), ~valid)
     assert np.array_equal(np.isnan(camera.density(uv)), ~valid)
+    single = uv.astype(np.float32)
+    assert np.array_equal(np.isnan(camera.decode(single)).any(-1), ~camera.valid(single))
     assert np.array_equal(np.isnan(camera.jacobian(uv)).all((-2, -1)), ~valid)
     back = camera.encode(d[valid])
     # A pixel is 1/400 of u: 1e-9 of it is 2.5e-12.
@@ -209,6 +211,8 @@ def test_a_direction_has_one_place(model, distortion, sensor):
     uv = camera.encode(d)
     seen = ~np.isnan(uv[:, 0])
     assert np.array_equal(seen, camera.covers(d))
+    single = d.astype(np.float32)
+    assert np.array_equal(np.isfinite(camera.encode(single)[:, 0]), camera.covers(single))
     back = camera.decode(uv[seen])
     unit = d[seen] / np.linalg.norm(d[seen], axis=-1, keepdims=True)
     # Where the slope is a hundredth, ε of the place is a hundred of the angle; 256 ε are let out.

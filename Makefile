@@ -33,7 +33,7 @@ DEV_DEPS := $(VENV)/.dev-$(KEY)
 BUILT := $(VENV)/.built-$(HERE)
 SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell find src -type f 2>/dev/null)
 
-.PHONY: help demo test test-slow test-minimal test-languages test-torch test-browser test-programs test-checked test-sanitized test-valgrind fuzz fuzz-rust quick lint lint-rust lint-python lint-generated \
+.PHONY: help demo test test-slow test-minimal test-languages test-torch test-jax test-browser test-programs test-checked test-sanitized test-valgrind fuzz fuzz-rust quick lint lint-rust lint-python lint-generated \
 	lint-house lint-floors lint-tree lint-spelling lint-tolerances \
 	lint-licenses lint-workflows msrv bench docs wheel wheels wheel-x86-64 wheel-aarch64 check-wheels \
 	fetch-aarch64 test-aarch64 clean distclean develop FORCE
@@ -45,6 +45,7 @@ help:
 	@echo "make test-languages  runs printed code by JAX, PyTorch, WebGPU, OpenCL and Vulkan; compiles CUDA"
 	@echo "make test-browser    the page of sm.view, viewers of tiles (npm) and printed GLSL ES, in Chromium"
 	@echo "make test-torch  gradients of spheremap.torch"
+	@echo "make test-jax    values and gradients of spheremap.jax"
 	@echo "make test-minimal   some tests on the oldest dependencies that pyproject.toml allows"
 	@echo "make test-programs  runs Blender and exrenvmap, whose rows no other test checks"
 	@echo "make quick   builds what changed in about a minute and runs some tests (TESTS=tests/map K=octahedral)"
@@ -124,6 +125,12 @@ test-torch: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group torch
 	"$(BIN)/python" -m pytest -m programs tests/tensors
 	"$(BIN)/python" -m pytest tests/package/test_docs.py -k torch.md
+
+test-jax: $(BUILT) $(DEV_DEPS)
+	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group jax
+	"$(BIN)/python" -m pytest -m programs tests/tensors/test_jax_maps.py tests/tensors/test_jax_images.py
+	"$(BIN)/python" -m pytest -m programs tests/tensors/test_examples.py -k jax
+	"$(BIN)/python" -m pytest tests/package/test_docs.py -k jax.md
 
 test-programs: $(BUILT) $(DEV_DEPS)
 	@command -v exrenvmap >/dev/null || { echo "exrenvmap was not found; install the package openexr" >&2; exit 1; }

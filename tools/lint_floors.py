@@ -80,6 +80,7 @@ PYTHON: Floors = [
         "viewer": "pages",
         "tiles": "pyramids",
         "video": "videos",
+        "jax": "arrays of JAX",
         "torch": "tensors",
     },
     {"dask": "arrays in chunks"},

@@ -252,6 +252,7 @@ Language: TypeAlias = Literal[
     "cuda",
     "opencl",
     "numpy",
+    "array_api",
     "torch",
     "jax",
 ]

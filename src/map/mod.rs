@@ -520,6 +520,14 @@ impl Map {
         })
     }
 
+    /// The map before it was turned.
+    pub(crate) fn unturned(&self) -> Map {
+        Map {
+            pose: None,
+            ..self.clone()
+        }
+    }
+
     /// The rotation by which the world of the map is turned.
     ///
     /// ```

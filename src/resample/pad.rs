@@ -82,6 +82,12 @@ pub fn pad<T: Texel>(
             out.len()
         )));
     }
+    // A border is of the image and not of the world, by whose rounding a rim would lie on either side of itself.
+    if map.pose().is_some() {
+        let plain = map.unturned();
+        let image = ImageView::new(&plain, image.shape(), channels, image.texels())?;
+        return pad(&image, n, filter, out);
+    }
     if matches!(map.layout(), None | Some("faces")) {
         return pad_faces(image, &whole, n, filter, out);
     }

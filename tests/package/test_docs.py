@@ -34,9 +34,9 @@ def heading(line: str) -> str:
 
 @pytest.mark.parametrize("page", [p for p in PAGES if examples(p).strip()], ids=lambda p: p.name)
 def test_the_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    if page.name == "torch.md":
-        # Run by `make test-torch`.
-        pytest.importorskip("torch")
+    if page.name in ("torch.md", "jax.md"):
+        # Run by `make test-torch` and `make test-jax`.
+        pytest.importorskip(page.stem)
     monkeypatch.chdir(tmp_path)
     test = doctest.DocTestParser().get_doctest(examples(page), {}, page.name, str(page), 0)
     assert test.examples

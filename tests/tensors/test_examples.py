@@ -1,4 +1,4 @@
-"""The examples in the docstrings and the page of spheremap.torch run."""
+"""The examples in the docstrings of spheremap.torch and spheremap.jax run."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from importlib import import_module
 
 import pytest
 
-pytest.importorskip("torch")
-import spheremap.torch as smt
-
 pytestmark = pytest.mark.programs
 
 
-@pytest.mark.parametrize("name", smt.__all__)
-def test_the_example_runs(name: str) -> None:
-    function = getattr(smt, name)
-    module = import_module(function.__module__)
-    (found,) = doctest.DocTestFinder(recurse=False).find(function, name, module)
-    assert found.examples
-    said: list[str] = []
-    assert doctest.DocTestRunner().run(found, out=said.append).failed == 0, "".join(said)
+@pytest.mark.parametrize("module", ["torch", "jax"])
+def test_the_examples_run(module: str) -> None:
+    pytest.importorskip(module)
+    verbs = import_module(f"spheremap.{module}")
+    for name in verbs.__all__:
+        function = getattr(verbs, name)
+        home = import_module(function.__module__)
+        (found,) = doctest.DocTestFinder(recurse=False).find(function, name, home)
+        assert found.examples
+        said: list[str] = []
+        assert doctest.DocTestRunner().run(found, out=said.append).failed == 0, "".join(said)

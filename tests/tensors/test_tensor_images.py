@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import spheremap as sm
 from conftest import FILTERS, NAMES, assert_same_bits, random_directions
+from smooth import WHOLE, inside
 
 torch = pytest.importorskip("torch")
 import spheremap.torch as smt  # noqa: E402
-from spheremap.torch._images import linear_of  # noqa: E402
+from spheremap.resample.linear import linear_of  # noqa: E402
 
 pytestmark = [
     pytest.mark.programs,
@@ -102,20 +103,10 @@ def test_large_conversions_by_polynomials_have_the_adjoint_of_what_they_do() -> 
     assert abs(left - (other * back).sum()) < EXACT * left
 
 
-WHOLE = [
-    name for name in NAMES if sm.projection(name).faces == 1 and sm.projection(name).used_part == 1
-]
-
-
 @pytest.mark.parametrize("case", WHOLE)
 def test_directions_have_the_gradient_of_a_lookup(case: str) -> None:
     p = sm.projection(case)
-    d = random_directions(200, 5)
-    # Inside: beside a pole or a cut a difference steps over what has no derivative.
-    uv = p.encode(d)
-    kept = (p.density(uv) > 1) & (np.abs(uv - 0.5) < 0.4).all(axis=-1)
-    at = torch.from_numpy(d[kept][:8]).requires_grad_()
-    assert len(at) == 8
+    at = torch.from_numpy(inside(case, 8)).requires_grad_()
     x = random((2, *p.shape(8)), 6).requires_grad_()
     assert torch.autograd.gradcheck(
         lambda image, where: smt.sample(image, where, p), (x, at), check_forward_ad=True
@@ -258,6 +249,7 @@ def _key() -> str:
 
 def test_other_devices_look_up_alike() -> None:
     """What runs where there is no kernel, run here."""
+    from spheremap.torch import _images
     from spheremap.torch._lookups import lookups
 
     d = torch.from_numpy(random_directions(300, 1))
@@ -272,7 +264,8 @@ def test_other_devices_look_up_alike() -> None:
     made = linear_of(_key())
     wanted = torch.from_numpy(made.run(x.reshape(4, 8, 3).numpy())).reshape(-1, 3)
     # Sums of some weights of up to 1, in another order.
-    torch.testing.assert_close(made.matrix.times(x), wanted, rtol=EXACT, atol=EXACT)
+    product = torch.sparse.mm(_images._on(x, made.matrix.weights), x)
+    torch.testing.assert_close(product, wanted, rtol=EXACT, atol=EXACT)
 
 
 def test_errors_say_what_was_expected() -> None:

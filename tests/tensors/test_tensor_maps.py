@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import spheremap as sm
-from conftest import NAMES, random_directions
+from conftest import random_directions
+from smooth import CASES, smooth
 
 torch = pytest.importorskip("torch")
 import spheremap.torch as smt  # noqa: E402
@@ -20,30 +21,13 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:.*torch.jit.script:FutureWarning"),
 ]
 
-CASES = [*NAMES, "cube:unreal", "latlong:mitsuba", "angular(fov=180)"]
 # Kernels in float64 against themselves at the dtype's rounding: a few roundings each.
 SAME = {"rtol": 0.0, "atol": 0.0}
 
 
 def some(case: str, count: int = 4) -> tuple[Any, Any, Any]:
-    """Return directions that a map covers, their places and the numbers of their faces."""
-    p = sm.projection(case)
-    d = random_directions(400, 3)
-    uv = p.encode(d)
-    # Away from creases, rims and poles: what lies a thousandth of the image around is smooth.
-    near = [uv]
-    for axis in range(2):
-        for step in (-1e-3, 1e-3):
-            moved = uv.copy()
-            moved[:, axis] += step
-            near.append(moved)
-    found = np.stack([p.jacobian(at) for at in near])
-    size = np.linalg.norm(found[0], axis=(1, 2))
-    change = np.linalg.norm(found - found[0], axis=(2, 3)).max(axis=0)
-    # NaN is not below: places beside a rim are left out.
-    kept = np.flatnonzero((change < 0.05 * size) & (p.density(uv) > 0.05))[:count]
-    assert len(kept) == count
-    return tuple(torch.from_numpy(x[kept]) for x in (d, uv[:, :2], uv[:, 2:]))
+    d, uv, face = smooth(case, count)
+    return torch.from_numpy(d), torch.from_numpy(uv), torch.from_numpy(face)
 
 
 def whole(uv: Any, face: Any) -> Any:

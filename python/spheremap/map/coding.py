@@ -41,8 +41,8 @@ def code(
     projection : Projection or str
         As for `projection`.
     language : str
-        "glsl", "glsl_es", "hlsl", "wgsl", "msl", "osl", "c", "cuda", "opencl", "numpy", "torch" or
-        "jax".
+        "glsl", "glsl_es", "hlsl", "wgsl", "msl", "osl", "c", "cuda", "opencl", "numpy",
+        "array_api", "torch" or "jax".
     verbs : sequence of str
         The functions: "encode", "decode", "density", "jacobian", "valid"; "taps", the columns, rows
         and weights of the four texels of a bilinear lookup in a direction, as `sample` mixes them

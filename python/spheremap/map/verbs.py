@@ -10,6 +10,8 @@ from .. import _core
 from .._scalars import as_number
 from .images import target_shape
 from .named import resolve
+from .standard import is_foreign
+from .standard import run as on_standard
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -77,6 +79,11 @@ def encode(
     -----
     The formula of each projection and where it comes from: ``Projection.source``.
 
+    Arrays of other libraries that keep the array API standard, such as CuPy's and JAX's, are
+    computed by their own functions, where they are, by printed code (`code`): the result is an
+    array of the same library, within twice the bound of the map's round trip. So in `decode` and
+    `density`; the methods of `Projection` are for arrays of NumPy.
+
     Examples
     --------
     The default latlong looks along -z:
@@ -85,7 +92,11 @@ def encode(
     >>> sm.encode([[0, 0, -1], [1, 0, 0]], "latlong").tolist()
     [[0.5, 0.5], [0.75, 0.5]]
     """
-    return _Core.encode(resolve(projection, axes, rotation), directions, out)
+    p = resolve(projection, axes, rotation)
+    if type(directions) is not np.ndarray and is_foreign(directions):
+        found: NDArray[np.floating[Any]] = on_standard("encode", p, directions, "directions", out)
+        return found
+    return _Core.encode(p, directions, out)
 
 
 def decode(
@@ -126,7 +137,11 @@ def decode(
     >>> sm.decode([[0.0, 0.0], [0.5, 0.5]], "sphere").round(6).tolist()
     [[nan, nan, nan], [0.0, -0.0, 1.0]]
     """
-    return _Core.decode(resolve(projection, axes, rotation), uv, out)
+    p = resolve(projection, axes, rotation)
+    if type(uv) is not np.ndarray and is_foreign(uv):
+        found: NDArray[np.floating[Any]] = on_standard("decode", p, uv, "uv", out)
+        return found
+    return _Core.decode(p, uv, out)
 
 
 def jacobian(
@@ -207,7 +222,11 @@ def density(
     >>> np.round(sm.density([[0.5, 0.5], [0.3, 0.4]], "sphere"), 6).tolist()
     [16.0, 16.0]
     """
-    return _Core.density(resolve(projection), uv, out)
+    p = resolve(projection)
+    if type(uv) is not np.ndarray and is_foreign(uv):
+        found: NDArray[np.floating[Any]] = on_standard("density", p, uv, "uv", out)
+        return found
+    return _Core.density(p, uv, out)
 
 
 def valid(uv: ArrayLike, /, projection: ProjectionLike) -> NDArray[np.bool_]:

@@ -5,166 +5,22 @@ Here an image has its channels last, batches among them: (H, W, channels), (F, N
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
 
 from .. import resample
-from .._threads import on_all_threads
+from ..resample.linear import linear_of, without_fill
 from . import _verbs
 from ._lookups import lookups
 from ._operators import define
 from ._specs import map_of
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
     from torch import Tensor
-
-# Rows of a matrix go to threads in so many parts, whatever the number of threads.
-_PARTS = 16
-
-# Matrices are large: so many are held at a time.
-_MATRICES = 16
-
-
-class Matrix:
-    """A sparse matrix of which the adjoint is wanted: each row is summed in one order."""
-
-    def __init__(self, weights: Any) -> None:
-        self._weights = weights
-        self._held: dict[Any, Any] = {}
-
-    def times(self, given: Tensor) -> Tensor:
-        """Return the matrix times columns (sources, channels)."""
-        if given.device.type != "cpu":
-            return torch.sparse.mm(self._on(given, self._weights), given)
-        return self._product("forward", self._weights, given)
-
-    def adjoint(self, given: Tensor) -> Tensor:
-        """Return the transposed matrix times columns (targets, channels)."""
-        if given.device.type != "cpu":
-            return torch.sparse.mm(self._on(given, self._weights.T), given)
-        return self._product("adjoint", self._weights.T, given)
-
-    def _product(self, way: str, weights: Any, given: Tensor) -> Tensor:
-        columns = np.ascontiguousarray(given.detach().numpy())
-        parts = self._held.get((way, columns.dtype))
-        if parts is None:
-            rows = weights.tocsr().astype(columns.dtype)
-            # Weights of a row in the order of its columns: sums have one order.
-            rows.sort_indices()
-            bounds = np.linspace(0, rows.shape[0], _PARTS + 1).astype(int)
-            parts = [(a, b, rows[a:b]) for a, b in pairwise(bounds) if a < b]
-            self._held[way, columns.dtype] = parts
-        out = np.empty((weights.shape[0], columns.shape[1]), columns.dtype)
-
-        def work(part: Any) -> None:
-            first, last, rows = part
-            out[first:last] = rows @ columns
-
-        on_all_threads(work, parts)
-        return torch.from_numpy(out)
-
-    def _on(self, given: Tensor, weights: Any) -> Tensor:
-        held = weights.tocoo()
-        index = torch.from_numpy(np.stack([held.row, held.col]).astype(np.int64))
-        values = torch.from_numpy(held.data).to(given.dtype)
-        return torch.sparse_coo_tensor(index, values, held.shape).to(given.device)
-
-
-@dataclass(frozen=True)
-class Linear:
-    """A verb that makes sums of an image's texels, for images of one shape."""
-
-    key: str
-
-    @cached_property
-    def _given(self) -> dict[str, Any]:
-        given: dict[str, Any] = json.loads(self.key)
-        return given
-
-    @property
-    def source(self) -> tuple[int, ...]:
-        """The shape of the images."""
-        return tuple(self._given["source"])
-
-    @property
-    def target(self) -> tuple[int, ...]:
-        """The shape of the results."""
-        return tuple(self._given["target"])
-
-    def run(self, image: NDArray[Any], *, filled: bool = True) -> NDArray[Any]:
-        """Do it by the kernel."""
-        given = self._given
-        if given["verb"] == "pad":
-            p = map_of(given["src"])
-            found: NDArray[Any] = resample.pad(
-                image, p, given["n"], filter=given["filter"], any_aspect=True
-            )
-            return found
-        return resample.convert(
-            image,
-            map_of(given["src"]),
-            map_of(given["dst"]),
-            size=self.target,
-            filter=given["filter"],
-            fill=given["fill"] if filled else 0.0,
-            antialias=given["antialias"],
-            world=given["world"],
-            any_aspect=True,
-        )
-
-    @cached_property
-    def is_lookup(self) -> bool:
-        """Whether it is one bilinear lookup for each texel of the result."""
-        given = self._given
-        return (
-            given["verb"] == "convert" and given["filter"] == "bilinear" and not given["antialias"]
-        )
-
-    @cached_property
-    def matrix(self) -> Matrix:
-        """It as a matrix, to rounding."""
-        from scipy.sparse import csr_matrix
-
-        if self._given["filter"] == "mode":
-            raise NotImplementedError("`convert` with filter='mode' has no gradient.")
-        sources, targets = math.prod(self.source), math.prod(self.target)
-        if self.is_lookup:
-            return Matrix(lookups(self._given["src"], self.source).weights(self._directions()))
-
-        def columns(channels: NDArray[np.float64]) -> NDArray[np.float64]:
-            image = channels.reshape(*self.source, -1)
-            return self.run(image, filled=False).reshape(targets, -1)
-
-        found = resample.matrix.weights_of(columns, self.source, targets)
-        return Matrix(csr_matrix(found, shape=(targets, sources)))
-
-    def _directions(self) -> Tensor:
-        source, target = map_of(self._given["src"]), map_of(self._given["dst"])
-        if self._given["world"] == "match":
-            target = target.in_world_of(source)
-        return torch.from_numpy(target.directions(self.target)).reshape(-1, 3)
-
-    @cached_property
-    def empty(self) -> NDArray[np.bool_]:
-        """Which texels of the result are no sums, but `fill`."""
-        ones = np.ones((*self.source, 1))
-        none: NDArray[np.bool_] = self.run(ones, filled=False).reshape(-1) == 0
-        return none
-
-
-@lru_cache(_MATRICES)
-def linear_of(key: str) -> Linear:
-    """Return what a key stands for, which holds what it has prepared."""
-    return Linear(key)
 
 
 def _flat(image: Tensor, axes: int) -> Tensor:
@@ -202,23 +58,30 @@ def _linear(image: Tensor, key: str) -> Tensor:
     made = linear_of(key)
     if image.device.type == "cpu":
         return torch.from_numpy(made.run(image.detach().numpy()))
-    found = made.matrix.times(_flat(image, len(made.source)))
-    fill = json.loads(key).get("fill", 0.0)
-    if fill != 0.0:
-        found[torch.from_numpy(made.empty).to(image.device)] = fill
+    columns = _flat(image, len(made.source))
+    found = torch.sparse.mm(_on(columns, made.matrix.weights), columns)
+    if made.fill != 0.0:
+        found[torch.from_numpy(made.empty).to(image.device)] = made.fill
     return found.reshape(*made.target, -1)
 
 
 def _linear_adjoint(gradient: Tensor, key: str) -> Tensor:
     made = linear_of(key)
-    found = made.matrix.adjoint(_flat(gradient, len(made.target)))
+    columns = _flat(gradient, len(made.target))
+    if gradient.device.type == "cpu":
+        found = torch.from_numpy(made.matrix.adjoint(columns.detach().numpy()))
+    else:
+        found = torch.sparse.mm(_on(columns, made.matrix.weights.T), columns)
     return found.reshape(*made.source, -1)
 
 
-def _plain(key: str) -> str:
-    """Return the key of the same without what is not linear."""
-    given = json.loads(key)
-    return json.dumps({**given, "fill": 0.0}) if given.get("fill", 0.0) != 0.0 else key
+def _on(given: Tensor, weights: Any) -> Tensor:
+    """Return a sparse matrix where a tensor is."""
+    held = weights.tocoo()
+    index = torch.from_numpy(np.stack([held.row, held.col]).astype(np.int64))
+    values = torch.from_numpy(held.data).to(given.dtype)
+    made = torch.sparse_coo_tensor(index, values, held.shape, check_invariants=False)
+    return made.to(given.device)
 
 
 def _linear_reverse(
@@ -228,13 +91,13 @@ def _linear_reverse(
 
 
 def _linear_forward(image: Tensor, key: str, result: Tensor, tangent: Tensor) -> Tensor:
-    return linear(tangent, _plain(key))
+    return linear(tangent, without_fill(key))
 
 
 def _linear_adjoint_reverse(
     wanted: Any, gradient: Tensor, key: str, result: Tensor, again: Tensor
 ) -> tuple[Tensor]:
-    return (linear(again, _plain(key)),)
+    return (linear(again, without_fill(key)),)
 
 
 def _linear_adjoint_forward(gradient: Tensor, key: str, result: Tensor, tangent: Tensor) -> Tensor:
@@ -273,7 +136,7 @@ def _sample(image: Tensor, directions: Tensor, spec: str, filter: str, fill: flo
         )
         return torch.from_numpy(found)
     made = lookups(spec, tuple(image.shape[:-1]))
-    if filter != "bilinear" or not made.is_whole:
+    if filter != "bilinear" or not made.taps.is_whole:
         raise NotImplementedError(
             "Where there are no kernels `sample` is bilinear, in images without rims and faces."
         )
@@ -289,21 +152,13 @@ def _sample_adjoint(
     flat = directions.reshape(-1, 3)
     if gradient.device.type != "cpu":
         index, weights = made.mixed(flat)
-        if made.padded[1] is not None or not made.is_whole:
-            raise NotImplementedError(f"No gradient of lookups in '{made.p.name}' there yet.")
-        out = gradient.new_zeros((made.texels, columns.shape[1]))
+        if made.taps.padded[1] is not None or not made.taps.is_whole:
+            raise NotImplementedError(f"No gradient of lookups in '{made.taps.p.name}' there yet.")
+        out = gradient.new_zeros((made.taps.texels, columns.shape[1]))
         for i, w in zip(index, weights, strict=True):
             out.index_add_(0, i, columns * w.to(columns.dtype)[:, None])
         return out.reshape(*shape, -1)
-    if filter not in ("bilinear", "nearest"):
-        raise NotImplementedError(
-            f"`sample` with filter={filter!r} has no gradient; 'bilinear' and 'nearest' have."
-        )
-    matrix = made.weights if filter == "bilinear" else made.nearest
-    weights = matrix(flat.detach())
-    # Lookup by lookup: no sum waits for another, and the order is theirs.
-    held = weights.T.astype(columns.detach().numpy().dtype, copy=False)
-    found = held @ np.ascontiguousarray(columns.detach().numpy())
+    found = made.taps.adjoint(columns.detach().numpy(), flat.detach().numpy(), filter)
     return torch.from_numpy(found).reshape(*shape, -1)
 
 

@@ -2,49 +2,23 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import torch
 
-from .. import _core
 from .._threads import on_all_threads
-from ..map.named import resolve
+from ..map import spec
+from ..map.spec import HELD, map_of
 
-if TYPE_CHECKING:
-    from .._projection import Projection
-    from ..map.named import ProjectionLike
+__all__ = ["HELD", "map_of", "on_blocks", "spec_of", "split_rotation", "turned_back"]
 
 # What is computed on a block stays in a core's cache.
 _BLOCK = 1 << 15
 
-# So many maps, or operators on images of a shape, are held at a time.
-HELD = 128
 
-
-@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
-def spec_of(
-    projection: ProjectionLike, axes: str | None = None, rotation: Any | None = None
-) -> str:
-    """Return the text that stands for a map; a name stands for itself."""
-    p = resolve(projection, axes, rotation)
-    if isinstance(projection, str) and axes is None and rotation is None:
-        return projection
-    _, (_, name, options) = p.__reduce__()
-    return json.dumps([name, options])
-
-
-@lru_cache(HELD)
-def map_of(spec: str) -> Projection:
-    """Return the map that a text stands for."""
-    if not spec.startswith("["):
-        return resolve(spec)
-    name, options = json.loads(spec)
-    made: Projection = _core._rebuild(type(resolve("latlong")), name, options)
-    return made
+spec_of = torch.compiler.assume_constant_result(spec.spec_of)
 
 
 def split_rotation(rotation: Any | None) -> tuple[torch.Tensor | None, Any | None]:

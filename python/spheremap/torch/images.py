@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import torch
 
-from .. import light, resample
-from .._arrays import spatial_axes
-from ..map.images import expect_aspect, target_shape
-from ..map.named import resolve
-from ..map.size import matching_size
+from .. import light
+from ..resample import linear
 from . import _images
 from ._operators import in_float
 from ._specs import map_of, spec_of, split_rotation, turned_back
@@ -23,7 +18,6 @@ if TYPE_CHECKING:
 
     from .._arrays import Size
     from .._names import ConvertFilter, Filter
-    from .._projection import Projection
     from ..map.named import ProjectionLike, Worlds
 
 __all__ = ["convert", "integrate", "pad", "sample"]
@@ -314,98 +308,15 @@ def _as_before(made: Tensor, image: Tensor) -> Tensor:
     return made.to(image.dtype).contiguous()
 
 
-@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
-def _axes(spec: str, shape: tuple[int, ...], any_aspect: bool) -> int:
-    """Return how many axes an image of a map has without channels; its aspect is checked."""
-    p = map_of(spec)
-    axes = spatial_axes(p)
-    _spatial(p, shape, axes, any_aspect)
-    return axes
-
-
-def _spatial(p: Projection, shape: tuple[int, ...], axes: int, any_aspect: bool) -> tuple[int, ...]:
-    """Return the shape of an image without channels."""
-    if not axes <= len(shape) <= axes + 2:
-        raise ValueError(
-            f"Expected `image` to have {axes} to {axes + 2} axes, channels before the rows, "
-            f"got {shape}."
-        )
-    sides = shape[-2:]
-    if axes == 3:
-        # Faces lie before the channels, and a batch before them.
-        sides = (shape[1 if len(shape) == 5 else 0], *sides)
-    expect_aspect(p, sides, any_aspect)
-    return sides
+_axes = torch.compiler.assume_constant_result(linear.image_axes)
+_conversion = torch.compiler.assume_constant_result(linear.conversion)
+_border = torch.compiler.assume_constant_result(linear.border)
 
 
 @torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
-def _conversion(
-    shape: tuple[int, ...],
-    src: ProjectionLike,
-    dst: ProjectionLike,
-    size: Size | None,
-    rotation: Any | None,
-    filter: str,
-    fill: float,
-    antialias: bool,
-    world: str,
-    any_aspect: bool,
-) -> tuple[int, str, int]:
-    """Return the axes of the source, the key of a conversion, and the axes of the result."""
-    source, target = resolve(src), resolve(dst)
-    axes = spatial_axes(source)
-    sides = _spatial(source, shape, axes, any_aspect)
-    if size is None:
-        size = matching_size(sides, source, target)
-    made = target.shape(target_shape(target, size, any_aspect))
-    # All that is wrong with options is said at once, of a plan that is not kept.
-    options: dict[str, Any] = {"filter": filter, "fill": float(fill), "antialias": antialias}
-    plan = resample.remap_plan(
-        source, target, size=made, world=world, any_aspect=True, rotation=rotation, **options
-    )
-    key = {
-        "verb": "convert",
-        "src": spec_of(plan.src),
-        "dst": spec_of(target),
-        "source": sides,
-        "target": made,
-        "world": world,
-        **options,
-    }
-    return axes, json.dumps(key), len(made)
-
-
-@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
-def _border(
-    shape: tuple[int, ...], projection: ProjectionLike, n: int, filter: str, any_aspect: bool
-) -> tuple[int, str, int]:
-    """Return the axes of an image, the key of its padding, and the axes of the result."""
-    p = resolve(projection)
-    axes = spatial_axes(p)
-    sides = _spatial(p, shape, axes, any_aspect)
-    like = resample.pad(np.zeros(sides, np.float32), p, n, filter=filter, any_aspect=True)
-    key = {"verb": "pad", "src": spec_of(p), "source": sides, "target": like.shape}
-    return axes, json.dumps({**key, "n": int(n), "filter": filter}), like.ndim
-
-
-@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
-def _turned_grid(
-    src: ProjectionLike,
-    dst: ProjectionLike,
-    size: Size | None,
-    shape: tuple[int, ...],
-    world: str,
-    any_aspect: bool,
-) -> tuple[str, Tensor]:
-    """Return the source, and the directions of the result's texels in its world."""
-    source, target = resolve(src), resolve(dst)
-    if size is None:
-        sides = _spatial(source, shape, spatial_axes(source), any_aspect)
-        size = matching_size(sides, source, target)
-    if world == "match":
-        target = target.in_world_of(source)
-    made = target.directions(target_shape(target, size, any_aspect))
-    return spec_of(source), torch.from_numpy(made)
+def _turned_grid(*given: Any) -> tuple[str, Tensor]:
+    source, grid = linear.turned_grid(*given)
+    return source, torch.from_numpy(grid)
 
 
 @torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]

@@ -1,5 +1,6 @@
 //! The registry of languages: one line each.
 
+mod array_api;
 mod bits;
 mod c;
 mod cuda;
@@ -28,6 +29,7 @@ pub const ALL: &[&dyn Dialect] = &[
     &cuda::Cuda,
     &opencl::OpenCl,
     &numpy::NumPy,
+    &array_api::ArrayApi,
     &torch::Torch,
     &jax::Jax,
 ];

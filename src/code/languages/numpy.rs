@@ -35,6 +35,36 @@ pub trait Arrays: Sync {
     /// Whether a plain number of a choice is rounded to 32 bits, whatever the other is.
     const NARROWS: bool = false;
 
+    /// A first line that finds the functions, where they are not imported, from the first argument.
+    fn namespace(_first: &str) -> Option<String> {
+        None
+    }
+
+    /// An argument as an array of a type.
+    fn take(name: &str, kind: &str) -> String {
+        format!("{}.{}({name}, dtype={kind})", Self::MODULE, Self::TAKE)
+    }
+
+    /// A word that is given as an array of a type of words.
+    fn take_word(name: &str, kind: &str) -> String {
+        Self::cast(kind, &format!("{}.{}({name})", Self::MODULE, Self::TAKE))
+    }
+
+    /// An array as one of another type.
+    fn cast(kind: &str, value: &str) -> String {
+        // A call or a name takes the method as it is.
+        let atom = value
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || "._".contains(c))
+            || value == format!("{}.{}(code)", Self::MODULE, Self::TAKE);
+        let value = if atom {
+            value.to_owned()
+        } else {
+            format!("({value})")
+        };
+        format!("{value}.{}({kind})", Self::CAST)
+    }
+
     /// 2ˣ of a whole number.
     fn power_of_two(a: &str) -> String;
 
@@ -129,7 +159,7 @@ impl<A: Arrays> Dialect for A {
     fn reserved(&self) -> &'static [&'static str] {
         &[
             "def", "lambda", "from", "import", "pass", "class", "is", "in", "np", "torch", "jnp",
-            "None", "yield",
+            "None", "yield", "xp",
         ]
     }
 
@@ -138,6 +168,9 @@ impl<A: Arrays> Dialect for A {
     }
 
     fn prelude(&self, _text: &Text) -> String {
+        if A::IMPORT.is_empty() {
+            return String::new();
+        }
         format!("{}\n\n\n", A::IMPORT)
     }
 
@@ -158,17 +191,7 @@ impl<A: Arrays> Dialect for A {
     }
 
     fn cast(&self, kind: &str, value: &str) -> String {
-        // A call or a name takes the method as it is.
-        let atom = value
-            .chars()
-            .all(|c| c.is_ascii_alphanumeric() || "._".contains(c))
-            || value == format!("{}.{}(code)", A::MODULE, A::TAKE);
-        let value = if atom {
-            value.to_owned()
-        } else {
-            format!("({value})")
-        };
-        format!("{value}.{}({kind})", A::CAST)
+        A::cast(kind, value)
     }
 
     fn whole(&self, n: u64) -> String {
@@ -180,24 +203,23 @@ impl<A: Arrays> Dialect for A {
     }
 
     fn open(&self, signature: &Signature, text: &Text) -> String {
-        let (width, module) = (self.number(text), A::MODULE);
+        let width = self.number(text);
         let names: Vec<_> = signature.takes.iter().map(|a| a.name).collect();
         let mut lines = vec![format!("def {}({}):", signature.name, names.join(", "))];
+        if let Some(line) = A::namespace(names[0]) {
+            lines.push(format!("    {line}"));
+        }
         for argument in &signature.takes {
             let name = argument.name;
             if let Kind::Word(words) = argument.kind {
-                let array = format!("{module}.{}({name})", A::TAKE);
                 let word = A::word(words.all()).unwrap_or_default();
-                lines.push(format!("    {name} = {}", self.cast(word, &array)));
+                lines.push(format!("    {name} = {}", A::take_word(name, word)));
             }
             let Kind::Vector(n) = argument.kind else {
                 continue;
             };
             let places: Vec<_> = (0..n).map(|k| format!("{name}[..., {k}]")).collect();
-            lines.push(format!(
-                "    {name} = {module}.{}({name}, dtype={width})",
-                A::TAKE
-            ));
+            lines.push(format!("    {name} = {}", A::take(name, width)));
             let parts = argument.parts[..n].join(", ");
             lines.push(format!("    {parts} = {}", places.join(", ")));
         }

@@ -1,9 +1,11 @@
-"""Torch is never imported unasked; where it is missing an error says what to install."""
+"""Torch and JAX are never imported unasked; where they are missing an error says so."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
+
+import pytest
 
 
 def python(code: str) -> str:
@@ -13,13 +15,14 @@ def python(code: str) -> str:
     return done.stdout.strip()
 
 
-def test_torch_is_imported_by_its_own_module_alone() -> None:
+@pytest.mark.parametrize("name", ["torch", "jax"])
+def test_it_is_imported_by_its_own_module_alone(name: str) -> None:
     everything = (
-        "import sys; sys.modules['torch'] = None; import spheremap as sm\n"
+        f"import sys; sys.modules[{name!r}] = None; import spheremap as sm\n"
         "for name in sm.__all__: getattr(sm, name)\n"
-        "try: import spheremap.torch\n"
+        f"try: import spheremap.{name}\n"
         "except ImportError as error: print(error.name, error)"
     )
     assert python(everything) == (
-        "torch `spheremap.torch` needs torch: pip install spheremap[torch]"
+        f"{name} `spheremap.{name}` needs {name}: pip install spheremap[{name}]"
     )

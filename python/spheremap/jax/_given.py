@@ -1,0 +1,48 @@
+"""What callers give: arrays of floats, and rotations that are arrays of JAX or are not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+
+def in_float(given: Any, name: str) -> jax.Array:
+    """Return an array in the width that it is computed in: half floats in float32."""
+    array = jnp.asarray(given)
+    if array.dtype in (jnp.float16, jnp.bfloat16):
+        return array.astype(jnp.float32)
+    if array.dtype not in (jnp.float32, jnp.float64):
+        raise TypeError(f"Expected `{name}` to be of floats, got {array.dtype}.")
+    return array
+
+
+def vectors(given: Any, length: int, name: str) -> jax.Array:
+    """Return an array whose last axis has so many numbers."""
+    array = in_float(given, name)
+    if array.ndim == 0 or array.shape[-1] != length:
+        raise ValueError(f"Expected `{name}` to be (..., {length}), got {array.shape}.")
+    return array
+
+
+def split_rotation(rotation: Any | None) -> tuple[jax.Array | None, Any | None]:
+    """Return a rotation that gradients may flow to, or one that the map is turned by."""
+    if rotation is None or hasattr(rotation, "as_matrix"):
+        return None, rotation
+    if not isinstance(rotation, jax.Array):
+        return None, np.asarray(rotation)
+    if rotation.shape[-2:] != (3, 3):
+        raise ValueError(f"Expected `rotation` to be (..., 3, 3), got {rotation.shape}.")
+    return rotation, None
+
+
+def turned(matrix: jax.Array, directions: jax.Array) -> jax.Array:
+    """Return R d, in the width of the directions."""
+    return (matrix.astype(directions.dtype) @ directions[..., None])[..., 0]
+
+
+def turned_back(matrix: jax.Array, directions: jax.Array) -> jax.Array:
+    """Return Rᵀ d, where directions were before a rotation took what is at d to R d."""
+    return turned(jnp.swapaxes(matrix, -1, -2), directions)

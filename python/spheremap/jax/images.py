@@ -1,0 +1,291 @@
+"""The verbs of images, of arrays of JAX with channels before the rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+
+from .. import light
+from ..map.spec import map_of, spec_of
+from ..resample import linear
+from . import _images, _sums
+from ._given import in_float, split_rotation, turned_back, vectors
+
+if TYPE_CHECKING:
+    from .._arrays import Size
+    from .._names import ConvertFilter, Filter
+    from ..map.named import ProjectionLike, Worlds
+
+__all__ = ["convert", "integrate", "pad", "sample"]
+
+
+def sample(
+    image: Any,
+    directions: Any,
+    /,
+    projection: ProjectionLike,
+    *,
+    filter: str = "bilinear",
+    axes: str | None = None,
+    rotation: Any | None = None,
+    fill: float = 0.0,
+    any_aspect: bool = False,
+) -> jax.Array:
+    """Look directions up in an image.
+
+    Parameters
+    ----------
+    image : Array, shape (H, W), (C, H, W) or (N, C, H, W)
+        With faces (F, S, S), (F, C, S, S) or (N, F, C, S, S). Of floats.
+    directions : Array, shape (..., 3)
+        World directions of any length; the same are looked up in each image.
+    projection, axes, rotation
+        As for `encode`: how the image maps the sphere.
+    filter : {"bilinear", "nearest"} or str
+        As for `spheremap.sample`. Others have no gradient: asking for it is an error.
+    fill : float
+        As for `spheremap.sample`.
+    any_aspect : bool
+        As for `spheremap.sample`.
+
+    Returns
+    -------
+    values : Array, shape (...), (C, ...) or (N, C, ...)
+        Of the image's dtype.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `spheremap.sample`.
+    NotImplementedError
+        For a gradient, when it is asked for, that there is none of.
+
+    Notes
+    -----
+    Bilinear lookups in maps of one rectangular image (latlong, octahedral, equal_area, perspective,
+    ...) are gathers, with gradients of the image and of directions; the latter are constant along
+    each axis between four texels, and of one side on the lines between centers. Lookups in faces
+    and disks, and by other filters, are the library's own, called from the compiled program: their
+    gradient of the image is the exact adjoint, that of directions is an error.
+
+    Examples
+    --------
+    >>> import jax, jax.numpy as jnp, spheremap.jax
+    >>> def red(image):
+    ...     return spheremap.jax.sample(image, jnp.array([0.0, 0.0, -1.0]), "latlong")[0]
+    >>> slope = jax.grad(red)(jnp.zeros((3, 32, 64)))
+    >>> slope.shape, round(slope.sum().item(), 6)
+    ((3, 32, 64), 1.0)
+    """
+    turn, fixed = split_rotation(rotation)
+    spec = spec_of(projection, axes, fixed)
+    return _looked_up(image, directions, spec, turn, filter, float(fill), any_aspect)
+
+
+def convert(
+    image: Any,
+    /,
+    src: ProjectionLike,
+    dst: ProjectionLike,
+    *,
+    size: Size | None = None,
+    rotation: Any | None = None,
+    filter: ConvertFilter | str = "bilinear",
+    fill: float = 0.0,
+    antialias: bool = True,
+    world: Worlds = "match",
+    any_aspect: bool = False,
+) -> jax.Array:
+    """Turn an image from one projection into another.
+
+    Parameters
+    ----------
+    image : Array
+        As for `sample`.
+    src, dst, size, filter, antialias, world, any_aspect
+        As for `spheremap.convert`.
+    rotation : Array, array_like or an object with ``.as_matrix()``, optional
+        As for `spheremap.convert`, of shape (3, 3). An array of JAX is one that gradients flow to,
+        with ``filter="bilinear", antialias=False``; other filters want one of NumPy.
+    fill : float
+        As for `spheremap.convert`.
+
+    Returns
+    -------
+    image : Array
+        With the batch, channels and dtype of the image.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `spheremap.convert`; ValueError for an array of JAX as `rotation` with other filters.
+
+    Notes
+    -----
+    On the CPU it is the library's own, called from the compiled program; elsewhere a sparse matrix.
+    The gradient is the exact adjoint, with every filter that adds texels up: all but ``"mode"``.
+    The matrix is found when it is first wanted and held. With ``filter="bilinear",
+    antialias=False``, from a rectangular image, that takes no longer than a call; with others as
+    long as `weights_matrix` does, seconds for images of a hundred rows and minutes for 512.
+
+    Examples
+    --------
+    >>> import jax, jax.numpy as jnp, spheremap.jax
+    >>> def total(batch):
+    ...     return spheremap.jax.convert(batch, "latlong", "cube", size=16, antialias=False).sum()
+    >>> round(jax.jit(jax.grad(total))(jnp.ones((2, 3, 32, 64))).sum().item())
+    9216
+    """
+    turn, fixed = split_rotation(rotation)
+    data = in_float(image, "image")
+    if turn is not None:
+        if filter != "bilinear" or antialias:
+            raise ValueError(
+                "An array of JAX as `rotation` wants filter='bilinear' and antialias=False; "
+                "give others as one of NumPy."
+            )
+        source, grid = linear.turned_grid(src, dst, size, data.shape, world, any_aspect)
+        directions = jnp.asarray(grid, data.dtype)
+        found = _looked_up(image, directions, source, turn, filter, float(fill), any_aspect)
+        # (channels, faces, rows, columns), as values of directions come.
+        extra = data.ndim - linear.image_axes(source, data.shape, any_aspect)
+        faces = extra > 0 and grid.ndim == 4
+        return jnp.moveaxis(found, extra - 1, -3) if faces else found
+    held, key, made = linear.conversion(
+        data.shape, src, dst, size, fixed, filter, fill, antialias, world, any_aspect
+    )
+    return _summed(image, data, held, key, made)
+
+
+def pad(
+    image: Any,
+    /,
+    projection: ProjectionLike,
+    n: int,
+    *,
+    filter: Filter | str = "bilinear",
+    any_aspect: bool = False,
+) -> jax.Array:
+    """Put a border of `n` texels around each face that continues the image over its seams.
+
+    Parameters
+    ----------
+    image : Array
+        As for `sample`.
+    projection, n, filter, any_aspect
+        As for `spheremap.pad`.
+
+    Returns
+    -------
+    padded : Array, shape (..., H + 2n, W + 2n)
+        As of `spheremap.pad`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `spheremap.pad`.
+
+    Notes
+    -----
+    As `convert`: the gradient is the exact adjoint.
+
+    Examples
+    --------
+    >>> import jax.numpy as jnp, spheremap.jax
+    >>> spheremap.jax.pad(jnp.zeros((8, 3, 32, 64)), "latlong", 1).shape
+    (8, 3, 34, 66)
+    """
+    data = in_float(image, "image")
+    held, key, made = linear.border(data.shape, projection, n, filter, any_aspect)
+    return _summed(image, data, held, key, made)
+
+
+def integrate(image: Any, /, projection: ProjectionLike, *, any_aspect: bool = False) -> jax.Array:
+    """Integrate an image over the sphere: ∫ L dω.
+
+    Parameters
+    ----------
+    image : Array
+        As for `sample`.
+    projection, any_aspect
+        As for `light.integrate`.
+
+    Returns
+    -------
+    integral : Array, shape (), (C,) or (N, C)
+        Of the image's dtype, and summed in it. NaN spreads.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `light.integrate`.
+
+    Notes
+    -----
+    The gradient is the solid angle of each texel, `light.weights`.
+
+    Examples
+    --------
+    >>> import jax.numpy as jnp, spheremap.jax
+    >>> round(float(spheremap.jax.integrate(jnp.ones((64, 128)), "latlong") / jnp.pi), 5)
+    4.0
+    """
+    data = in_float(image, "image")
+    spec = spec_of(projection)
+    held = linear.image_axes(spec, data.shape, any_aspect)
+    texels, back = _channels_last(data, held)
+    weights = light.weights(map_of(spec), texels.shape[:-1], any_aspect=True)
+    total = jnp.sum(_images.flat(texels) * jnp.asarray(weights, data.dtype).reshape(-1, 1), axis=0)
+    return back(total).astype(jnp.asarray(image).dtype)
+
+
+def _looked_up(
+    image: Any,
+    directions: Any,
+    spec: str,
+    turn: jax.Array | None,
+    filter: str,
+    fill: float,
+    any_aspect: bool,
+) -> jax.Array:
+    data = in_float(image, "image")
+    looked = vectors(directions, 3, "directions").astype(data.dtype)
+    if turn is not None:
+        looked = turned_back(turn, looked)
+    texels, back = _channels_last(data, linear.image_axes(spec, data.shape, any_aspect))
+    found = _images.sample(texels, looked, spec, filter, fill)
+    # (..., channels) becomes (N, C, ...).
+    return back(jnp.moveaxis(found, -1, 0)).astype(jnp.asarray(image).dtype)
+
+
+def _summed(image: Any, data: jax.Array, axes: int, key: str, made: int) -> jax.Array:
+    """Return what a key stands for of an image, whose result has so many axes."""
+    texels, back = _channels_last(data, axes)
+    found = _sums.apply(_images.Conversion(key), texels)
+    many = back(jnp.moveaxis(found, -1, 0))
+    extra = many.ndim - made
+    if made != 2 and extra:
+        # With faces, channels lie between them and the rows.
+        many = jnp.moveaxis(many, extra - 1, -3)
+    return many.astype(jnp.asarray(image).dtype)
+
+
+def _channels_last(
+    image: jax.Array, axes: int
+) -> tuple[jax.Array, Callable[[jax.Array], jax.Array]]:
+    """Return an image with all its channels last, and what gives (channels, ...) its batch back.
+
+    `axes` is how many axes an image has without channels.
+    """
+    extra = image.ndim - axes
+    if extra == 0:
+        return image[..., None], lambda made: made[0]
+    last = jnp.moveaxis(image, -3, -1)
+    if extra == 1:
+        return last, lambda made: made
+    lead = (image.shape[0], last.shape[-1])
+    merged = jnp.moveaxis(last, 0, -2).reshape(*last.shape[1:-1], -1)
+    return merged, lambda made: made.reshape(*lead, *made.shape[1:])

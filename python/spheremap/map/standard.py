@@ -1,0 +1,74 @@
+"""Verbs of maps on arrays of other libraries, by the array API standard and printed code.
+
+What comes in decides: an array that knows its namespace, as those of CuPy and JAX, is computed by
+that namespace, where it is, and what comes out is of the same kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .coding import code
+from .spec import HELD, map_of, spec_of
+
+if TYPE_CHECKING:
+    from .._projection import Projection
+
+
+def is_foreign(array: object) -> bool:
+    """Tell whether an array is of a library that keeps the standard, and not NumPy's."""
+    # A class has the attribute even where an object answers to every name.
+    return not isinstance(array, (np.ndarray, np.generic)) and hasattr(
+        type(array), "__array_namespace__"
+    )
+
+
+def run(verb: str, p: Projection, data: Any, name: str, out: object) -> Any:
+    """Return what a verb makes of such an array."""
+    if out is not None:
+        raise TypeError("`out` is for arrays of NumPy.")
+    xp = data.__array_namespace__()
+    spec = spec_of(p)
+    width = 3 if verb == "encode" or p.layout == "faces" else 2
+    if data.ndim == 0 or data.shape[-1] != width:
+        raise ValueError(f"Expected `{name}` to have shape (..., {width}), got {data.shape}.")
+    if not xp.isdtype(data.dtype, ("bool", "real floating", "integral")):
+        raise TypeError(f"Expected `{name}` to hold real numbers, got {data.dtype}.")
+    # Halves, which the standard has no name for, have less than three decimal digits.
+    is_float = xp.isdtype(data.dtype, "real floating")
+    double = not is_float or xp.finfo(data.dtype).bits == 64
+    numbers = xp.astype(data, xp.float64 if double else xp.float32, copy=False)
+    return _functions(spec, double)[verb](xp, numbers)
+
+
+@lru_cache(HELD)
+def _functions(spec: str, double: bool) -> dict[str, Callable[[Any, Any], Any]]:
+    verbs = ("encode", "decode", "density", "valid")
+    dtype = "float64" if double else "float32"
+    names: dict[str, Any] = {}
+    exec(code(map_of(spec), "array_api", verbs=verbs, name="m", dtype=dtype), names)
+
+    def encode(xp: Any, directions: Any) -> Any:
+        # What is printed takes unit vectors, and squares of the largest and smallest are none.
+        largest = xp.max(xp.abs(directions), axis=-1, keepdims=True)
+        known = xp.isfinite(largest) & (largest > 0)
+        scaled = xp.where(known, directions, xp.ones_like(directions))
+        scaled = scaled / xp.where(known, largest, xp.ones_like(largest))
+        unit = scaled / xp.sqrt(xp.sum(scaled * scaled, axis=-1, keepdims=True))
+        found = names["m_encode"](unit)
+        return xp.where(known, found, xp.full_like(found, xp.nan))
+
+    def of_place(verb: str) -> Callable[[Any, Any], Any]:
+        def verb_of(xp: Any, uv: Any) -> Any:
+            found, valid = names[f"m_{verb}"](uv), names["m_valid"](uv)
+            if found.ndim > valid.ndim:
+                valid = xp.expand_dims(valid, axis=-1)
+            return xp.where(valid, found, xp.full_like(found, xp.nan))
+
+        return verb_of
+
+    return {"encode": encode, "decode": of_place("decode"), "density": of_place("density")}

@@ -30,10 +30,11 @@ KEY := $(shell cksum pyproject.toml | cut -d ' ' -f 1)
 HERE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
 RUN_DEPS := $(VENV)/.run-$(KEY)
 DEV_DEPS := $(VENV)/.dev-$(KEY)
+PRINTED_DEPS := $(VENV)/.printed-$(KEY)
 BUILT := $(VENV)/.built-$(HERE)
 SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell find src -type f 2>/dev/null)
 
-.PHONY: help demo test test-slow test-minimal test-languages test-torch test-jax test-browser test-programs test-checked test-sanitized test-valgrind fuzz fuzz-rust quick lint lint-rust lint-python lint-generated \
+.PHONY: help demo test test-slow test-printed system-packages test-minimal test-languages test-torch test-jax test-browser test-programs test-checked test-sanitized test-valgrind fuzz fuzz-rust quick lint lint-rust lint-python lint-generated \
 	lint-house lint-floors lint-tree lint-spelling lint-tolerances \
 	lint-licenses lint-workflows msrv bench docs wheel wheels wheel-x86-64 wheel-aarch64 check-wheels \
 	fetch-aarch64 test-aarch64 clean distclean develop FORCE
@@ -42,8 +43,10 @@ help:
 	@echo "make demo    build, install, and run the main job on generated data (and on a light probe if there is one)"
 	@echo "make test    Rust, Python, doctests, documentation"
 	@echo "make test-slow  what takes longer: the largest sizes, ten million directions, the wheel"
-	@echo "make test-languages  runs printed code by JAX, PyTorch, WebGPU, OpenCL and Vulkan; compiles CUDA"
-	@echo "make test-browser    the page of sm.view, viewers of tiles (npm) and printed GLSL ES, in Chromium"
+	@echo "make system-packages  installs what test-printed runs, on Debian: Mesa's software drivers, Chromium"
+	@echo "make test-printed    runs printed code of every map by JAX, WebGPU, WebGL and OpenGL; a skip is a failure"
+	@echo "make test-languages  runs printed code by PyTorch, OpenCL and Vulkan; compiles CUDA"
+	@echo "make test-browser    the page of sm.view and viewers of tiles (npm), in Chromium"
 	@echo "make test-torch  gradients of spheremap.torch"
 	@echo "make test-jax    values and gradients of spheremap.jax"
 	@echo "make test-minimal   some tests on the oldest dependencies that pyproject.toml allows"
@@ -80,6 +83,9 @@ $(RUN_DEPS): | $(BIN)/python
 $(DEV_DEPS): | $(BIN)/python
 	$(call install-group,--group dev)
 
+$(PRINTED_DEPS): | $(BIN)/python
+	$(call install-group,--group printed)
+
 # `maturin develop` leaves the module beside the Python files; without it, the stamp means nothing.
 ifeq ($(wildcard python/spheremap/_core*.so),)
 $(BUILT): FORCE
@@ -106,19 +112,35 @@ test: $(BUILT) $(DEV_DEPS)
 test-slow: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m slow
 
+# What runs printed code on any machine, without a graphics card: OpenGL and Vulkan in software, and a browser.
+SYSTEM_PACKAGES ?= chromium libegl1 libgl1 libgl1-mesa-dri mesa-vulkan-drivers
+system-packages:
+	@missing=; for package in $(SYSTEM_PACKAGES); do \
+		dpkg-query -W -f '$${db:Status-Status}' "$$package" 2>/dev/null | grep -qx installed || missing="$$missing $$package"; done; \
+	if [ -z "$$missing" ]; then exit 0; fi; \
+	if ! command -v apt-get >/dev/null || [ "$$(id -u)" != 0 ]; then \
+		echo "these packages of Debian, or their like, are missing, and want apt-get and root to be installed:$$missing" >&2; exit 1; fi; \
+	apt-get -qq update; \
+	DEBIAN_FRONTEND=noninteractive apt-get -qq install --yes --no-install-recommends $$missing >/dev/null
+
+# Chromium may be a program that SPHEREMAP_CHROMIUM names.
+PRINTED := tests/languages/test_jax.py tests/languages/test_webgpu.py tests/languages/test_webgl.py tests/oracles/test_oracle_code.py
+test-printed: $(BUILT) $(DEV_DEPS) $(PRINTED_DEPS)
+	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow" --no-skips $(PRINTED)
+
 # Programs that are too long to install for every run: Blender, whose wheel wants a NumPy of its own and which runs OSL, and OpenEXR's tools,
 # which a system's packages have (`openexr`). The table of conventions says which versions ran.
 BLENDER ?= $(CACHE)/blender
-# WebGPU, Vulkan and OpenCL want a driver: on Debian mesa-vulkan-drivers and pocl-opencl-icd. Instructions are counted by
+# Vulkan and OpenCL want a driver: on Debian mesa-vulkan-drivers and pocl-opencl-icd. Instructions are counted by
 # glslang-tools and spirv-tools, where they are.
 test-languages: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group languages
-	"$(BIN)/python" -m pytest -m programs tests/languages --ignore=tests/languages/test_webgl.py
+	"$(BIN)/python" -m pytest -m programs tests/languages $(patsubst %,--ignore=%,$(PRINTED))
 
 # Chromium is a system's package (`chromium`), or a program that SPHEREMAP_CHROMIUM names. No graphics card is needed.
 test-browser: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group browser
-	"$(BIN)/python" -m pytest -m programs tests/viewer tests/tiles tests/languages/test_webgl.py
+	"$(BIN)/python" -m pytest -m programs tests/viewer tests/tiles
 
 # One worker: torch takes all cores, and a gigabyte a process.
 test-torch: $(BUILT) $(DEV_DEPS)

@@ -1,8 +1,7 @@
-"""Printed code, run by what is long to install: JAX, PyTorch, WebGPU, OpenCL."""
+"""Printed code, run by what is long to install: PyTorch, OpenCL (`make test-languages`)."""
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -33,76 +32,6 @@ def test_torch_is_within_the_bounds(case: str, dtype: type) -> None:
         return np.swapaxes(out, -1, -2).reshape(-1, 6) if name == "jacobian" else out
 
     assert_alike(p, dtype, verb, exact=False)
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_jax_is_within_the_bounds(case: str) -> None:
-    jax = need("jax")
-    p = made(case)
-    names = arrays_of("jax", p, np.float32)
-
-    def verb(name: str, data: Array) -> Array:
-        out = np.asarray(jax.jit(names[f"m_{name}"])(data))
-        return np.swapaxes(out, -1, -2).reshape(-1, 6) if name == "jacobian" else out
-
-    assert_alike(p, np.float32, verb, exact=False)
-
-
-WGSL = """{text}
-@group(0) @binding(0) var<storage, read> given: array<f32>;
-@group(0) @binding(1) var<storage, read_write> made: array<f32>;
-@compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
-    let i = id.x;
-    if (i >= {count}u) {{ return; }}
-    {call}
-}}
-"""
-
-
-@cache
-def gpu() -> Any:
-    wgpu = need("wgpu")
-    adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
-    return adapter.request_device_sync()
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_webgpu_is_within_the_bounds(case: str) -> None:
-    need("wgpu")
-    from wgpu.utils.compute import compute_with_buffers
-
-    p = made(case)
-    width = p.encode(np.zeros(3)).shape[-1]
-    text = sm.code(p, "wgsl", verbs=VERBS, name="m")
-    d = "vec3<f32>(given[3u * i], given[3u * i + 1u], given[3u * i + 2u])"
-    parts = ", ".join(f"given[{width}u * i + {k}u]" for k in range(width))
-    place = f"vec{width}<f32>({parts})"
-
-    def stores(n: int) -> str:
-        return " ".join(f"made[{n}u * i + {k}u] = r[{k}];" for k in range(n))
-
-    columns = " ".join(
-        f"made[6u * i + {3 * c + k}u] = r[{c}][{k}];" for c in range(2) for k in range(3)
-    )
-    of = {
-        "encode": (f"let r = m_encode({d}); {stores(width)}", width),
-        "decode": (f"let r = m_decode({place}); {stores(3)}", 3),
-        "density": (f"made[i] = m_density({place});", 1),
-        "valid": (f"made[i] = select(0.0, 1.0, m_valid({place}));", 1),
-        "jacobian": (f"let r = m_jacobian({place}); {columns}", 6),
-    }
-
-    def verb(name: str, data: Array) -> Array:
-        call, n = of[name]
-        shader = WGSL.format(text=text, count=len(data), call=call)
-        out = compute_with_buffers(
-            {0: data}, {1: (n * len(data), "f")}, shader, n=(-(-len(data) // 64), 1, 1)
-        )
-        out = np.frombuffer(out[1], np.float32).reshape(-1, n)
-        return out[:, 0] if n == 1 else out
-
-    assert_alike(p, np.float32, verb, exact=False)
 
 
 KERNEL = """{text}

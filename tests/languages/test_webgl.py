@@ -1,4 +1,4 @@
-"""Printed GLSL ES, run by WebGL 2 in Chromium (`make test-browser`)."""
+"""Printed GLSL ES, run by WebGL 2 in Chromium (`make test-printed`)."""
 
 from __future__ import annotations
 
@@ -10,21 +10,29 @@ import pytest
 import spheremap as sm
 from browser import launched
 from oracles import webgl_oracle
-from printed import CASES, VERBS, Array, assert_alike, directions, made
+from printed import CASES, TAPPED, VERBS, Array, asked, assert_alike, assert_taps, directions, made
 
 pytestmark = pytest.mark.programs
 
 SHADER = """#version 300 es
 {text}
 uniform highp sampler2D given;
-layout(location = 0) out vec4 first;
-layout(location = 1) out vec4 second;
+uniform int verb;
+{targets}
 void main() {{
     vec4 row = texelFetch(given, ivec2(gl_FragCoord.xy), 0);
-    first = second = vec4(0.0);
     {call}
 }}
 """
+NAMES = ("first", "second", "third", "fourth")
+
+
+def shader(text: str, call: str) -> str:
+    """Return a shader that runs a call of printed code; it has the targets that the call names."""
+    names = [name for name in NAMES if name in call]
+    targets = [f"layout(location = {k}) out vec4 {name};" for k, name in enumerate(names)]
+    begin = " ".join(f"{name} = vec4(0.0);" for name in names)
+    return SHADER.format(text=text, targets="\n".join(targets), call=f"{begin} {call}")
 
 
 @pytest.fixture(scope="module")
@@ -46,16 +54,40 @@ def test_webgl_is_within_the_bounds(case: str, page: Any) -> None:
         "valid": (f"first.x = m_valid({place}) ? 1.0 : 0.0;", 1),
         "jacobian": (f"mat2x3 r = m_jacobian({place}); first.xyz = r[0]; second.xyz = r[1];", 6),
     }
+    # One program, as what is slow is its compiler.
+    call = " ".join(f"if (verb == {k}) {{ {of[verb][0]} }}" for k, verb in enumerate(VERBS))
+    given = asked(p, np.float32)
+    found = webgl_oracle.run(page, shader(text, call), [given[verb] for verb in VERBS])
 
-    def verb(name: str, data: Array) -> Array:
-        call, n = of[name]
-        out = webgl_oracle.run(page, SHADER.format(text=text, call=call), data)
+    def verb(name: str, _: Array) -> Array:
+        out, n = found[VERBS.index(name)], of[name][1]
         if name == "jacobian":
             return np.ascontiguousarray(out[:, [0, 1, 2, 4, 5, 6]])
         return out[:, 0] if n == 1 else np.ascontiguousarray(out[:, :n])
 
-    assert len(directions(np.float32)) > 20_000
+    assert len(given["encode"]) > 20_000
     assert_alike(p, np.float32, verb, exact=False)
+
+
+def test_webgl_reflects(page: Any) -> None:
+    text = sm.code("latlong", "glsl_es", verbs=["reflect"], name="m")
+    view = directions(np.float32)
+    # Its numbers in another order are a normal.
+    call = "first.xyz = m_reflect(row.xyz, row.yzx);"
+    (found,) = webgl_oracle.run(page, shader(text, call), [view])
+    # A dozen roundings of numbers up to 2.
+    few = 24 * float(np.finfo(np.float32).eps)
+    wanted = sm.reflect(view, np.ascontiguousarray(view[:, [1, 2, 0]]))
+    assert np.abs(found[:, :3] - wanted).max() <= few
+
+
+@pytest.mark.parametrize(("case", "size"), TAPPED)
+def test_webgl_taps(case: str, size: tuple[int, int], page: Any) -> None:
+    text = sm.code(made(case), "glsl_es", verbs=["taps"], name="m")
+    names = NAMES[: text.count("out vec4")]
+    call = f"m_taps(row.xyz, vec2({size[1]}.0, {size[0]}.0), {', '.join(names)});"
+    source = shader(text, call)
+    assert_taps(case, size, lambda d: webgl_oracle.run(page, source, [d])[0])
 
 
 CALLS = {
@@ -70,5 +102,5 @@ CALLS = {
 @pytest.mark.parametrize("effect", CALLS)
 def test_webgl_compiles_effects(effect: str, page: Any) -> None:
     text = sm.effect(effect, "glsl_es", name="m")
-    shader = SHADER.format(text=text, call=f"first = {CALLS[effect]};")
-    assert webgl_oracle.run(page, shader, directions(np.float32)).shape[1] == 8
+    source = shader(text, f"first = {CALLS[effect]};")
+    webgl_oracle.run(page, source, [directions(np.float32)[:256]])

@@ -17,9 +17,11 @@ from printed import (
     BOUNDS,
     CASES,
     LANGUAGES,
+    TAPPED,
     VERBS,
     Array,
     assert_alike,
+    assert_taps,
     called,
     compiled,
     directions,
@@ -154,44 +156,21 @@ def test_reflect_has_the_bits_of_the_library(dtype: type, tmp_path: Path) -> Non
     assert same_bits(names["m_reflect"](view, normal), wanted).all()
 
 
-# A map of each rule, some with axes of a program, and one that is turned.
-TAPPED = [
-    ("latlong", (8, 16)),
-    ("latlong:blender", (32, 64)),
-    ("turned", (16, 32)),
-    ("lambert_cylindrical", (8, 26)),
-    ("mercator", (16, 16)),
-    ("octahedral", (9, 9)),
-    ("octahedral:unreal", (64, 64)),
-    ("equal_area", (16, 16)),
-    ("hemioctahedral", (12, 12)),
-    ("perspective(fov=60)", (9, 9)),
-]
-
-
 @pytest.mark.parametrize(("case", "size"), TAPPED)
 def test_taps_are_those_of_sample(case: str, size: tuple[int, int], tmp_path: Path) -> None:
-    p = made(case)
-    d = directions(np.float64)
-    d = np.ascontiguousarray(d[p.covers(d)])
-    image = np.random.default_rng(1).uniform(size=size)
-    wanted = sm.sample(image, d, p)
     options: dict[str, Any] = {"verbs": ["taps"], "name": "m", "dtype": "float64"}
-    text = sm.code(p, "c", **options) + TAPS_LOOP.format(number="double")
-    found = np.empty((len(d), 12))
-    extent = np.array([size[1], size[0]], float)
-    called(compiled(text, tmp_path).all_taps, d, extent, found)
+    text = sm.code(made(case), "c", **options) + TAPS_LOOP.format(number="double")
     names: dict[str, Any] = {}
-    exec(sm.code(p, "numpy", **options), names)
-    assert np.array_equal(np.concatenate(names["m_taps"](d, extent), axis=-1), found)
-    columns, rows, weights = found[:, :4], found[:, 4:8], found[:, 8:]
-    for numbers, n in ((columns, size[1]), (rows, size[0])):
-        assert (numbers == np.floor(numbers)).all() and numbers.min() >= 0 and numbers.max() < n
-    # Weights are products of two parts of texels, each rounded a few times at the size of the side.
-    rounding = 16 * max(size) * np.finfo(float).eps
-    assert np.abs(weights.sum(axis=1) - 1).max() <= rounding
-    mixed = (weights * image[rows.astype(int), columns.astype(int)]).sum(axis=1)
-    assert np.abs(mixed - wanted).max() <= rounding
+    exec(sm.code(made(case), "numpy", **options), names)
+    extent = np.array([size[1], size[0]], float)
+
+    def taps(d: Array) -> Array:
+        found = np.empty((len(d), 12))
+        called(compiled(text, tmp_path).all_taps, d, extent, found)
+        assert np.array_equal(np.concatenate(names["m_taps"](d, extent), axis=-1), found)
+        return found
+
+    assert_taps(case, size, taps, np.float64)
 
 
 def test_taps_are_printed_where_texels_join_texels() -> None:

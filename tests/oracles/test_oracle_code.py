@@ -13,10 +13,12 @@ import spheremap as sm
 from printed import (
     CASES,
     PACKINGS,
+    TAPPED,
     VERBS,
     Array,
     assert_alike,
     assert_packs_alike,
+    assert_taps,
     called,
     compiled,
     directions,
@@ -115,10 +117,9 @@ def test_opengl_has_the_integers_of_packings(name: str) -> None:
         assert_packs_alike(name, rounding, np.float32, pack, unpack)
 
 
-@pytest.mark.parametrize(("case", "size"), [("latlong", (32, 64)), ("octahedral", (33, 33))])
+@pytest.mark.parametrize(("case", "size"), TAPPED)
 def test_opengl_fetches_what_sample_mixes(case: str, size: tuple[int, int]) -> None:
-    d = directions(np.float32)
-    text = sm.code(case, "glsl", verbs=["taps"], name="m")
+    text = sm.code(made(case), "glsl", verbs=["taps"], name="m")
     extent = f"vec2({size[1]}.0, {size[0]}.0)"
     stores = " ".join(
         f"made[12 * i + {4 * k + c}] = {name}[{c}];"
@@ -126,13 +127,7 @@ def test_opengl_fetches_what_sample_mixes(case: str, size: tuple[int, int]) -> N
         for c in range(4)
     )
     call = f"vec4 a, b, c; m_taps({DIRECTION}, {extent}, a, b, c); {stores}"
-    found = run_shader(text, call, d, np.float32).reshape(-1, 12)
-    image = np.random.default_rng(1).uniform(size=size)
-    columns, rows = found[:, :4].astype(int), found[:, 4:8].astype(int)
-    mixed = (found[:, 8:] * image[rows, columns]).sum(axis=1)
-    # Coordinates round a few times at 1, which the size of the image makes parts of a texel.
-    rounding = 16 * max(size) * float(np.finfo(np.float32).eps)
-    assert np.abs(mixed - sm.sample(image, d.astype(np.float64), case)).max() <= rounding
+    assert_taps(case, size, lambda d: run_shader(text, call, d, np.float32).reshape(-1, 12))
 
 
 @pytest.mark.parametrize("channels", [1, 3])

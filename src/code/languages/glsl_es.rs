@@ -32,7 +32,7 @@ impl Dialect for GlslEs {
     }
 
     fn checked(&self) -> &'static str {
-        "WebGL 2 (Chromium, SwiftShader), by `make test-browser`"
+        "WebGL 2 (Chromium, SwiftShader), by `make test-printed`"
     }
 
     fn reserved(&self) -> &'static [&'static str] {

@@ -28,7 +28,7 @@ impl Dialect for Wgsl {
     }
 
     fn checked(&self) -> &'static str {
-        "WebGPU (wgpu), by `make test-languages`"
+        "WebGPU (wgpu), by `make test-printed`"
     }
 
     fn reserved(&self) -> &'static [&'static str] {

@@ -36,12 +36,13 @@ CASES = [*NAMES, *MORE, "turned", "cross"]
 
 
 def made(case: str) -> sm.Projection:
-    """Return the map of a case."""
+    """Return the map of a case; a grid may stand behind its name."""
     if case == "turned":
         return sm.projection("latlong").turned(sm.rotation(30, 20, 10))
-    if case == "cross":
-        return sm.projection("cube", layout="cross")
-    return sm.projection(case)
+    if case in ("cross", "strip"):
+        return sm.projection("cube", layout=case)
+    name, _, grid = case.partition("/")
+    return sm.projection(name, grid=grid or None)
 
 
 @cache
@@ -162,45 +163,87 @@ def size_of(values: Array) -> Array:
     return np.linalg.norm(values.reshape(len(values), -1), axis=1)
 
 
-# Maps and sizes (rows, columns) of images that `taps` is tried on: one of each rule, some with axes
-# of a program, and one that is turned.
+# Maps and sizes (rows, columns) of images that `taps` is tried on: of each rule, some with axes of
+# a program, one that is turned, layouts of faces, texels on the edges.
 TAPPED = [
     ("latlong", (8, 16)),
     ("latlong:blender", (32, 64)),
+    ("latlong:openexr", (9, 17)),
+    ("latlong/corners-v", (9, 16)),
     ("turned", (16, 32)),
     ("lambert_cylindrical", (8, 26)),
     ("mercator", (16, 16)),
     ("octahedral", (9, 9)),
+    ("octahedral/corners", (9, 9)),
     ("octahedral:unreal", (64, 64)),
     ("equal_area", (16, 16)),
     ("hemioctahedral", (12, 12)),
     ("perspective(fov=60)", (9, 9)),
+    ("cube", (8, 8)),
+    ("cube/corners", (9, 9)),
+    ("cube:unreal", (7, 7)),
+    ("strip", (8, 48)),
+    ("cross", (24, 32)),
+    ("cube:directxtex-h-cross", (24, 32)),
+    ("cube_equiangular", (8, 8)),
+    ("cube_equal_area", (9, 9)),
 ]
+
+
+def mixed_by(found: Array, image: Array) -> Array:
+    """Return what texels and weights, twelve or sixteen numbers of each direction, mix."""
+    *places, weights = np.split(found, found.shape[1] // 4, axis=1)
+    columns, rows, *faces = (numbers.astype(int) for numbers in places)
+    return (weights * image[(*faces, rows, columns)]).sum(axis=1)
+
+
+def image_shape(p: sm.Projection, size: tuple[int, int]) -> tuple[int, ...]:
+    """Return the shape of an image of a map; sizes are of a face where faces are apart."""
+    return (p.faces, *size) if p.faces > 1 else size
+
+
+def within_a_face(p: sm.Projection, d: Array, size: tuple[int, int]) -> Array:
+    """Tell where a direction lies between four texels of its own face."""
+    if not p.name.startswith("cube") or p.grid != "centers":
+        return np.ones(len(d), bool)
+    n = np.gcd(*size)
+    place = p.encode(d)[:, :2] * size[::-1] % n
+    return ((place >= 0.5) & (place <= n - 0.5)).all(axis=1)
 
 
 def assert_taps(
     case: str, size: tuple[int, int], taps: Callable[[Array], Array], dtype: type = np.float32
 ) -> None:
-    """Hold texels and weights, twelve numbers of each direction, to what `sample` mixes."""
+    """Hold texels and weights, of each direction, to what `sample` mixes.
+
+    At an edge of a cube it mixes more; there the texels are to be near.
+    """
     p = made(case)
     d = directions(dtype)
     d = np.ascontiguousarray(d[p.covers(d)])
     assert len(d) > 2000
-    image = np.random.default_rng(1).uniform(size=size)
+    image = np.random.default_rng(1).uniform(size=image_shape(p, size))
     wanted = sm.sample(image, d.astype(np.float64), p)
     found = taps(d).astype(np.float64)
     # What lies on a rim may be taken for outside, by a rounding.
     inside = ~(np.isnan(found).any(axis=-1) | np.isnan(wanted))
     assert inside.mean() > 0.99
-    found, wanted = found[inside], wanted[inside]
-    columns, rows, weights = found[:, :4], found[:, 4:8], found[:, 8:]
-    for numbers, n in ((columns, size[1]), (rows, size[0])):
+    d, found, wanted = d[inside].astype(np.float64), found[inside], wanted[inside]
+    *places, weights = np.split(found, found.shape[1] // 4, axis=1)
+    for numbers, n in zip(places, (*size[::-1], p.faces), strict=False):
         assert (numbers == np.floor(numbers)).all() and numbers.min() >= 0 and numbers.max() < n
     # Weights are products of two parts of texels, each rounded a few times at the size of the side.
     rounding = 16 * max(size) * float(np.finfo(dtype).eps)
-    assert np.abs(weights.sum(axis=1) - 1).max() <= rounding
-    mixed = (weights * image[rows.astype(int), columns.astype(int)]).sum(axis=1)
-    assert np.abs(mixed - wanted).max() <= rounding
+    assert np.abs(weights.sum(axis=1) - 1).max() <= rounding and weights.min() >= -rounding
+    same = within_a_face(p, d, size)
+    assert np.abs(mixed_by(found, image) - wanted)[same].max() <= rounding
+    if not same.all():
+        # A texel and a half at most, of two parts in n of a face, in both coordinates.
+        columns, rows, *faces = (numbers[~same] for numbers in places)
+        centers = ((columns + 0.5) / size[1], (rows + 0.5) / size[0], *faces)
+        there = p.decode(np.stack(centers, axis=-1))
+        far = np.linalg.norm(there - d[~same][:, None], axis=-1)
+        assert far[weights[~same] > rounding].max() <= 1.5 * np.sqrt(2) * 2 / np.gcd(*size)
 
 
 # Every scheme that is a formula, of each grid at 16 bits or the first size above, and sizes that

@@ -300,7 +300,7 @@ pub trait Dialect: Sync {
     /// What a function fills instead of returning it: the name and the parameter of each.
     fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
         match gives {
-            Gives::Taps => filled_by(self, gives, text, ["out ", ""]),
+            Gives::Taps { .. } => filled_by(self, gives, text, ["out ", ""]),
             _ => Vec::new(),
         }
     }
@@ -367,7 +367,7 @@ pub trait Dialect: Sync {
             Gives::Pair | Gives::Vector(..) => self.joined(values, text),
             Gives::Columns => self.joined_columns(values, text),
             Gives::Word(words) => self.word_of(values, words),
-            Gives::Taps => String::new(),
+            Gives::Taps { .. } => String::new(),
         };
         format!("return {value};")
     }
@@ -537,7 +537,7 @@ pub fn outside<D: Dialect + ?Sized>(
         Gives::Vector(n, _) => dialect.vector(n, text),
         Gives::Columns => dialect.columns(text),
         Gives::Word(words) => dialect.kind(Kind::Word(words), text),
-        Gives::Taps => "void".to_owned(),
+        Gives::Taps { .. } => "void".to_owned(),
     };
     let takes = signature.takes.iter();
     let arguments: Vec<_> = takes
@@ -551,7 +551,8 @@ pub fn outside<D: Dialect + ?Sized>(
 pub fn several(gives: Gives) -> (&'static [&'static str], usize) {
     match gives {
         Gives::Columns => (&["du", "dv"], 3),
-        Gives::Taps => (&["columns", "rows", "weights"], 4),
+        Gives::Taps { apart: false } => (&["columns", "rows", "weights"], 4),
+        Gives::Taps { apart: true } => (&["columns", "rows", "faces", "weights"], 4),
         _ => (&[], 0),
     }
 }

@@ -127,8 +127,11 @@ pub enum Gives {
     Columns,
     /// Numbers in the bits of a word.
     Word(Words),
-    /// Columns, rows and weights of four texels.
-    Taps,
+    /// Columns, rows and weights of four texels, and their faces where these are apart.
+    Taps {
+        /// Whether they are.
+        apart: bool,
+    },
 }
 
 /// A function as a graph.

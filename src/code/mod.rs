@@ -9,6 +9,8 @@
 //! lengths, and NaN for places outside the valid image, which [`Verb::Valid`] answers for.
 
 mod absent;
+mod bilinear;
+mod cube_taps;
 mod dialect;
 mod header;
 mod interface;
@@ -89,7 +91,7 @@ pub fn code(map: &Map, language: &str, options: &CodeOptions<'_>) -> Result<Stri
     }
     let function = |&verb: &Verb| Function {
         name: verb.name(),
-        doc: vec![verb.says(map.uv_width())],
+        doc: vec![verb.says(map)],
         program: if options.double {
             program::<f64>(map, verb, order.style)
         } else {

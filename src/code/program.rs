@@ -1,7 +1,7 @@
 //! A verb of a map as a program: its formula, recorded.
 
 use crate::code::interface::Program;
-use crate::code::taps;
+use crate::code::taps::{self, Rule};
 use crate::code::verb::Verb;
 use crate::geometry::axes::Rotation;
 use crate::geometry::mirror::mirrored;
@@ -63,10 +63,13 @@ impl<T: Width> Visitor for Recorded<'_, T> {
         let numbers = |numbers: &[Trace<T>]| numbers.iter().map(|x| x.id()).collect();
         let to_view = self.map.view_rotation(None);
         let to_world = to_view.inverse();
-        let encoded = |p: P| {
+        let canonical = |p: P| {
             let view = turned(to_view, [0, 1, 2].map(Trace::<T>::input));
             let uv = p.encode(view);
-            let canonical = [uv.u, uv.v, uv.face];
+            [uv.u, uv.v, uv.face]
+        };
+        let encoded = |p: P| {
+            let canonical = canonical(p);
             let face_layout = self.map.face_layout();
             if face_layout.is_canonical() {
                 canonical
@@ -77,12 +80,14 @@ impl<T: Width> Visitor for Recorded<'_, T> {
         match self.verb {
             Verb::Encode => numbers(&encoded(p)[..self.map.uv_width()]),
             Verb::Taps => {
-                let [u, v, _] = encoded(p);
-                numbers(&taps::taps(
-                    self.map.seam(),
-                    [u, v],
-                    [3, 4].map(Trace::input),
-                ))
+                let size = [3, 4].map(Trace::input);
+                let grid = self.map.grid();
+                let [u, v, face] = canonical(p);
+                numbers(&match taps::rule(self.map) {
+                    Ok(Rule::Cube(cube)) => cube.taps([u, v, face], size[0]),
+                    Ok(Rule::Rectangle(seam)) => taps::rectangle(seam, grid, [u, v], size),
+                    Err(_) => Vec::new(),
+                })
             }
             Verb::Decode => numbers(&turned(to_world, p.decode(self.place().place))),
             Verb::Density => {

@@ -1,33 +1,41 @@
 //! Which texels a bilinear lookup mixes, and how much of each: a shader that fetches them sees no seam.
 //!
-//! The rules are those of lookups near an edge, `resample/seam.rs`, for the one texel beyond an edge that two by two texels
-//! reach. What lies there is a texel of the image on three kinds of map, and the texel at the edge where the coverage ends. On
-//! other maps it is no single texel: at an edge of a cube the library mixes up to twelve.
+//! On maps of one rectangle the rules are those of lookups near an edge, `resample/seam.rs`, for the one texel beyond an
+//! edge that two by two texels reach. What lies there is a texel of the image on three kinds of map, and the texel at the
+//! edge where the coverage ends. Cubes have a rule of their own ([`crate::code::cube_taps`]). On other maps it is no single
+//! texel. Along a side whose outer texels lie on the edges nothing is beyond.
 //!
 //! Singular: half a turn around from a texel of a row with an odd number lies between two, of which this takes the first.
 
+use crate::code::bilinear::{Along, on_edges, weights};
+use crate::code::cube_taps::{self, Cube};
 use crate::error::Error;
 use crate::map::{Grid, Map};
 use crate::number::real::Real;
 use crate::projections::projection::{Outline, Seam};
 
-/// How many numbers taps are: four columns, four rows, four weights.
-pub const NUMBERS: usize = 12;
+/// What lies beyond the edges of a map, where it is texels.
+pub enum Rule {
+    /// Texels of the one rectangle.
+    Rectangle(Seam),
+    /// Texels of other faces.
+    Cube(Box<Cube>),
+}
 
 /// What lies beyond the edges of a map, where it is texels.
 ///
 /// # Errors
-/// It is not, or texels do not lie at centers.
-pub fn rule(map: &Map) -> Result<Seam, Error> {
+/// It is not.
+pub fn rule(map: &Map) -> Result<Rule, Error> {
     let info = map.info();
     let one = map.uv_width() == 2 && map.layout().is_none() && info.outline == Outline::Square;
     match map.seam() {
-        _ if map.grid() != Grid::Centers => Err(Error::Code(
-            "taps are printed for maps whose texels lie at centers".to_owned(),
-        )),
-        seam @ (Seam::Latlong | Seam::Periodic | Seam::Octahedral | Seam::Ends) if one => Ok(seam),
+        seam @ (Seam::Latlong | Seam::Periodic | Seam::Octahedral | Seam::Ends) if one => {
+            Ok(Rule::Rectangle(seam))
+        }
+        Seam::Faces if info.faces == cube_taps::FACES => Ok(Rule::Cube(Box::new(Cube::of(map)))),
         _ => Err(Error::Code(format!(
-            "what lies beyond an edge of {} is no single texel; taps are printed for latlong, octahedral and \
+            "what lies beyond an edge of {} is no single texel; taps are printed for cubes, latlong, octahedral and \
              others whose seams join texel to texel",
             info.name
         ))),
@@ -35,52 +43,57 @@ pub fn rule(map: &Map) -> Result<Seam, Error> {
 }
 
 /// Four columns, four rows and four weights, of the texels about a place of an image with so many columns and rows.
-pub fn taps<R: Real>(seam: Seam, [u, v]: [R; 2], [width, height]: [R; 2]) -> [R; NUMBERS] {
-    let (zero, one, half) = (R::ZERO, R::ONE, R::HALF);
-    let (x, y) = (u * width - half, v * height - half);
-    let (left, top) = (x.floor(), y.floor());
-    let (tx, ty) = (x - left, y - top);
-    let (right, bottom) = (width - one, height - one);
-    let held = |i: R, last: R| {
-        let i = R::select(i.less(zero), zero, i);
-        R::select(i.more(last), last, i)
-    };
+pub fn rectangle<R: Real>(
+    seam: Seam,
+    grid: Grid,
+    [u, v]: [R; 2],
+    [width, height]: [R; 2],
+) -> Vec<R> {
+    let none = R::truth(false);
+    let [edges_u, edges_v] = on_edges(grid);
+    let (x, y) = (
+        Along::new(u, width, edges_u),
+        Along::new(v, height, edges_v),
+    );
     let around = |i: R| {
-        let i = R::select(i.less(zero), i + width, i);
-        R::select(i.more(right), i - width, i)
+        if edges_u {
+            return x.held(i);
+        }
+        let i = R::select(i.less(R::ZERO), i + width, i);
+        R::select(i.more(x.last), i - width, i)
     };
-    let texel = |i: R, j: R| {
-        let beside = i.less(zero) | i.more(right);
-        let over = j.less(zero) | j.more(bottom);
-        match seam {
-            Seam::Latlong => {
-                let turned = i + R::select(over, (width * half).floor(), zero);
-                [around(turned), held(j, bottom)]
-            }
-            Seam::Periodic => [around(i), held(j, bottom)],
-            Seam::Octahedral => {
-                let (column, row) = (held(i, right), held(j, bottom));
-                [
-                    R::select(over, right - column, column),
-                    R::select(beside, bottom - row, row),
-                ]
-            }
-            _ => [held(i, right), held(j, bottom)],
+    let beyond = |axis: Along<R>, edges: bool, i: R| {
+        if edges {
+            none
+        } else {
+            i.less(R::ZERO) | i.more(axis.last)
         }
     };
-    let corners = [
+    let texel = |i: R, j: R| {
+        let (column, row) = (x.held(i), y.held(j));
+        let over = beyond(y, edges_v, j);
+        match seam {
+            Seam::Latlong => {
+                let turned = i + R::select(over, (width * R::HALF).floor(), R::ZERO);
+                [around(turned), row]
+            }
+            Seam::Periodic => [around(i), row],
+            Seam::Octahedral => [
+                R::select(over, x.last - column, column),
+                R::select(beyond(x, edges_u, i), y.last - row, row),
+            ],
+            _ => [column, row],
+        }
+    };
+    let ([left, right], [top, bottom]) = (x.both(), y.both());
+    let texels = [
         texel(left, top),
-        texel(left + one, top),
-        texel(left, top + one),
-        texel(left + one, top + one),
+        texel(right, top),
+        texel(left, bottom),
+        texel(right, bottom),
     ];
-    let weights = [
-        (one - tx) * (one - ty),
-        tx * (one - ty),
-        (one - tx) * ty,
-        tx * ty,
-    ];
-    let [a, b, c, d] = corners;
-    let [e, f, g, h] = weights;
-    [a[0], b[0], c[0], d[0], a[1], b[1], c[1], d[1], e, f, g, h]
+    let places = [0, 1]
+        .into_iter()
+        .flat_map(|k| texels.map(|texel| texel[k]));
+    places.chain(weights(x.part, y.part)).collect()
 }

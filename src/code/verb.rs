@@ -2,6 +2,8 @@
 //! [`crate::code::program`].
 
 use crate::code::interface::{Argument, Gives, place_name};
+use crate::map::Map;
+use crate::projections::projection::Seam;
 
 /// A verb that has code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,14 +78,15 @@ impl Verb {
                     Argument::DIRECTION,
                     Argument::vector("size", &["width", "height"]),
                 ],
-                Gives::Taps,
+                Gives::Taps { apart: width > 2 },
             ),
         }
     }
 
     /// What its function is.
-    pub(super) fn says(self, width: usize) -> String {
-        let place = if width > 2 { "(u, v, face)" } else { "(u, v)" };
+    pub(super) fn says(self, map: &Map) -> String {
+        let apart = map.uv_width() > 2;
+        let place = if apart { "(u, v, face)" } else { "(u, v)" };
         match self {
             Verb::Encode => format!("Direction to {place}."),
             Verb::Decode => format!("{place} of the valid image to a unit direction."),
@@ -94,9 +97,15 @@ impl Verb {
             Verb::Valid => format!("Whether {place} lies in the valid image."),
             Verb::Reflect => "The direction that a mirror shows: of a view from the surface to the eye, and a normal that is not zero."
                 .to_owned(),
-            Verb::Taps => "Texels of a bilinear lookup, across seams: columns and rows, from 0, and weights; of an image of an even \
-                           number of columns."
-                .to_owned(),
+            Verb::Taps => {
+                let faces = if apart { "columns, rows and faces" } else { "columns and rows" };
+                let size = match map.seam() {
+                    _ if apart => "a face of that size",
+                    Seam::Latlong => "an image of that size, with an even number of columns",
+                    _ => "an image of that size",
+                };
+                format!("Texels of a bilinear lookup, across seams: {faces}, from 0, and weights; of {size}.")
+            }
         }
     }
 }

@@ -25,7 +25,9 @@ from printed import (
     called,
     compiled,
     directions,
+    image_shape,
     made,
+    mixed_by,
     same_bits,
 )
 
@@ -136,7 +138,7 @@ void all_reflect(const {number}* view, const {number}* normal, {number}* out, lo
 TAPS_LOOP = """
 void all_taps(const {number}* in, const {number}* size, {number}* out, long n) {{
     for (long i = 0; i < n; i++)
-        m_taps(in + 3 * i, size, out + 12 * i, out + 12 * i + 4, out + 12 * i + 8);
+        m_taps(in + 3 * i, size, {arrays});
 }}
 """
 
@@ -159,33 +161,69 @@ def test_reflect_has_the_bits_of_the_library(dtype: type, tmp_path: Path) -> Non
 @pytest.mark.parametrize(("case", "size"), TAPPED)
 def test_taps_are_those_of_sample(case: str, size: tuple[int, int], tmp_path: Path) -> None:
     options: dict[str, Any] = {"verbs": ["taps"], "name": "m", "dtype": "float64"}
-    text = sm.code(made(case), "c", **options) + TAPS_LOOP.format(number="double")
-    names: dict[str, Any] = {}
-    exec(sm.code(made(case), "numpy", **options), names)
+    n = 16 if made(case).faces > 1 else 12
+    arrays = ", ".join(f"out + {n} * i + {k}" for k in range(0, n, 4))
+    loop = TAPS_LOOP.format(number="double", arrays=arrays)
+    library = compiled(sm.code(made(case), "c", **options) + loop, tmp_path)
     extent = np.array([size[1], size[0]], float)
+    by_numpy = numpy_taps(case, size)
 
     def taps(d: Array) -> Array:
-        found = np.empty((len(d), 12))
-        called(compiled(text, tmp_path).all_taps, d, extent, found)
-        assert np.array_equal(np.concatenate(names["m_taps"](d, extent), axis=-1), found)
+        found = np.empty((len(d), n))
+        called(library.all_taps, d, extent, found)
+        assert np.array_equal(by_numpy(d), found)
         return found
 
     assert_taps(case, size, taps, np.float64)
 
 
+def numpy_taps(case: str, size: tuple[int, int]) -> Callable[[Array], Array]:
+    names: dict[str, Any] = {}
+    exec(sm.code(made(case), "numpy", verbs=["taps"], name="m", dtype="float64"), names)
+    extent = np.array([size[1], size[0]], float)
+    return lambda d: np.concatenate(names["m_taps"](d, extent), axis=-1)
+
+
+CUBES = [(case, size) for case, size in TAPPED if case in ("cross", "strip") or "cube" in case]
+
+
+@pytest.mark.parametrize(("case", "size"), CUBES)
+def test_taps_of_cubes_have_no_seam(case: str, size: tuple[int, int]) -> None:
+    """Continuous over every edge and corner, and near `sample` where light changes slowly."""
+    p, taps = made(case), numpy_taps(case, size)
+    if p.grid != "centers":
+        return
+    rng = np.random.default_rng(6)
+    edge = rng.choice([-1.0, 1.0], (4000, 3))
+    rows = np.arange(len(edge))
+    edge[rows, rng.integers(0, 3, len(edge))] *= np.linspace(-1, 1, len(edge))
+    d = edge / np.linalg.norm(edge, axis=1, keepdims=True)
+    image = rng.uniform(size=image_shape(p, size))
+    nudge = rng.normal(scale=1e-9, size=d.shape)
+    step = np.abs(mixed_by(taps(d + nudge), image) - mixed_by(taps(d - nudge), image))
+    # A texel is 2/n of a face, and values are 1 apart at most: 1e-9 makes some n times that.
+    assert step.max() <= 1e-9 * 20 * max(size)
+    d = np.concatenate([d, directions(np.float64)])
+    n = int(np.gcd(*size))
+    linear = sm.directions(p, image_shape(p, size)) @ np.array([0.48, 0.6, 0.64])
+    linear = np.nan_to_num(linear)
+    off = np.abs(mixed_by(taps(d), linear) - sm.sample(linear, d, p))
+    # Texels of the same number are up to half a texel apart, and weigh a half at most on the edge.
+    assert off.max() <= 0.25 * 2 / n
+
+
 def test_taps_are_printed_where_texels_join_texels() -> None:
-    for name in ("cube", "sphere", "angular", "icosahedral", "sinusoidal", "dual_paraboloid"):
+    for name in ("healpix", "sphere", "angular", "icosahedral", "sinusoidal", "dual_paraboloid"):
         with pytest.raises(ValueError, match="no single texel"):
             sm.code(name, "glsl", verbs=["taps"])
-    with pytest.raises(ValueError, match="at centers"):
-        sm.code("latlong:openexr", "glsl", verbs=["taps"])
 
 
 @pytest.mark.parametrize("language", [entry["name"] for entry in LANGUAGES])
 def test_reflect_and_taps_print_in_every_language(language: str) -> None:
-    text = sm.code("octahedral", language, verbs=["reflect", "taps"], name="some_name")
-    for verb in ("reflect", "taps"):
-        assert re.search(rf"\bsome_name_{verb}\(", text)
+    for case in ("octahedral", "cube", "cross"):
+        text = sm.code(made(case), language, verbs=["reflect", "taps"], name="some_name")
+        for verb in ("reflect", "taps"):
+            assert re.search(rf"\bsome_name_{verb}\(", text)
 
 
 def test_names_and_options_are_checked() -> None:

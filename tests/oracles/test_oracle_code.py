@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from printed import (
     compiled,
     directions,
     made,
+    mixed_by,
     roundings,
 )
 
@@ -121,13 +123,30 @@ def test_opengl_has_the_integers_of_packings(name: str) -> None:
 def test_opengl_fetches_what_sample_mixes(case: str, size: tuple[int, int]) -> None:
     text = sm.code(made(case), "glsl", verbs=["taps"], name="m")
     extent = f"vec2({size[1]}.0, {size[0]}.0)"
+    names = ["a", "b", "c", "e"][: text.count("out vec4")]
+    n = 4 * len(names)
     stores = " ".join(
-        f"made[12 * i + {4 * k + c}] = {name}[{c}];"
-        for k, name in enumerate("abc")
+        f"made[{n} * i + {4 * k + c}] = {name}[{c}];"
+        for k, name in enumerate(names)
         for c in range(4)
     )
-    call = f"vec4 a, b, c; m_taps({DIRECTION}, {extent}, a, b, c); {stores}"
-    assert_taps(case, size, lambda d: run_shader(text, call, d, np.float32).reshape(-1, 12))
+    targets = ", ".join(names)
+    call = f"vec4 {targets}; m_taps({DIRECTION}, {extent}, {targets}); {stores}"
+    assert_taps(case, size, lambda d: run_shader(text, call, d, np.float32).reshape(-1, n))
+
+
+@pytest.mark.parametrize("n", [1, 2, 5, 16])
+def test_opengl_samples_a_cube_by_the_same_taps(n: int) -> None:
+    """A seamless sampler, over edges and at corners."""
+    d = directions(np.float32)
+    image = np.random.default_rng(1).uniform(size=(6, n, n, 1)).astype(np.float32)
+    wanted = opengl_oracle.sample(image.repeat(4, axis=-1), d, lod=np.zeros(len(d)))[:, 0]
+    names: dict[str, Any] = {}
+    exec(sm.code("cube", "numpy", verbs=["taps"], name="m"), names)
+    found = np.concatenate(names["m_taps"](d, np.float32([n, n])), axis=-1)
+    # As above, of a side of n.
+    rounding = 16 * n * float(np.finfo(np.float32).eps)
+    assert np.abs(mixed_by(found, image[..., 0]) - wanted).max() <= rounding
 
 
 @pytest.mark.parametrize("channels", [1, 3])

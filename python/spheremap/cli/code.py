@@ -14,6 +14,7 @@ from spheremap import _core
 from spheremap.cli.tables import print_table
 from spheremap.cli.terminal import UsageError, as_usage, check_projection
 from spheremap.io.whole import write_bytes
+from spheremap.map.effects import EFFECTS
 
 
 def code(
@@ -21,7 +22,8 @@ def code(
         str | None,
         typer.Argument(
             metavar="NAME",
-            help="A projection, as latlong, cube:unreal, angular(fov=180), or a packing, as oct16.",
+            help="A projection, as latlong, cube:unreal, angular(fov=180), or a packing, as oct16; "
+            f"with --effect a whole lookup: {', '.join(EFFECTS)}.",
         ),
     ] = None,
     language: Annotated[
@@ -57,6 +59,10 @@ def code(
         tuple[float, float, float],
         typer.Option(metavar="YAW PITCH ROLL", help="Turn the map in the world, in degrees."),
     ] = (0.0, 0.0, 0.0),
+    effect: Annotated[
+        bool,
+        typer.Option("--effect", help="NAME is that of a whole lookup, with its textures."),
+    ] = False,
     list_: Annotated[bool, typer.Option("--list", help="List the languages.")] = False,
 ) -> None:
     """Print encode, decode and more of a map as GLSL, HLSL, WGSL, C, CUDA, NumPy and others."""
@@ -69,8 +75,8 @@ def code(
         return
     if name is None or language is None:
         raise UsageError("give NAME and LANGUAGE, as in: spheremap code cube:unreal hlsl")
-    of_packing = _is_packing(name)
-    if not of_packing:
+    of_packing = not effect and _is_packing(name)
+    if not of_packing and not effect:
         check_projection(name)
     asked = verbs or ("pack,unpack" if of_packing else "encode,decode")
     words = [verb.strip() for verb in asked.split(",") if verb.strip()]
@@ -80,9 +86,19 @@ def code(
     if of_packing and turned:
         raise UsageError("a packing is not turned; leave out --rotation")
     if not of_packing and rounding != "precise":
-        raise UsageError("a map does not round; leave out --rounding")
+        raise UsageError(
+            f"{'an effect' if effect else 'a map'} does not round; leave out --rounding"
+        )
+    if effect:
+        given = {"--verbs": verbs, "--double": double, "--rotation": turned}
+        for option in (option for option, value in given.items() if value):
+            raise UsageError(
+                f"an effect has maps, verbs and numbers of its own; leave out {option}"
+            )
     with as_usage(), _in_words_of_the_command():
-        if of_packing:
+        if effect:
+            text = sm.effect(name, language, name=prefix, precision=precision)
+        elif of_packing:
             text = sm.packing.code(
                 name,
                 language,

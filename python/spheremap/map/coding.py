@@ -45,9 +45,10 @@ def code(
         "array_api", "torch" or "jax".
     verbs : sequence of str
         The functions: "encode", "decode", "density", "jacobian", "valid"; "taps", the columns, rows
-        and weights of the four texels of a bilinear lookup in a direction, as `sample` mixes them
-        across a seam; "reflect", which takes a view vector and a normal and gives the direction to
-        look up. A function takes and gives the language's vectors: a direction has three numbers,
+        and weights of the four texels of a bilinear lookup in a direction, and their faces where
+        these are apart, as `sample` mixes them across a seam, or a seamless sampler across an edge
+        of a cube; "reflect", which takes a view vector and a normal and gives the direction to look
+        up. A function takes and gives the language's vectors: a direction has three numbers,
         image coordinates two, (u, v), or three, (u, v, face). In C they are arrays, and NumPy,
         torch and JAX take arrays (..., 3) and (..., 2).
     name : str, optional
@@ -70,7 +71,7 @@ def code(
     ------
     ValueError, TypeError
         For names that are unknown, options that the language does not have, and "taps" of a map
-        whose seams do not join texel to texel, as of cubes.
+        whose seams do not join texel to texel, as of mirror balls.
 
     Notes
     -----

@@ -85,6 +85,8 @@ _EFFECTS = {
     "gbuffer": _Effect({"": "octahedral"}, ("encode", "decode"), (), _BUFFER),
 }
 
+EFFECTS = tuple(_EFFECTS)
+
 
 def effect(
     effect: Literal["sphere_map", "matcap", "light_probe", "mirror_balls", "gbuffer"] | str,
@@ -131,7 +133,7 @@ def effect(
     ['Texture2D matcap_image;', 'float4 matcap_color(float3 d) {']
     """
     chosen = as_text(effect, "effect")
-    _core.check_word("effect", chosen, list(_EFFECTS))
+    _core.check_word("effect", chosen, list(EFFECTS))
     language = as_text(language, "language")
     _core.check_word("language", language, list(_VECTORS))
     prefix = chosen if name is None else as_text(name, "name")

@@ -97,7 +97,7 @@ impl Dialect for C {
         let array = |name, n| (name, format!("{} {name}[{n}]", self.number(text)));
         match gives {
             Gives::Vector(n, name) => vec![array(name, n)],
-            Gives::Columns | Gives::Taps => {
+            Gives::Columns | Gives::Taps { .. } => {
                 let (names, width) = several(gives);
                 names.iter().map(|&name| array(name, width)).collect()
             }

@@ -52,7 +52,7 @@ impl Dialect for Msl {
 
     fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
         match gives {
-            Gives::Taps => filled_by(self, gives, text, ["thread ", "&"]),
+            Gives::Taps { .. } => filled_by(self, gives, text, ["thread ", "&"]),
             _ => Vec::new(),
         }
     }

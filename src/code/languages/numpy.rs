@@ -266,7 +266,7 @@ impl<A: Arrays> Dialect for A {
             Gives::Pair => format!("return {}", values.join(", ")),
             Gives::Word(words) => format!("return {}", self.word_of(&values, words)),
             Gives::Vector(..) => format!("return {}", stack(&values)),
-            Gives::Taps => {
+            Gives::Taps { .. } => {
                 let vectors: Vec<_> = values.chunks(4).map(stack).collect();
                 format!("return {}", vectors.join(", "))
             }

@@ -67,7 +67,7 @@ impl Dialect for Osl {
     fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
         // A vector has three numbers; four are an array.
         match gives {
-            Gives::Taps => several(gives)
+            Gives::Taps { .. } => several(gives)
                 .0
                 .iter()
                 .map(|&name| (name, format!("output float {name}[4]")))

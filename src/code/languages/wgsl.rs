@@ -95,7 +95,7 @@ impl Dialect for Wgsl {
 
     fn filled(&self, gives: Gives, text: &Text) -> Vec<(&'static str, String)> {
         let (names, width) = match gives {
-            Gives::Taps => several(gives),
+            Gives::Taps { .. } => several(gives),
             _ => return Vec::new(),
         };
         let of = self.vector(width, text);

@@ -55,7 +55,7 @@ help:
 	@echo "make fuzz    a million hostile calls (FUZZ_CALLS=), each in a process with limits"
 	@echo "make fuzz-rust    bytes of no meaning for the Rust crate (FUZZ_SECONDS= for each of four targets)"
 	@echo "make test-checked    the suite on a module that watches overflows and assertions"
-	@echo "make test-sanitized  Rust tests under a sanitizer (SANITIZER=address or thread); make test-valgrind  under valgrind"
+	@echo "make test-sanitized  Rust tests under a sanitizer (SANITIZER=address); make test-valgrind  under valgrind"
 	@echo "make lint    formatting, lints, types, stubs, generated files; the house: floors, tree, spelling, tolerances"
 	@echo "make msrv    the oldest Rust that Cargo.toml promises still builds it (needs rustup)"
 	@echo "make bench   speed against memcpy, a C loop and other libraries; rewrites BENCHMARKS.md"
@@ -178,13 +178,12 @@ test-checked: $(RUN_DEPS) $(DEV_DEPS)
 	rm -f "$(VENV)"/.built-*
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs" --ignore tests/package/test_machine_code.py
 
-# The Rust tests, watched. Rust's sanitizers are not stable: RUSTC_BOOTSTRAP has a stable compiler take them. Threads are those of
-# the standard library, which was not built for the sanitizer: tools/tsan.txt says what it sees there that is none.
+# The Rust tests, watched. Rust's sanitizers are not stable: RUSTC_BOOTSTRAP has a stable compiler take them.
 HOST := $(shell rustc -vV | sed -n 's/^host: //p')
 SANITIZER ?= address
 SANITIZED_TESTS ?= --lib --test fuzzing --test face --test textures
 test-sanitized:
-	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=$(SANITIZER)" TSAN_OPTIONS="suppressions=$(CURDIR)/tools/tsan.txt" \
+	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=$(SANITIZER)" \
 		CARGO_TARGET_DIR="$(CARGO_TARGET_DIR)/sanitized" cargo test --target $(HOST) $(SANITIZED_TESTS)
 
 # It knows no AVX-512: what runs there is what machines without it run.

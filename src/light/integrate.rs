@@ -13,7 +13,7 @@ use crate::kernel::interrupt;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::light::patches::{LANES, Patches, Points, ROOM, flux};
-use crate::light::texels::Texels;
+use crate::light::texels::{Texels, texels};
 use fearless_simd::{Simd, SimdBase, f64x8};
 
 /// ∫ f dω and the three components of ∫ f ω dω.
@@ -72,8 +72,44 @@ pub fn moments<T: Texel>(image: &ImageView<'_, T>) -> Result<Vec<Moments>, Error
     summed(image)
 }
 
-/// The first moments of every channel and of the constant 1. A patch stays in the cache, and nothing is kept of it.
+/// Images of so many texels are summed by the list that is kept of them: they come again and again. Of more, making the list
+/// takes longer than several sums without one.
+const LISTED: usize = 1 << 19;
+
+/// The first moments of every channel and of the constant 1.
 fn summed<T: Texel, const N: usize>(image: &ImageView<'_, T>) -> Result<Vec<[f64; N]>, Error> {
+    if image.raster().texels() <= LISTED {
+        summed_by_list(image)
+    } else {
+        summed_by_patch(image)
+    }
+}
+
+fn summed_by_list<T: Texel, const N: usize>(
+    image: &ImageView<'_, T>,
+) -> Result<Vec<[f64; N]>, Error> {
+    let rows = image.channels() + 1;
+    let texels = texels(image.map(), image.shape())?;
+    expect_room::<[f64; N]>(rows * texels.blocks.len())?;
+    let mut all = vec![[0.0; N]; rows * texels.blocks.len()];
+    threads::rows(&mut all, 16 * rows, rows * texels.x.len(), |part, all| {
+        let mut light = vec![0.0; rows * ROOM];
+        for (block, all) in texels.blocks[16 * part..].iter().zip(all.chunks_mut(rows)) {
+            let light = &mut light[..rows * block.length];
+            light.fill(0.0);
+            texels.block_flux(image, block, light);
+            sum_rows(texels.directions(block), light, all);
+        }
+    });
+    Ok((0..rows)
+        .map(|row| tree(all.get(row..).unwrap_or_default(), rows))
+        .collect())
+}
+
+/// A patch stays in the cache, and nothing is kept of it.
+fn summed_by_patch<T: Texel, const N: usize>(
+    image: &ImageView<'_, T>,
+) -> Result<Vec<[f64; N]>, Error> {
     let rows = image.channels() + 1;
     let patches = Patches::new(image.map(), image.shape())?;
     let (across, strips) = (patches.across, patches.strips());
@@ -130,9 +166,7 @@ pub(crate) fn block_moments(texels: &Texels, flux: &[f64], rows: usize) -> Vec<M
     threads::rows(&mut all, 16 * rows, flux.len() / 4, |part, all| {
         for (block, all) in texels.blocks[16 * part..].iter().zip(all.chunks_mut(rows)) {
             let values = &flux[rows * block.start..][..rows * block.length];
-            let points = block.start..block.start + block.length;
-            let directions = [&texels.x, &texels.y, &texels.z].map(|axis| &axis[points.clone()]);
-            sum_rows(directions, values, all);
+            sum_rows(texels.directions(block), values, all);
         }
     });
     all
@@ -173,6 +207,30 @@ impl<const N: usize> SimdWork for Sum<'_, N> {
         }
         for (sum, out) in sums.iter().zip(self.sums) {
             sum.store_array(out);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::raster::shape_of_size;
+    use crate::map::Map;
+
+    #[test]
+    fn with_and_without_a_list_sums_have_the_same_bits() {
+        for name in ["latlong", "octahedral", "cube", "angular", "mollweide"] {
+            let map = Map::new(name).unwrap();
+            let shape = shape_of_size(&map, 37);
+            let count: usize = shape.iter().product();
+            let light: Vec<f32> = (0..2 * count).map(|k| (k % 101) as f32).collect();
+            let image = ImageView::new(&map, &shape, 2, &light).unwrap();
+            let listed: Vec<Moments> = summed_by_list(&image).unwrap();
+            assert_eq!(listed, summed_by_patch(&image).unwrap(), "{name}");
+            let alone: Vec<[f64; 1]> = summed_by_patch(&image).unwrap();
+            for (all, one) in listed.iter().zip(alone) {
+                assert_eq!(all[0], one[0], "{name}");
+            }
         }
     }
 }

@@ -210,16 +210,27 @@ impl Texels {
         }
         threads::rows(&mut parts, 64, self.x.len() * rows, |_, parts| {
             for (block, part) in parts {
-                let points = block.start..block.start + block.length;
-                patches::flux(
-                    image,
-                    &self.index[points.clone()],
-                    &self.weight[points],
-                    part,
-                );
+                self.block_flux(image, block, part);
             }
         });
         Ok(flux)
+    }
+
+    /// That of one block, as many rows as `out` has room for: all channels and, if there is one more, the weight.
+    pub fn block_flux<T: Texel>(&self, image: &ImageView<'_, T>, block: &Block, out: &mut [f64]) {
+        let points = block.start..block.start + block.length;
+        patches::flux(
+            image,
+            &self.index[points.clone()],
+            &self.weight[points],
+            out,
+        );
+    }
+
+    /// The directions of a block, by components.
+    pub fn directions(&self, block: &Block) -> [&[f64]; 3] {
+        let points = block.start..block.start + block.length;
+        [&self.x, &self.y, &self.z].map(|axis| &axis[points.clone()])
     }
 
     /// What `make` finds for an order, kept with the texels.

@@ -347,7 +347,7 @@ fn any_pixel_of_any_nside() {
 
 #[test]
 fn any_two_maps_overlap() {
-    drive(overlaps, 300);
+    drive(overlaps, 120);
 }
 
 #[test]

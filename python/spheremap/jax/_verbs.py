@@ -9,26 +9,15 @@ Where a map has no value its derivative is zero, so that what a choice leaves ou
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache, partial
-from typing import Any
+from functools import partial
 
 import jax
 import jax.numpy as jnp
 
-from ..map.coding import code
-from ..map.spec import HELD, map_of
+from ..map.compiled import compiled
+from ..map.spec import map_of
 
 Function = Callable[..., jax.Array]
-
-
-@lru_cache(HELD)
-def printed(spec: str, double: bool) -> dict[str, Function]:
-    """Return the verbs of a map as functions of JAX."""
-    verbs = ("encode", "decode", "density", "jacobian", "valid", "reflect")
-    dtype = "float64" if double else "float32"
-    names: dict[str, Any] = {}
-    exec(code(map_of(spec), "jax", verbs=verbs, name="m", dtype=dtype), names)
-    return {verb: names[f"m_{verb}"] for verb in verbs}
 
 
 def width(spec: str) -> int:
@@ -37,7 +26,8 @@ def width(spec: str) -> int:
 
 
 def _function(verb: str, data: jax.Array, spec: str) -> jax.Array:
-    return printed(spec, data.dtype == jnp.float64)[verb](data)
+    found: jax.Array = compiled(spec, "jax", data.dtype == jnp.float64)[verb](data)
+    return found
 
 
 def _of_place(verb: str, uv: jax.Array, spec: str) -> jax.Array:

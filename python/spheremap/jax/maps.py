@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from ..map import verbs
+from ..map.compiled import compiled
 from ..map.spec import spec_of
 from . import _verbs
 from ._given import split_rotation, turned, turned_back, vectors
@@ -278,7 +279,7 @@ def reflect(view: Any, normal: Any, /) -> jax.Array:
     """
     pair = vectors(view, 3, "view"), vectors(normal, 3, "normal")
     wide = any(one.dtype == jnp.float64 for one in pair)
-    found = _verbs.printed("latlong", wide)["reflect"](*jnp.broadcast_arrays(*pair))
+    found = compiled("latlong", "jax", wide)["reflect"](*jnp.broadcast_arrays(*pair))
     return found.astype(jnp.promote_types(jnp.asarray(view).dtype, jnp.asarray(normal).dtype))
 
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .coding import code
-from .spec import HELD, map_of, spec_of
+from .compiled import compiled
+from .spec import HELD, spec_of
 
 if TYPE_CHECKING:
     from .._projection import Projection
@@ -47,10 +47,7 @@ def run(verb: str, p: Projection, data: Any, name: str, out: object) -> Any:
 
 @lru_cache(HELD)
 def _functions(spec: str, double: bool) -> dict[str, Callable[[Any, Any], Any]]:
-    verbs = ("encode", "decode", "density", "valid")
-    dtype = "float64" if double else "float32"
-    names: dict[str, Any] = {}
-    exec(code(map_of(spec), "array_api", verbs=verbs, name="m", dtype=dtype), names)
+    printed = compiled(spec, "array_api", double)
 
     def encode(xp: Any, directions: Any) -> Any:
         # What is printed takes unit vectors, and squares of the largest and smallest are none.
@@ -59,12 +56,12 @@ def _functions(spec: str, double: bool) -> dict[str, Callable[[Any, Any], Any]]:
         scaled = xp.where(known, directions, xp.ones_like(directions))
         scaled = scaled / xp.where(known, largest, xp.ones_like(largest))
         unit = scaled / xp.sqrt(xp.sum(scaled * scaled, axis=-1, keepdims=True))
-        found = names["m_encode"](unit)
+        found = printed["encode"](unit)
         return xp.where(known, found, xp.full_like(found, xp.nan))
 
     def of_place(verb: str) -> Callable[[Any, Any], Any]:
         def verb_of(xp: Any, uv: Any) -> Any:
-            found, valid = names[f"m_{verb}"](uv), names["m_valid"](uv)
+            found, valid = printed[verb](uv), printed["valid"](uv)
             if found.ndim > valid.ndim:
                 valid = xp.expand_dims(valid, axis=-1)
             return xp.where(valid, found, xp.full_like(found, xp.nan))

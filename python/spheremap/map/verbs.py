@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from .._arrays import Size
+    from .._projection import Projection
     from .named import ProjectionLike
 
 # Past the methods of the subclass, which would resolve once more.
@@ -92,11 +93,7 @@ def encode(
     >>> sm.encode([[0, 0, -1], [1, 0, 0]], "latlong").tolist()
     [[0.5, 0.5], [0.75, 0.5]]
     """
-    p = resolve(projection, axes, rotation)
-    if type(directions) is not np.ndarray and is_foreign(directions):
-        found: NDArray[np.floating[Any]] = on_standard("encode", p, directions, "directions", out)
-        return found
-    return _Core.encode(p, directions, out)
+    return _computed("encode", resolve(projection, axes, rotation), directions, "directions", out)
 
 
 def decode(
@@ -137,11 +134,7 @@ def decode(
     >>> sm.decode([[0.0, 0.0], [0.5, 0.5]], "sphere").round(6).tolist()
     [[nan, nan, nan], [0.0, -0.0, 1.0]]
     """
-    p = resolve(projection, axes, rotation)
-    if type(uv) is not np.ndarray and is_foreign(uv):
-        found: NDArray[np.floating[Any]] = on_standard("decode", p, uv, "uv", out)
-        return found
-    return _Core.decode(p, uv, out)
+    return _computed("decode", resolve(projection, axes, rotation), uv, "uv", out)
 
 
 def jacobian(
@@ -222,11 +215,16 @@ def density(
     >>> np.round(sm.density([[0.5, 0.5], [0.3, 0.4]], "sphere"), 6).tolist()
     [16.0, 16.0]
     """
-    p = resolve(projection)
-    if type(uv) is not np.ndarray and is_foreign(uv):
-        found: NDArray[np.floating[Any]] = on_standard("density", p, uv, "uv", out)
-        return found
-    return _Core.density(p, uv, out)
+    return _computed("density", resolve(projection), uv, "uv", out)
+
+
+def _computed(verb: str, p: Projection, data: Any, name: str, out: Any) -> NDArray[Any]:
+    """Return what a verb makes of an array: by its kernel, or by printed code."""
+    if type(data) is not np.ndarray and is_foreign(data):
+        found: NDArray[Any] = on_standard(verb, p, data, name, out)
+    else:
+        found = getattr(_Core, verb)(p, data, out)
+    return found
 
 
 def valid(uv: ArrayLike, /, projection: ProjectionLike) -> NDArray[np.bool_]:

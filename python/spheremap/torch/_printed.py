@@ -3,35 +3,20 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import torch
 
-from ..map.coding import code
-from ._specs import HELD, map_of
+from ..map.compiled import compiled
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    Function = Callable[..., Tensor]
-
-
-@lru_cache(HELD)
-def printed(spec: str, double: bool) -> dict[str, Function]:
-    """Return the verbs of a map as functions of torch."""
-    verbs = ("encode", "decode", "density", "jacobian", "valid", "reflect")
-    dtype = "float64" if double else "float32"
-    names: dict[str, Any] = {}
-    exec(code(map_of(spec), "torch", verbs=verbs, name="m", dtype=dtype), names)
-    return {verb: names[f"m_{verb}"] for verb in verbs}
-
 
 def run(verb: str, data: Tensor, spec: str) -> Tensor:
     """Return what a verb's kernel does, where there is none: on other devices than the CPU."""
-    functions = printed(spec, data.dtype == torch.float64)
+    functions = compiled(spec, "torch", data.dtype == torch.float64)
     if verb == "encode":
         # What is printed takes unit vectors.
         largest = data.abs().amax(-1, keepdim=True)
@@ -51,7 +36,7 @@ def by_place(verb: str, uv: Tensor, spec: str) -> Tensor:
 
     They are forward ones: a branch that is not taken leaves no NaN in the one that is.
     """
-    function = printed(spec, uv.dtype == torch.float64)[verb]
+    function = compiled(spec, "torch", uv.dtype == torch.float64)[verb]
 
     def column(k: int) -> Tensor:
         along = torch.zeros_like(uv)

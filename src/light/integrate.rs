@@ -78,14 +78,18 @@ const LISTED: usize = 1 << 19;
 
 /// The first moments of every channel and of the constant 1.
 fn summed<T: Texel, const N: usize>(image: &ImageView<'_, T>) -> Result<Vec<[f64; N]>, Error> {
-    if image.raster().texels() <= LISTED {
-        summed_by_list(image)
+    let all = if image.raster().texels() <= LISTED {
+        moments_by_list(image)?
     } else {
-        summed_by_patch(image)
-    }
+        moments_by_patch(image)?
+    };
+    let rows = image.channels() + 1;
+    let of = |row: usize| tree(all.get(row..).unwrap_or_default(), rows);
+    Ok((0..rows).map(of).collect())
 }
 
-fn summed_by_list<T: Texel, const N: usize>(
+/// Those of each patch, from the list.
+fn moments_by_list<T: Texel, const N: usize>(
     image: &ImageView<'_, T>,
 ) -> Result<Vec<[f64; N]>, Error> {
     let rows = image.channels() + 1;
@@ -101,17 +105,15 @@ fn summed_by_list<T: Texel, const N: usize>(
             sum_rows(texels.directions(block), light, all);
         }
     });
-    Ok((0..rows)
-        .map(|row| tree(all.get(row..).unwrap_or_default(), rows))
-        .collect())
+    Ok(all)
 }
 
-/// A patch stays in the cache, and nothing is kept of it.
-fn summed_by_patch<T: Texel, const N: usize>(
+/// The same without a list: a patch stays in the cache, and nothing is kept of it.
+fn moments_by_patch<T: Texel, const N: usize>(
     image: &ImageView<'_, T>,
 ) -> Result<Vec<[f64; N]>, Error> {
     let rows = image.channels() + 1;
-    let patches = Patches::new(image.map(), image.shape())?;
+    let patches = Patches::new(image.map(), image.shape(), false)?;
     let (across, strips) = (patches.across, patches.strips());
     expect_room::<[f64; N]>(rows * across * strips)?;
     let mut all = vec![[0.0; N]; rows * across * strips];
@@ -126,27 +128,18 @@ fn summed_by_patch<T: Texel, const N: usize>(
                 .next_multiple_of(LANES);
             let light = &mut light[..rows * length];
             light.fill(0.0);
-            flux(
-                image,
-                &points.index[..length],
-                &points.weight[..length],
-                light,
-            );
-            let directions = points.direction.each_ref().map(|axis| &axis[..length]);
+            let (index, weight) = (&points.index[..length], &points.weight[..length]);
+            flux(image, index, weight, light);
+            let directions = points.direction.0.each_ref().map(|axis| &axis[..length]);
             sum_rows(directions, light, all);
         }
     });
     interrupt::check()?;
     // Patches that hold nothing are none: the constant is 0 there alone.
-    let mut seen: Vec<[f64; N]> = Vec::with_capacity(all.len());
-    for patch in all.chunks_exact(rows) {
-        if patch[rows - 1][0] > 0.0 {
-            seen.extend_from_slice(patch);
-        }
-    }
-    Ok((0..rows)
-        .map(|row| tree(seen.get(row..).unwrap_or_default(), rows))
-        .collect())
+    let seen = all
+        .chunks_exact(rows)
+        .filter(|patch| patch[rows - 1][0] > 0.0);
+    Ok(seen.flatten().copied().collect())
 }
 
 /// The sum of every `rows`-th of the moments, as a tree.
@@ -225,9 +218,9 @@ mod tests {
             let count: usize = shape.iter().product();
             let light: Vec<f32> = (0..2 * count).map(|k| (k % 101) as f32).collect();
             let image = ImageView::new(&map, &shape, 2, &light).unwrap();
-            let listed: Vec<Moments> = summed_by_list(&image).unwrap();
-            assert_eq!(listed, summed_by_patch(&image).unwrap(), "{name}");
-            let alone: Vec<[f64; 1]> = summed_by_patch(&image).unwrap();
+            let listed: Vec<Moments> = moments_by_list(&image).unwrap();
+            assert_eq!(listed, moments_by_patch(&image).unwrap(), "{name}");
+            let alone: Vec<[f64; 1]> = moments_by_patch(&image).unwrap();
             for (all, one) in listed.iter().zip(alone) {
                 assert_eq!(all[0], one[0], "{name}");
             }

@@ -140,7 +140,7 @@ impl<'a, T: Texel> Counted<'a, T> {
         let per_texel = 160 + 32 * channels;
         expect_room::<u8>(raster.texels().saturating_mul(per_texel))?;
         let directions = Directions::new(self.image.map(), raster, None);
-        let mut bands = vec![Lit::with_capacity(0, channels); self.stored_rows().div_ceil(BAND)];
+        let mut bands = vec![Lit::none(channels); self.stored_rows().div_ceil(BAND)];
         let list = |band: usize, lit: &mut Lit| {
             let first = band * BAND;
             let rows = BAND.min(self.stored_rows() - first);
@@ -164,9 +164,7 @@ impl<'a, T: Texel> Counted<'a, T> {
             list(band, &mut lit[0]);
         });
         interrupt::check()?;
-        // At its length from the start: grown by doubling, it would be held twice for a while.
-        let count = bands.iter().map(|band| band.index.len()).sum();
-        let mut all = Lit::with_capacity(count, channels);
+        let mut all = Lit::none(channels);
         for band in bands {
             all.index.extend(band.index);
             all.direction.extend(band.direction);
@@ -184,14 +182,14 @@ impl Lit {
         Counted::new(image, luminance)?.listed(None)
     }
 
-    fn with_capacity(count: usize, channels: usize) -> Lit {
+    fn none(channels: usize) -> Lit {
         Lit {
             channels,
-            index: Vec::with_capacity(count),
-            direction: Vec::with_capacity(count),
-            weight: Vec::with_capacity(count),
-            light: Vec::with_capacity(count * channels),
-            luminance: Vec::with_capacity(count),
+            index: Vec::new(),
+            direction: Vec::new(),
+            weight: Vec::new(),
+            light: Vec::new(),
+            luminance: Vec::new(),
         }
     }
 

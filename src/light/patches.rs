@@ -45,13 +45,15 @@ pub struct Patches<'a> {
     /// How many patches a face has in a row.
     pub across: usize,
     /// How many rows of them.
-    pub down: usize,
+    down: usize,
 }
 
 /// Points of a quadrature, filled up to a multiple of [`LANES`] with points of weight 0.
 pub struct Points {
-    /// Unit directions, by components; asked for or not.
-    pub direction: [[f64; ROOM]; 3],
+    /// Coordinates of centers.
+    uv: Tile<f64, 3>,
+    /// Unit directions, where they were asked for.
+    pub direction: Tile<f64, 3>,
     /// Steradians.
     pub weight: [f64; ROOM],
     /// The stored texel of each.
@@ -62,7 +64,8 @@ impl Points {
     /// Of an empty patch.
     pub fn new() -> Points {
         Points {
-            direction: [[0.0; ROOM]; 3],
+            uv: Tile::new(),
+            direction: Tile::new(),
             weight: [0.0; ROOM],
             index: [NONE; ROOM],
         }
@@ -70,8 +73,8 @@ impl Points {
 }
 
 impl<'a> Patches<'a> {
-    /// Those of an image of this shape.
-    pub fn new(map: &'a Map, shape: &[usize]) -> Result<Self, Error> {
+    /// Those of an image of this shape, of which each is asked for once, or several times.
+    pub fn new(map: &'a Map, shape: &[usize], again: bool) -> Result<Self, Error> {
         let raster = Raster::new(map, shape)?;
         if raster.texels() >= NONE as usize {
             return Err(Error::Shape(format!(
@@ -80,7 +83,7 @@ impl<'a> Patches<'a> {
             )));
         }
         // Those of a rim have others' parts; those of several faces are the same.
-        let weights = if raster.has_rim() || map.face_layout().faces > 1 {
+        let weights = if again || raster.has_rim() || map.face_layout().faces > 1 {
             expect_room::<f64>(raster.width * raster.height)?;
             Some(rim::face_weights(map, &raster))
         } else {
@@ -138,7 +141,6 @@ impl<'a> Patches<'a> {
         let face = strip / self.down;
         let view = raster.view(face);
         let columns = column * SIDE..((column + 1) * SIDE).min(raster.width);
-        let mut uv = Tile::new();
         let mut n = 0;
         for (j, weights) in self.rows(strip).zip(weights.chunks_exact(raster.width)) {
             for i in columns.clone() {
@@ -148,7 +150,7 @@ impl<'a> Patches<'a> {
                             raster.along_u.center(i as f64),
                             raster.along_v.center(j as f64),
                         );
-                        uv.set(n, [u, v, face as f64]);
+                        points.uv.set(n, [u, v, face as f64]);
                     }
                     points.weight[n] = weights[i];
                     points.index[n] = view.index(i, j) as u32;
@@ -160,15 +162,13 @@ impl<'a> Patches<'a> {
         points.weight[n..end].fill(0.0);
         points.index[n..end].fill(NONE);
         if with_directions {
-            let mut directions = Tile::<f64, 3>::new();
             self.map.visit_canonical(DecodeTile {
                 turn: self.turn,
-                input: &uv,
-                output: directions.first_mut(n),
+                input: &points.uv,
+                output: points.direction.first_mut(n),
             });
-            for (to, from) in points.direction.iter_mut().zip(&directions.0) {
-                to[..n].copy_from_slice(&from[..n]);
-                to[n..end].fill(0.0);
+            for axis in &mut points.direction.0 {
+                axis[n..end].fill(0.0);
             }
         }
         n

@@ -14,7 +14,8 @@ use crate::image::texel::Texel;
 use crate::kernel::interrupt;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
-use crate::light::patches::{self, LANES, NONE, Patches, Points, ROOM, SIDE};
+use crate::kernel::tile::TILE;
+use crate::light::patches::{self, LANES, NONE, Patches, Points, SIDE};
 use crate::map::Map;
 use std::sync::{Arc, Mutex};
 
@@ -36,7 +37,7 @@ pub struct Block {
 
 impl Block {
     /// Of points in these directions.
-    fn new(start: usize, count: usize, direction: &[[f64; ROOM]; 3]) -> Block {
+    fn new(start: usize, count: usize, direction: &[[f64; TILE]; 3]) -> Block {
         let mut sum = [0.0; 3];
         for (sum, row) in sum.iter_mut().zip(direction) {
             row[..count].iter().for_each(|x| *sum += x);
@@ -111,7 +112,7 @@ pub fn texels(map: &Map, shape: &[usize]) -> Result<Arc<Texels>, Error> {
 
 impl Texels {
     fn new(map: &Map, shape: &[usize]) -> Result<Texels, Error> {
-        let patches = interrupt::part(0.0, 0.25, || Patches::new(map, shape))?;
+        let patches = interrupt::part(0.0, 0.25, || Patches::new(map, shape, true))?;
         let stored = patches.raster().texels();
         let (across, strips) = (patches.across, patches.strips());
         // How many texels of each patch hold a value.
@@ -163,12 +164,12 @@ impl Texels {
                     }
                     patches.points(strip, column, &weights, true, &mut points);
                     let length = index.len();
-                    let [x, y, z] = &points.direction;
+                    let [x, y, z] = &points.direction.0;
                     for (to, from) in numbers.iter_mut().zip([x, y, z, &points.weight]) {
                         to.copy_from_slice(&from[..length]);
                     }
                     index.copy_from_slice(&points.index[..length]);
-                    *block = Some(Block::new(*start, *count, &points.direction));
+                    *block = Some(Block::new(*start, *count, &points.direction.0));
                 }
             });
         });

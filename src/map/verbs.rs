@@ -149,6 +149,11 @@ fn frame_out<const I: usize, const O: usize>(turn: Rotation) -> Frame<f64, I, O>
     frame
 }
 
+/// Whether numbers of this type are computed in it, and not in f64.
+const fn in_own_type<P: Projection, R>() -> bool {
+    P::COMMON || size_of::<R>() == size_of::<f64>()
+}
+
 /// Runs a verb of a projection: in kernels for its arrays' type, or in those for f64.
 fn run<P: Projection, R: Scalar, F, const I: usize, const O: usize>(
     point: F,
@@ -158,7 +163,7 @@ fn run<P: Projection, R: Scalar, F, const I: usize, const O: usize>(
 ) where
     F: Point<f64, I, O> + Point<R, I, O>,
 {
-    if const { P::COMMON || size_of::<R>() == size_of::<f64>() } {
+    if const { in_own_type::<P, R>() } {
         kernel::run(point, &frame.cast::<R>(), input, output);
     } else {
         kernel::run_in_double(point, frame, input, output);
@@ -268,7 +273,7 @@ impl<R: Scalar> Visitor for ValidCanonical<'_, R> {
         for (uv, valid) in self.input.as_chunks::<3>().0.iter().zip(self.output) {
             let [u, v, face] = uv.map(Scalar::to_f64);
             // As `decode`: where it computes in f64, what lies in the image there does, and what numbers of this type cannot tell.
-            *valid = !P::COMMON && p.contains(Uv { u, v, face }) || {
+            *valid = !in_own_type::<P, R>() && p.contains(Uv { u, v, face }) || {
                 let [u, v, face] = *uv;
                 p.contains(Uv { u, v, face })
             };

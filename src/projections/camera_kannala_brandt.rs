@@ -12,8 +12,8 @@
 
 use crate::number::real::{Real, scaled};
 use crate::projections::common::camera::{
-    ASPECT, CAMERA, CX, CY, Camera, FX, FY, Guess, LET_OUT, Lens, coefficient, grows_up_to, last,
-    last_of, reaches,
+    ASPECT, CAMERA, CX, CY, Camera, FX, FY, Guess, LET_OUT, Lens, RADII, coefficient, grows_up_to,
+    last, last_of, reaches,
 };
 use crate::projections::projection::Info;
 use std::f64::consts::PI;
@@ -22,8 +22,6 @@ use std::f64::consts::PI;
 const STEPS: usize = 5;
 /// As many as lenses need.
 const FEW: usize = 2;
-/// At how many radii they are tried.
-const RADII: usize = 256;
 /// How near they are before the last step, which squares that.
 const NEAR: f64 = 1e-10;
 /// How far, of it, from a point's radius its inverse's may be.

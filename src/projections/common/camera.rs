@@ -522,6 +522,9 @@ pub fn last(end: f64, holds: impl Fn(f64) -> bool) -> f64 {
     last_of(2048, end, holds)
 }
 
+/// At how many radii inverses are tried.
+pub const RADII: usize = 256;
+
 /// [`last`], by so many places that are tried first.
 pub fn last_of(tried: usize, end: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let at = |k: usize| end * k as f64 / tried as f64;

@@ -17,7 +17,7 @@
 //! wherever it was tried, [`Distortion::short`] takes no more and does not look. That is a fourth of the time.
 
 use crate::number::real::{Real, max};
-use crate::projections::common::camera::{Guess, LET_OUT, last, last_of, reaches};
+use crate::projections::common::camera::{Guess, LET_OUT, RADII, last, last_of, reaches};
 use crate::projections::common::lens::LEAST_SLOPE;
 use std::f64::consts::PI;
 
@@ -29,8 +29,6 @@ const FARTHEST: f64 = 5000.0;
 const AZIMUTHS: usize = 48;
 /// In how many of them the inverse is tried.
 const TRIED: usize = 8;
-/// At how many radii it is.
-const RADII: usize = 256;
 /// How near a short way is before its last step, which squares that.
 const NEAR: f64 = 1e-11;
 

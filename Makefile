@@ -190,7 +190,7 @@ test-sanitized:
 VALGRIND_TESTS ?= --test fuzzing --test face
 test-valgrind:
 	@command -v valgrind >/dev/null || { echo "valgrind was not found; install the package valgrind" >&2; exit 1; }
-	CARGO_TARGET_$$(echo $(HOST) | tr a-z- A-Z_)_RUNNER="valgrind --quiet --error-exitcode=9" \
+	env "CARGO_TARGET_$$(echo $(HOST) | tr a-z- A-Z_)_RUNNER=valgrind --quiet --error-exitcode=9" \
 		cargo test --target $(HOST) $(VALGRIND_TESTS)
 
 # Which tests, by file and by name: make quick TESTS=tests/resample K=gaussian

@@ -26,7 +26,7 @@ impl Dialect for Cuda {
     }
 
     fn checked(&self) -> &'static str {
-        "NVRTC, to PTX that contracts nothing, by `make test-languages`; run by a C++ compiler, as C++"
+        "NVRTC, to PTX that contracts nothing, by `make test-languages`, which runs it where there is a card; a C++ compiler, as C++"
     }
 
     fn has_double(&self) -> bool {

@@ -438,7 +438,10 @@ impl<'l, 'a> Overlay<'l, 'a> {
         steps.sort_by(|a, b| a.0.total_cmp(&b.0));
         let end = self.touched[k].cell.parts().len() as f64;
         let (start, share) = self.start(&steps, end, k, target);
-        if share.min(1.0 - share) < CORNER && self.holds(target, k) != (share > 0.5) {
+        let touched = &self.touched[k];
+        // A border that winds about a corner, as about a pole, and then runs through the cell bounds a part of it.
+        let beside = touched.swept.abs() <= 4.0 * CORNER * touched.tolerance / TOLERANCE;
+        if beside && share.min(1.0 - share) < CORNER && self.holds(target, k) != (share > 0.5) {
             // At a corner, as where many meridians meet, rounding may exchange the places where the target's border enters
             // and leaves: then what seems in is out.
             if share > 0.5 {
@@ -707,7 +710,7 @@ mod tests {
     use super::*;
     use crate::geometry::solid_angle::Rect;
     use crate::image::raster::shape_of_size;
-    use crate::map::Map;
+    use crate::map::{Map, MapOptions};
     use crate::projections::REGISTRY;
     use crate::projections::projection::Coverage;
 
@@ -795,6 +798,26 @@ mod tests {
                         );
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn texels_on_the_edges() {
+        // Meridians of both images coincide there, and parallels of one end on them.
+        let grids = ["centers", "corners", "corners-v"];
+        let map = |grid| Map::with("latlong", MapOptions::new().grid(grid)).unwrap();
+        for (a, b) in grids.iter().flat_map(|a| grids.map(|b| (*a, b))) {
+            let (source, target) = (map(a), map(b));
+            for (n, m) in (3..12).flat_map(|n| (3..12).map(move |m| (n, m))) {
+                let from = Lattice::new(&source, &[n, 2 * n], None).unwrap();
+                let frame = crate::resample::area::frame(&source, &target, None);
+                let into = Lattice::new(&target, &[m, 2 * m], Some(frame)).unwrap();
+                let (rows, columns) = worst(&from, &into);
+                assert!(
+                    rows < 1e-6 && columns < 1e-6,
+                    "{a} {n} {b} {m} {rows:e} {columns:e}"
+                );
             }
         }
     }

@@ -357,10 +357,10 @@ def main() -> None:
     if output is None and not args.only and not args.quick:
         output = ROOT / "BENCHMARKS.md"
     if output is not None:
-        # The section of benches/resample.py stays.
+        # The sections of other benchmarks stay: each begins with a mark, and this part has none.
         old = output.read_text(encoding="utf-8") if output.exists() else ""
-        start, end = old.find("<!-- resampling:"), old.find("<!-- end of resampling -->")
-        kept = "" if start < 0 else f"\n{old[start:end]}<!-- end of resampling -->\n"
+        _, mark, rest = old.partition("<!-- ")
+        kept = f"\n{mark}{rest}" if mark else ""
         output.write_text(text + kept, encoding="utf-8")
         say(f"wrote {output}")
 

@@ -14,7 +14,6 @@ import os
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import spheremap as sm
 import spheremap.torch as smt
 import torch
@@ -29,8 +28,7 @@ def usual_encode(d: Any) -> Any:
     return torch.stack([u, 0.5 - torch.asin(y) / torch.pi], dim=-1)
 
 
-def usual_cube(image: Any, side: int) -> Any:
-    directions = torch.from_numpy(sm.directions("cube", side, dtype=np.float32))
+def usual_cube(image: Any, directions: Any) -> Any:
     grid = 2 * usual_encode(directions) - 1
     faces = [
         torch.nn.functional.grid_sample(
@@ -71,6 +69,7 @@ def main() -> None:
     batch = torch.rand(8, 3, height, 2 * height)
     taught = batch.clone().requires_grad_()
     side = height // 2
+    toward = smt.directions("cube", side)
     plain: dict[str, Any] = {"size": side, "antialias": False}
 
     def cube(x: Any) -> Any:
@@ -105,9 +104,9 @@ def main() -> None:
             {
                 "arrays": array_cube,
                 "ours": lambda: cube(batch),
-                "usual": lambda: usual_cube(batch, side),
+                "usual": lambda: usual_cube(batch, toward),
                 "ours, with the gradient": with_gradient(cube, taught),
-                "usual, with the gradient": with_gradient(lambda x: usual_cube(x, side), taught),
+                "usual, with the gradient": with_gradient(lambda x: usual_cube(x, toward), taught),
             },
         ),
     ]

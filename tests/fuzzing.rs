@@ -351,7 +351,6 @@ fn any_two_maps_overlap() {
 }
 
 #[test]
-#[ignore = "of texels on the edges: latlongs of 5 and of 7 rows share a corner to rounding, and an overlap is off by 5e-4"]
 fn any_two_maps_keep_the_light() {
     drive(light_of_overlaps, 300);
 }

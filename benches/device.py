@@ -12,6 +12,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
+import spheremap as sm
 import spheremap.torch as smt
 import torch
 from measure import Call, publish, race, table
@@ -55,17 +56,56 @@ def maps(args: argparse.Namespace, directions: Any) -> list[list[str]]:
             # Each map compiles anew, and torch gives up after eight of one function.
             torch.compiler.reset()
             compiled = torch.compile(function)
-            seconds = race(
-                {
-                    "copy": ended(directions.clone),
-                    "as it is": ended(lambda f=function, x=argument, n=name: f(x, n)),
-                    "compiled": ended(lambda f=compiled, x=argument, n=name: f(x, n)),
-                },
-                args.rounds,
-            )
-            times = [f"{t * 1e3:.2f}" for t in seconds.values()]
-            rows.append([name, verb, *times, f"{seconds['as it is'] / seconds['copy']:.0f}"])
+            entrants: dict[str, Call] = {
+                "copy": ended(directions.clone),
+                "as it is": ended(lambda f=function, x=argument, n=name: f(x, n)),
+                "compiled": ended(lambda f=compiled, x=argument, n=name: f(x, n)),
+            }
+            if directions.is_cuda:
+                entrants["CUDA"] = ended(lambda f=kernel(name, verb), x=argument: f(x))
+            seconds = race(entrants, args.rounds)
+            copy, *others = seconds.values()
+            rows.append([name, verb, f"{copy * 1e3:.2f}"])
+            for t in others:
+                rows[-1] += [f"{t * 1e3:.2f}", f"{t / copy:.1f}"]
     return rows
+
+
+# One thread for each place; `{0}` numbers go in and `{1}` come out.
+KERNEL = """
+extern "C" __global__ void run(const float* given, float* made, long long count) {{
+    long long k = blockIdx.x * (long long)blockDim.x + threadIdx.x;
+    if (k >= count) return;
+    const float* at = given + {0} * k;
+    float{1} found = m_{2}(make_float{0}({3}));
+    {4}
+}}
+"""
+
+
+def kernel(name: str, verb: str) -> Callable[[Any], Any]:
+    """Return a verb of a map as the CUDA C++ that is printed, which keeps the library's bits."""
+    import cupy
+
+    width = 3 if sm.projection(name).layout == "faces" else 2
+    taken, given = (3, width) if verb == "encode" else (width, 3)
+    numbers = ", ".join(f"at[{k}]" for k in range(taken))
+    results = " ".join(
+        f"made[{given} * k + {k}] = found.{axis};" for k, axis in zip(range(given), "xyz")
+    )
+    text = sm.code(name, "cuda", verbs=(verb,), name="m")
+    text += KERNEL.format(taken, given, verb, numbers, results)
+    compiled = cupy.RawModule(code=text, options=("-std=c++14", "-fmad=false")).get_function("run")
+
+    def call(data: Any) -> Any:
+        made = torch.empty((len(data), given), device=data.device)
+        arguments = (cupy.asarray(data), cupy.asarray(made), len(data))
+        # cupy has a stream of its own, torch the usual one.
+        with cupy.cuda.ExternalStream(torch.cuda.current_stream().cuda_stream):
+            compiled((-(-len(data) // 256),), (256,), arguments)
+        return made
+
+    return call
 
 
 def images(args: argparse.Namespace) -> list[list[str]]:
@@ -81,12 +121,16 @@ def images(args: argparse.Namespace) -> list[list[str]]:
             x, "latlong", "cube", size=side, antialias=False
         ),
     }
+    torch.compiler.reset()
     entrants: dict[str, Call] = {}
+    kinds = ("forward", "gradient", "forward, compiled", "gradient, compiled")
     for how, verb in hows.items():
-        entrants[how] = ended(lambda v=verb: v(batch))
-        entrants[f"{how}, with the gradient"] = ended(with_gradient(verb, learned))
+        runs = (verb, verb, *(2 * [torch.compile(verb)]))
+        for kind, run in zip(kinds, runs, strict=True):
+            call = with_gradient(run, learned) if "gradient" in kind else lambda v=run: v(batch)
+            entrants[f"{how} {kind}"] = ended(call)
     seconds = race(entrants, args.rounds)
-    return [[how, f"{t * 1e3:.2f}"] for how, t in seconds.items()]
+    return [[how, *(f"{seconds[f'{how} {kind}'] * 1e3:.2f}" for kind in kinds)] for how in hows]
 
 
 def main() -> None:
@@ -95,18 +139,21 @@ def main() -> None:
     parser.add_argument("--device", default="cuda")
     parser.add_argument("--rounds", type=int, default=15)
     args = parser.parse_args()
-    count = 10_000 if args.quick else 10_000_000
-    directions = torch.randn(count, 3, generator=torch.Generator().manual_seed(0)).to(args.device)
+    count = 10_000 if args.quick else 50_000_000
+    directions = torch.randn(count, 3, generator=torch.Generator().manual_seed(0))
+    directions = torch.nn.functional.normalize(directions).to(args.device)
     what = torch.cuda.get_device_name() if directions.is_cuda else args.device
-    head = ["map", "verb", "copy, ms", "as it is, ms", "compiled, ms", "of a copy"]
+    head = ["map", "verb", "copy, ms"]
+    for how in ("as it is", "compiled", *(("CUDA",) if directions.is_cuda else ())):
+        head += [f"{how}, ms", "of a copy"]
     text = [
         BEGIN,
         "## On a graphics card",
-        f"{what}; torch {torch.__version__}; {count:,} directions of f32, as it is and under "
-        "`torch.compile`, medians of rounds in turn.",
+        f"{what}; torch {torch.__version__}; {count:,} directions of f32, as it is, under "
+        "`torch.compile`, and by the CUDA C++ that `sm.code` prints; medians of rounds in turn.",
         table(head, maps(args, directions), 2),
         "Eight latlong images of three channels to cubes, plain bilinear lookups:",
-        table(["how", "ms"], images(args)),
+        table(["how", "ms", "with the gradient", "compiled", "with the gradient"], images(args)),
         END,
     ]
     publish(text, args.quick)

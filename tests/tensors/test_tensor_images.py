@@ -13,7 +13,7 @@ from smooth import WHOLE, inside
 
 torch = pytest.importorskip("torch")
 import spheremap.torch as smt  # noqa: E402
-from spheremap.resample.linear import linear_of  # noqa: E402
+from spheremap.resample.linear import conversion  # noqa: E402
 
 pytestmark = [
     pytest.mark.programs,
@@ -227,7 +227,8 @@ def test_transforms_and_compilation() -> None:
 def test_operators_are_as_torch_wants_them() -> None:
     x = random((4, 8, 2), 1).requires_grad_()
     d = torch.from_numpy(random_directions(5, 1)).requires_grad_()
-    key = _key()
+    given = ((4, 8), "latlong", "cube", 2, None, "bilinear", 0.0, True, "match", False)
+    key = conversion(*given)[1]
     calls = [
         (torch.ops.spheremap.sample.default, (x, d, "latlong", "bilinear", 0.0)),
         (torch.ops.spheremap.linear.default, (x, key)),
@@ -238,34 +239,6 @@ def test_operators_are_as_torch_wants_them() -> None:
             warnings.simplefilter("ignore")
             found = torch.library.opcheck(operator, given)
         assert set(found.values()) == {"SUCCESS"}
-
-
-def _key() -> str:
-    from spheremap.torch.images import _conversion
-
-    given = ((4, 8), "latlong", "cube", 2, None, "bilinear", 0.0, True, "match", False)
-    return _conversion(*given)[1]
-
-
-def test_other_devices_look_up_alike() -> None:
-    """What runs where there is no kernel, run here."""
-    from spheremap.torch import _images
-    from spheremap.torch._lookups import lookups
-
-    d = torch.from_numpy(random_directions(300, 1))
-    for case in WHOLE:
-        shape = sm.projection(case).shape(8)
-        x = random((*shape, 2), 1)
-        found = lookups(case, shape).looked_up(x.reshape(-1, 2), d, -1.0)
-        wanted = sm.sample(x.numpy(), d.numpy(), case, fill=-1.0)
-        # Four products of numbers up to 1 and their sum.
-        torch.testing.assert_close(found, torch.from_numpy(wanted), rtol=0, atol=1e-14)
-    x = random((32, 3), 1)
-    made = linear_of(_key())
-    wanted = torch.from_numpy(made.run(x.reshape(4, 8, 3).numpy())).reshape(-1, 3)
-    # Sums of some weights of up to 1, in another order.
-    product = torch.sparse.mm(_images._on(x, made.matrix.weights), x)
-    torch.testing.assert_close(product, wanted, rtol=EXACT, atol=EXACT)
 
 
 def test_errors_say_what_was_expected() -> None:

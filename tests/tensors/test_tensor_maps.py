@@ -140,6 +140,9 @@ def test_transforms_compile_and_export() -> None:
         # A sum in another order, of numbers of order 1.
         torch.testing.assert_close(along, wanted.sum(), rtol=1e-12, atol=1e-12)
 
+    mirrored = torch.compile(smt.reflect, fullgraph=True, backend="aot_eager")
+    torch.testing.assert_close(mirrored(d, d + 1), smt.reflect(d, d + 1), **SAME)
+
     class Net(torch.nn.Module):
         def forward(self, x: Any) -> Any:
             return smt.encode(x, "latlong")

@@ -15,7 +15,7 @@ import numpy as np
 from .. import resample
 from ..map.spec import map_of
 from ..resample.linear import linear_of, without_fill
-from ..resample.lookups import Lookups, lookups, shares
+from ..resample.lookups import Lookups, between, lookups, number, shares, steps
 from . import _sums, _verbs
 
 
@@ -135,10 +135,10 @@ def _gathered(made: Lookups, image: jax.Array, directions: jax.Array, fill: floa
     uv = _verbs.encode(directions, made.spec)
     covered = ~jnp.isnan(uv[:, :1])
     # A place that is NaN would spoil the gradient of what is looked up there and left out.
-    column, row, x, y = made.between(jnp, jnp.where(covered, uv, 0.0))
+    column, row, x, y = between(jnp, jnp.where(covered, uv, 0.0), made.places, made.shape)
     own, mixed = made.padded
-    first = made.number(column.astype(int), row.astype(int))
-    index = jnp.asarray(own)[first + jnp.asarray(made.steps)[:, None]]
+    first = number(made.shape, column.astype(int), row.astype(int))
+    index = jnp.asarray(own)[first + jnp.asarray(steps(made.shape))[:, None]]
     whole = image
     if mixed is not None:
         rows, columns, weight = mixed

@@ -15,9 +15,11 @@ VERBS = ("encode", "decode", "density", "jacobian", "valid", "reflect")
 
 
 @lru_cache(HELD)
-def compiled(spec: str, language: str, double: bool) -> dict[str, Callable[..., Any]]:
-    """Return the verbs of a map in one of Python's languages, in float64 or float32."""
+def compiled(
+    spec: str, language: str, double: bool, verbs: tuple[str, ...] = VERBS
+) -> dict[str, Callable[..., Any]]:
+    """Return verbs of a map in one of Python's languages, in float64 or float32."""
     dtype = "float64" if double else "float32"
     names: dict[str, Any] = {}
-    exec(code(map_of(spec), language, verbs=VERBS, name="m", dtype=dtype), names)
-    return {verb: names[f"m_{verb}"] for verb in VERBS}
+    exec(code(map_of(spec), language, verbs=verbs, name="m", dtype=dtype), names)
+    return {verb: names[f"m_{verb}"] for verb in verbs}

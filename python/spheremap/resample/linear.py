@@ -39,7 +39,10 @@ if TYPE_CHECKING:
 _PARTS = 16
 
 # Matrices are large: so many are held at a time.
-_MATRICES = 16
+MATRICES = 16
+
+# Where rows have no more weights, gathers are faster than a product.
+_FEW = 8
 
 
 class Matrix:
@@ -148,6 +151,30 @@ class Linear:
         found = weights_of(columns, self.source, targets)
         return Matrix(csr_matrix(found, shape=(targets, sources)))
 
+    @property
+    def has_matrix(self) -> bool:
+        """Whether the matrix is found already."""
+        return "matrix" in self.__dict__
+
+    @cached_property
+    def gathers(self) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
+        """Texels and weights of each row of the matrix, (few, rows), 0 where a row has fewer.
+
+        None where rows have many, or where finding the matrix takes longer than many calls.
+        """
+        if not (self.is_lookup or self._given["verb"] == "pad"):
+            return None
+        rows = self.matrix.weights.tocsr()
+        counts = np.diff(rows.indptr)
+        if counts.max(initial=1) > _FEW:
+            return None
+        shape = (counts.max(initial=1), len(counts))
+        index, weights = np.zeros(shape, np.int64), np.zeros(shape)
+        row = np.repeat(np.arange(len(counts)), counts)
+        place = np.arange(len(row)) - rows.indptr[row]
+        index[place, row], weights[place, row] = rows.indices, rows.data
+        return index, weights
+
     def _directions(self) -> Reals:
         source, target = map_of(self._given["src"]), map_of(self._given["dst"])
         if self._given["world"] == "match":
@@ -162,10 +189,16 @@ class Linear:
         return none
 
 
-@lru_cache(_MATRICES)
+@lru_cache(MATRICES)
 def linear_of(key: str) -> Linear:
     """Return what a key stands for, which holds what it has prepared."""
     return Linear(key)
+
+
+def target_of(key: str) -> tuple[tuple[int, ...], float]:
+    """Return the shape of what a key makes, and what its texels are that see nothing."""
+    made = linear_of(key)
+    return made.target, made.fill
 
 
 def without_fill(key: str) -> str:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.floating[Any]]
     Places = NDArray[np.int64]
+    # Factor and offset of u, and those of v.
+    Scales = tuple[tuple[float, float], tuple[float, float]]
 
 # Lookups whose numbers stay in a core's cache.
 _BLOCK = 1 << 15
@@ -56,7 +58,7 @@ class Lookups:
         return self.p.layout is None and self.p.used_part == 1.0
 
     @cached_property
-    def places(self) -> tuple[tuple[float, float], tuple[float, float]]:
+    def places(self) -> Scales:
         """Factor and offset from u and v to texels, 0 at the center of the first."""
         corners_v, corners_u = on_corners(self.p)
         found = []
@@ -89,44 +91,19 @@ class Lookups:
         index[mixed] = self.texels + np.arange(len(mixed))
         return index, (row, column, weight)
 
-    def between(self, xp: Any, uv: Any) -> tuple[Any, Any, Any, Any]:
-        """Return the column and the row of the first of four texels, and the place between them.
-
-        `xp` is the module of the arrays. Columns and rows are whole numbers as floats, -1 before
-        the first; places are NaN where u and v are.
-        """
-        (scale_u, offset_u), (scale_v, offset_v) = self.places
-        height, width = self.shape[-2:]
-        found = []
-        for at, n in (
-            (uv[..., 0] * scale_u + offset_u, width),
-            (uv[..., 1] * scale_v + offset_v, height),
-        ):
-            known = xp.where(xp.isnan(at), 0.0, at)
-            first = xp.clip(xp.floor(known), -1, n - 1)
-            found.append((first, at - first))
-        (column, x), (row, y) = found
-        return column, row, x, y
-
-    def number(self, column: Any, row: Any, face: Any = 0) -> Any:
-        """Return the number of a texel of the padded image, from integers."""
-        height, width = self.shape[-2:]
-        return (face * (height + 2) + row + 1) * (width + 2) + column + 1
-
     @property
-    def steps(self) -> list[int]:
-        """How far four texels of the padded image are from the first."""
-        across = self.shape[-1] + 2
-        return [0, 1, across, across + 1]
+    def mixes(self) -> int:
+        """How many texels of the padded image are no single one."""
+        return 0 if self.padded[1] is None else int(self.padded[1][0].max()) + 1
 
     def _four(self, directions: Floats) -> tuple[Places, Floats, Floats]:
         """Return four texels of the padded image (4, n), and the places between them, x and y."""
         uv: Floats = type(self.p).encode(self.p, directions)
-        column, row, x, y = self.between(np, uv)
+        column, row, x, y = between(np, uv, self.places, self.shape)
         # Where there are no faces the third is none.
         face = np.nan_to_num(uv[..., 2]).astype(np.int64) if uv.shape[-1] == 3 else 0
-        first = self.number(column.astype(np.int64), row.astype(np.int64), face)
-        return first + np.array(self.steps)[:, None], x, y
+        first = number(self.shape, column.astype(np.int64), row.astype(np.int64), face)
+        return first + np.array(steps(self.shape))[:, None], x, y
 
     def weights(self, directions: Floats) -> Any:
         """Return the lookups as a sparse matrix of SciPy, (directions, texels)."""
@@ -150,9 +127,8 @@ class Lookups:
             if mixed is None:
                 return csr_matrix(parts, shape=shape)
             row, column, weight = mixed
-            count = int(row.max()) + 1
-            whole = csr_matrix(parts, shape=(shape[0], self.texels + count))
-            border = csr_matrix((weight, (row, column)), shape=(count, self.texels))
+            whole = csr_matrix(parts, shape=(shape[0], self.texels + self.mixes))
+            border = csr_matrix((weight, (row, column)), shape=(self.mixes, self.texels))
             return whole[:, : self.texels] + whole[:, self.texels :] @ border
         inner, index, weights = self._inside(directions)
         rest = np.flatnonzero(~inner)
@@ -210,6 +186,34 @@ class Lookups:
         outside = np.isnan(weights[0])
         inner = (index >= 0).all(axis=0) | outside
         return inner, np.where(index < 0, 0, index), np.where(outside, 0.0, weights)
+
+
+def between(xp: Any, uv: Any, places: Scales, shape: tuple[int, ...]) -> tuple[Any, Any, Any, Any]:
+    """Return the column and the row of the first of four texels, and the place between them.
+
+    `xp` is the module of the arrays. Columns and rows are whole numbers as floats, -1 before the
+    first; places are NaN where u and v are.
+    """
+    found = []
+    for k, (scale, offset) in enumerate(places):
+        at = uv[..., k] * scale + offset
+        known = xp.where(xp.isnan(at), 0.0, at)
+        first = xp.clip(xp.floor(known), -1, shape[-1 - k] - 1)
+        found.append((first, at - first))
+    (column, x), (row, y) = found
+    return column, row, x, y
+
+
+def number(shape: tuple[int, ...], column: Any, row: Any, face: Any = 0) -> Any:
+    """Return the number of a texel of the padded image, from integers."""
+    height, width = shape[-2:]
+    return (face * (height + 2) + row + 1) * (width + 2) + column + 1
+
+
+def steps(shape: tuple[int, ...]) -> list[int]:
+    """Return how far four texels of the padded image are from the first."""
+    across = shape[-1] + 2
+    return [0, 1, across, across + 1]
 
 
 def shares(xp: Any, x: Any, y: Any) -> Any:

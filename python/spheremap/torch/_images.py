@@ -6,17 +6,18 @@ Here an image has its channels last, batches among them: (H, W, channels), (F, N
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import torch
 
 from .. import resample
-from ..resample.linear import linear_of, without_fill
+from ..resample.linear import MATRICES, linear_of, without_fill
 from . import _verbs
 from ._lookups import lookups
-from ._operators import define
+from ._operators import define, has_kernel
 from ._specs import map_of
 
 if TYPE_CHECKING:
@@ -56,10 +57,13 @@ def _by_channels(name: str) -> Callable[..., tuple[Tensor, int]]:
 
 def _linear(image: Tensor, key: str) -> Tensor:
     made = linear_of(key)
-    if image.device.type == "cpu":
+    if has_kernel(image):
         return torch.from_numpy(made.run(image.detach().numpy()))
+    if not made.has_matrix:
+        # Finding it takes longer than many calls.
+        return torch.from_numpy(made.run(image.detach().cpu().numpy())).to(image.device)
     columns = _flat(image, len(made.source))
-    found = torch.sparse.mm(_on(columns, made.matrix.weights), columns)
+    found = held_matrix(key, False, image.device, image.dtype) @ columns
     if made.fill != 0.0:
         found[torch.from_numpy(made.empty).to(image.device)] = made.fill
     return found.reshape(*made.target, -1)
@@ -68,20 +72,24 @@ def _linear(image: Tensor, key: str) -> Tensor:
 def _linear_adjoint(gradient: Tensor, key: str) -> Tensor:
     made = linear_of(key)
     columns = _flat(gradient, len(made.target))
-    if gradient.device.type == "cpu":
+    if has_kernel(gradient):
         found = torch.from_numpy(made.matrix.adjoint(columns.detach().numpy()))
     else:
-        found = torch.sparse.mm(_on(columns, made.matrix.weights.T), columns)
+        found = held_matrix(key, True, gradient.device, gradient.dtype) @ columns
     return found.reshape(*made.source, -1)
 
 
-def _on(given: Tensor, weights: Any) -> Tensor:
-    """Return a sparse matrix where a tensor is."""
-    held = weights.tocoo()
-    index = torch.from_numpy(np.stack([held.row, held.col]).astype(np.int64))
-    values = torch.from_numpy(held.data).to(given.dtype)
-    made = torch.sparse_coo_tensor(index, values, held.shape, check_invariants=False)
-    return made.to(given.device)
+@lru_cache(MATRICES)
+def held_matrix(key: str, is_adjoint: bool, device: torch.device, dtype: torch.dtype) -> Tensor:
+    """Return the matrix of a key on a device."""
+    weights = linear_of(key).matrix.weights
+    rows = (weights.T if is_adjoint else weights).tocsr()
+    parts = [torch.from_numpy(part) for part in (rows.indptr, rows.indices, rows.data)]
+    with warnings.catch_warnings():
+        # torch says once that its sparse matrices may change, and once that it does not check them.
+        warnings.filterwarnings("ignore", "Sparse ")
+        made = torch.sparse_csr_tensor(*parts, rows.shape, check_invariants=False)
+    return made.to(device=device, dtype=dtype)
 
 
 def _linear_reverse(
@@ -125,23 +133,15 @@ linear: Callable[..., Tensor] = define(
 
 
 def _sample(image: Tensor, directions: Tensor, spec: str, filter: str, fill: float) -> Tensor:
-    if image.device.type == "cpu":
-        found = resample.sample(
-            image.detach().numpy(),
-            directions.detach().numpy(),
-            map_of(spec),
-            filter=filter,
-            fill=fill,
-            any_aspect=True,
-        )
-        return torch.from_numpy(found)
-    made = lookups(spec, tuple(image.shape[:-1]))
-    if filter != "bilinear" or not made.taps.is_whole:
-        raise NotImplementedError(
-            "Where there are no kernels `sample` is bilinear, in images without rims and faces."
-        )
-    found = made.looked_up(_flat(image, image.ndim - 1), directions.reshape(-1, 3), fill)
-    return found.reshape(*directions.shape[:-1], -1)
+    found = resample.sample(
+        image.detach().cpu().numpy(),
+        directions.detach().cpu().numpy(),
+        map_of(spec),
+        filter=filter,
+        fill=fill,
+        any_aspect=True,
+    )
+    return torch.from_numpy(found).to(image.device)
 
 
 def _sample_adjoint(
@@ -150,16 +150,8 @@ def _sample_adjoint(
     made = lookups(spec, tuple(shape))
     columns = gradient.reshape(-1, gradient.shape[-1])
     flat = directions.reshape(-1, 3)
-    if gradient.device.type != "cpu":
-        index, weights = made.mixed(flat)
-        if made.taps.padded[1] is not None or not made.taps.is_whole:
-            raise NotImplementedError(f"No gradient of lookups in '{made.taps.p.name}' there yet.")
-        out = gradient.new_zeros((made.taps.texels, columns.shape[1]))
-        for i, w in zip(index, weights, strict=True):
-            out.index_add_(0, i, columns * w.to(columns.dtype)[:, None])
-        return out.reshape(*shape, -1)
-    found = made.taps.adjoint(columns.detach().numpy(), flat.detach().numpy(), filter)
-    return torch.from_numpy(found).reshape(*shape, -1)
+    found = made.taps.adjoint(columns.detach().cpu().numpy(), flat.detach().cpu().numpy(), filter)
+    return torch.from_numpy(found).reshape(*shape, -1).to(gradient.device)
 
 
 def _sample_slopes(image: Tensor, directions: Tensor, spec: str, filter: str) -> Tensor:

@@ -1,4 +1,4 @@
-"""Bilinear lookups by operations of torch: their derivatives, and what other devices do."""
+"""Derivatives of bilinear lookups by directions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import torch
 
 from ..resample import lookups as held
-from ..resample.lookups import shares
 from ._specs import HELD, on_blocks
 from ._verbs import encode
 
@@ -29,20 +28,14 @@ class Lookups:
         The last are NaN where the image does not hold the direction.
         """
         uv = encode(directions, self.taps.spec)
-        column, row, x, y = self.taps.between(torch, uv)
+        column, row, x, y = held.between(torch, uv, self.taps.places, self.taps.shape)
         face = uv[..., 2].nan_to_num(0.0).long() if uv.shape[-1] == 3 else 0
-        first = self.taps.number(column.long(), row.long(), face)
-        return first + torch.tensor(self.taps.steps, device=first.device)[:, None], x, y
+        first = held.number(self.taps.shape, column.long(), row.long(), face)
+        steps = torch.tensor(held.steps(self.taps.shape), device=first.device)
+        return first + steps[:, None], x, y
 
     def _own(self, four: Tensor) -> Tensor:
         return torch.from_numpy(self.taps.padded[0]).to(four.device)
-
-    def mixed(self, directions: Tensor) -> tuple[Tensor, Tensor]:
-        """Return four texels of the extended image for each direction, and their weights (4, n)."""
-        four, x, y = self.four(directions)
-        index = self._own(four).index_select(0, four.flatten()).view_as(four)
-        weights = shares(torch, x, y)
-        return index, weights.nan_to_num(0.0)
 
     def extended(self, image: Tensor) -> Tensor:
         """Return an image (texels, channels) with what its border is made of at its end."""
@@ -50,18 +43,9 @@ class Lookups:
         if mixed is None:
             return image
         row, column, weight = (torch.from_numpy(part).to(image.device) for part in mixed)
-        rows = int(row.max()) + 1
-        border = image.new_zeros((rows, image.shape[1]))
+        border = image.new_zeros((self.taps.mixes, image.shape[1]))
         border.index_add_(0, row, image[column] * weight.to(image.dtype)[:, None])
         return torch.cat([image, border])
-
-    def looked_up(self, image: Tensor, directions: Tensor, fill: float) -> Tensor:
-        """Return values of an image (texels, channels), on any device."""
-        index, weights = self.mixed(directions)
-        whole = self.extended(image)
-        found = sum(w[:, None] * whole[i] for i, w in zip(index, weights, strict=True))
-        covered = weights.sum(0) > 0
-        return torch.where(covered[:, None], torch.as_tensor(found), fill)
 
     def slopes(self, image: Tensor, directions: Tensor) -> Tensor:
         """Return the derivatives (2, n, channels) of lookups by u and by v."""

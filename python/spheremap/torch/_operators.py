@@ -7,6 +7,7 @@ one level at a time: for `backward`, `torch.func`, `torch.compile` and `torch.ex
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,30 @@ if TYPE_CHECKING:
 
 _library = torch.library.Library("spheremap", "DEF")
 
+# Whose tensors the kernels share the memory of.
+_KERNELS_ON = "cpu"
+
+# What the compiler puts in the place of operators.
+_written: dict[Any, Callable[..., Any]] = {}
+
+
+def has_kernel(tensor: Tensor) -> bool:
+    """Tell whether the kernels of the library take a tensor."""
+    return tensor.device.type == _KERNELS_ON
+
+
+@functools.cache
+def _tell_the_compiler() -> None:
+    """Let torch's compiler write operators out: it fuses what it sees, and an operator it does not.
+
+    This is done when something is compiled, since the compiler takes a second to import.
+    """
+    from torch._inductor import decomposition
+
+    decomposition.decompositions.update(_written)
+    # A copy that torch holds from a compilation before this one.
+    decomposition.fast_random_decomps.cache_clear()
+
 
 def define(
     schema: str,
@@ -25,6 +50,7 @@ def define(
     kernel: Callable[..., Tensor],
     fake: Callable[..., Tensor],
     batched: Callable[..., tuple[Tensor, int]],
+    written: Callable[..., Tensor] | None = None,
     reverse: Callable[..., tuple[Tensor | None, ...]] | None = None,
     forward: Callable[..., Tensor] | None = None,
 ) -> Callable[..., Tensor]:
@@ -41,6 +67,9 @@ def define(
     batched : callable
         Takes `in_dims` and the arguments, one of which has an axis more; returns the result, and
         where its axis is.
+    written : callable, optional
+        Does by operations of torch what `kernel` does where there are no kernels. The compiler
+        fuses it there with what stands around it.
     reverse : callable, optional
         Takes which tensors want a gradient, the arguments, the result and its gradient; returns
         one of each tensor. It is made of what has derivatives, where there are second ones.
@@ -52,8 +81,19 @@ def define(
     name = schema.partition("(")[0]
     _library.define(schema)
     _library.impl(name, kernel, "CompositeExplicitAutograd")
-    torch.library.register_fake(f"spheremap::{name}", fake, lib=_library)
     operator: Any = getattr(torch.ops.spheremap, name).default
+
+    def empty(*given: Any) -> Tensor:
+        _tell_the_compiler()
+        return fake(*given)
+
+    torch.library.register_fake(f"spheremap::{name}", empty, lib=_library)
+    if written is not None:
+
+        def in_place(*given: Any) -> Any:
+            return NotImplemented if has_kernel(given[0]) else written(*given)
+
+        _written[operator] = in_place
 
     def vmap(info: Any, in_dims: tuple[int | None, ...], *given: Any) -> tuple[Tensor, int]:
         return batched(in_dims, *given)

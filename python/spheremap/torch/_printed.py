@@ -4,24 +4,28 @@ from __future__ import annotations
 
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import torch
 
-from ..map.compiled import compiled
+from ..map.compiled import VERBS, compiled
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+
+@torch.compiler.allow_in_graph  # type: ignore[untyped-decorator]
+def call(verb: str, spec: str, *given: Tensor) -> Any:
+    """Call a verb. The compiler looks at what it does, and not at how it is found."""
+    verbs = VERBS if verb in VERBS else (verb,)
+    return compiled(spec, "torch", given[0].dtype == torch.float64, verbs)[verb](*given)
 
 
 def run(verb: str, data: Tensor, spec: str) -> Tensor:
     """Return what a verb's kernel does, where there is none: on other devices than the CPU."""
     functions = compiled(spec, "torch", data.dtype == torch.float64)
     if verb == "encode":
-        # What is printed takes unit vectors.
-        largest = data.abs().amax(-1, keepdim=True)
-        scaled = data / largest
-        unit = scaled / torch.linalg.vector_norm(scaled, dim=-1, keepdim=True)
+        unit = unit_vectors(data)
         found = functions[verb](unit)
         return torch.where(unit.isfinite().all(-1, keepdim=True), found, torch.nan)
     found = functions[verb](data)
@@ -29,6 +33,12 @@ def run(verb: str, data: Tensor, spec: str) -> Tensor:
     for _ in range(found.ndim - valid.ndim):
         valid = valid.unsqueeze(-1)
     return torch.where(valid, found, torch.nan)
+
+
+def unit_vectors(data: Tensor) -> Tensor:
+    """Return directions of length 1, as printed code takes them; NaN of what has no direction."""
+    scaled = data / data.abs().amax(-1, keepdim=True)
+    return scaled / torch.linalg.vector_norm(scaled, dim=-1, keepdim=True)
 
 
 def by_place(verb: str, uv: Tensor, spec: str) -> Tensor:

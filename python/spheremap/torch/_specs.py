@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from .._threads import on_all_threads
 from ..map import spec
 from ..map.spec import HELD, map_of
 
-__all__ = ["HELD", "map_of", "on_blocks", "spec_of", "split_rotation", "turned_back"]
+__all__ = ["HELD", "map_of", "on_blocks", "spec_of", "split_rotation", "turned_back", "whole"]
 
 # What is computed on a block stays in a core's cache.
 _BLOCK = 1 << 15
@@ -37,6 +38,11 @@ def turned_back(directions: torch.Tensor, rotation: torch.Tensor) -> torch.Tenso
 
 def _as_array(rotation: Any) -> Any:
     return rotation if hasattr(rotation, "as_matrix") else np.asarray(rotation)
+
+
+def whole(shape: Sequence[int]) -> tuple[int, ...]:
+    """Return a shape as numbers: the compiler holds one that has changed as a symbol."""
+    return tuple(index(n) for n in shape)
 
 
 def on_blocks(work: Callable[[slice], None], count: int) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
-from ._operators import define
+from ._operators import define, has_kernel
 from ._printed import by_place, run
 from ._specs import map_of, on_blocks
 
@@ -24,12 +24,16 @@ if TYPE_CHECKING:
 
 def _kernel(verb: str) -> Callable[[Tensor, str], Tensor]:
     def kernel(data: Tensor, spec: str) -> Tensor:
-        if data.device.type != "cpu":
+        if not has_kernel(data):
             return run(verb, data, spec)
         # NumPy shares the tensor's memory, and torch that of the result.
         return torch.from_numpy(np.asarray(getattr(map_of(spec), verb)(data.detach().numpy())))
 
     return kernel
+
+
+def _by_printed_code(verb: str) -> Callable[[Tensor, str], Tensor]:
+    return lambda data, spec: run(verb, data, spec)
 
 
 def _derived(verb: str) -> Callable[[Tensor, str], Tensor]:
@@ -132,7 +136,7 @@ def _composed(directions: Tensor, gradient: Tensor, spec: str) -> Tensor:
 
 def _encode_gradient(directions: Tensor, gradient: Tensor, spec: str) -> Tensor:
     """Do it block by block, whose two dozen components stay in a core's cache."""
-    if directions.device.type != "cpu":
+    if not has_kernel(directions):
         return _composed(directions, gradient, spec)
     flat, of_uv = directions.reshape(-1, 3), gradient.reshape(-1, 2)
     out = torch.empty(flat.shape, dtype=flat.dtype)
@@ -216,6 +220,7 @@ encode_gradient: Callable[..., Tensor] = define(
     kernel=_encode_gradient,
     fake=lambda directions, gradient, spec: directions.new_empty(directions.shape),
     batched=_again_batched,
+    written=_composed,
     reverse=_again_reverse,
 )
 jacobian_slope = define(
@@ -236,6 +241,7 @@ jacobian = define(
     kernel=_kernel("jacobian"),
     fake=_fake(lambda _: (3, 2)),
     batched=_batched("jacobian"),
+    written=_by_printed_code("jacobian"),
     reverse=_reverse,
     forward=_forward,
 )
@@ -245,6 +251,7 @@ density = define(
     kernel=_kernel("density"),
     fake=_fake(lambda _: ()),
     batched=_batched("density"),
+    written=_by_printed_code("density"),
     reverse=_reverse,
     forward=_forward,
 )
@@ -254,6 +261,7 @@ decode = define(
     kernel=_kernel("decode"),
     fake=_fake(lambda _: (3,)),
     batched=_batched("decode"),
+    written=_by_printed_code("decode"),
     reverse=_reverse,
     forward=_forward,
 )
@@ -262,6 +270,7 @@ encode = define(
     kernel=_kernel("encode"),
     fake=_fake(lambda width: (width,)),
     batched=_batched("encode"),
+    written=_by_printed_code("encode"),
     reverse=_encode_reverse,
     forward=_encode_forward,
 )

@@ -9,9 +9,9 @@ import torch
 
 from .. import light
 from ..resample import linear
-from . import _images
-from ._operators import in_float
-from ._specs import map_of, spec_of, split_rotation, turned_back
+from . import _gathers, _images
+from ._operators import has_kernel, in_float
+from ._specs import map_of, spec_of, split_rotation, turned_back, whole
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -154,20 +154,21 @@ def convert(
             raise ValueError(
                 "Gradients flow to `rotation` with filter='bilinear' and antialias=False alone."
             )
-        source, grid = _turned_grid(src, dst, size, tuple(image.shape), world, any_aspect)
+        source, grid = _turned_grid(src, dst, size, whole(image.shape), world, any_aspect)
         directions = grid.to(device=data.device, dtype=data.dtype)
         found = _looked_up(image, directions, source, turn, filter, float(fill), any_aspect)
         # (channels, faces, rows, columns), as values of directions come.
-        extra = image.ndim - _axes(source, tuple(image.shape), any_aspect)
+        extra = image.ndim - _axes(source, whole(image.shape), any_aspect)
         faces = extra > 0 and grid.ndim == 4
         return (found.movedim(extra - 1, -3) if faces else found).contiguous()
     if turn is not None:
         fixed = turn.detach().cpu().numpy()
-    held, key, made = _conversion(
-        tuple(image.shape), src, dst, size, fixed, filter, fill, antialias, world, any_aspect
+    return _linear(
+        image,
+        *_conversion(
+            whole(image.shape), src, dst, size, fixed, filter, fill, antialias, world, any_aspect
+        ),
     )
-    texels, back = _channels_last(data, held)
-    return _as_before(_channels_first(_images.linear(texels, key), made, back), image)
 
 
 def pad(
@@ -208,10 +209,8 @@ def pad(
     >>> spheremap.torch.pad(torch.zeros(8, 3, 32, 64), "latlong", 1).shape
     torch.Size([8, 3, 34, 66])
     """
-    data = in_float(image, "image")
-    held, key, made = _border(tuple(image.shape), projection, n, filter, any_aspect)
-    texels, back = _channels_last(data, held)
-    return _as_before(_channels_first(_images.linear(texels, key), made, back), image)
+    in_float(image, "image")
+    return _linear(image, *_border(whole(image.shape), projection, n, filter, any_aspect))
 
 
 def integrate(image: Tensor, /, projection: ProjectionLike, *, any_aspect: bool = False) -> Tensor:
@@ -246,10 +245,10 @@ def integrate(image: Tensor, /, projection: ProjectionLike, *, any_aspect: bool 
     """
     data = in_float(image, "image")
     spec = spec_of(projection)
-    held = _axes(spec, tuple(image.shape), any_aspect)
-    texels, back = _channels_last(data, held)
-    weights = _weights(spec, tuple(texels.shape[:-1])).to(image.device)
-    total = (texels.double() * weights.unsqueeze(-1)).flatten(0, -2).sum(0)
+    held = _axes(spec, whole(image.shape), any_aspect)
+    texels, back = _merged(data, held)
+    weights = _weights(spec, whole(texels.shape[1:])).to(image.device)
+    total = (texels.double() * weights).flatten(1).sum(1)
     return back(total).to(image.dtype)
 
 
@@ -268,35 +267,57 @@ def _looked_up(
         raise ValueError(f"Expected `directions` to be (..., 3), got {tuple(looked.shape)}.")
     if turn is not None:
         looked = turned_back(looked, turn)
-    texels, back = _channels_last(data, _axes(spec, tuple(image.shape), any_aspect))
-    found = _images.sample(texels, looked, spec, filter, fill)
-    # (..., channels) becomes (N, C, ...).
-    return back(found.movedim(-1, 0)).to(image.dtype)
+    texels, back = _merged(data, _axes(spec, whole(image.shape), any_aspect))
+    shape = whole(texels.shape[1:])
+    rule = None if has_kernel(data) or filter != "bilinear" else _gathers.rule(spec, shape)
+    if rule == "rectangle":
+        table = _gathers.table(spec, shape, str(data.device))
+        found = _gathers.in_rectangle(texels.flatten(1), looked, spec, shape, table, fill)
+    elif rule == "taps":
+        found = _gathers.by_taps(texels.flatten(1), looked, spec, shape, fill)
+    else:
+        last = texels.movedim(0, -1).contiguous()
+        # (..., channels) becomes (channels, ...).
+        found = _images.sample(last, looked, spec, filter, fill).movedim(-1, 0)
+    return back(found).to(image.dtype)
 
 
-def _channels_last(image: Tensor, axes: int) -> tuple[Tensor, Callable[[Tensor], Tensor]]:
-    """Return an image with all its channels last, and what gives (channels, ...) its batch back.
+def _linear(image: Tensor, axes: int, key: str, made: int) -> Tensor:
+    """Return what a key makes of an image, which has so many axes without channels, the result so.
+
+    Of a result the channels are where torch has them.
+    """
+    data = in_float(image, "image")
+    texels, back = _merged(data, axes)
+    gathers = None if has_kernel(data) else _gathers.gathers_of(key, str(data.device))
+    if gathers is None:
+        found = _images.linear(texels.movedim(0, -1).contiguous(), key).movedim(-1, 0)
+    else:
+        target, fill = _target(key)
+        found = _gathers.gathered(texels.flatten(1), gathers, fill).unflatten(1, target)
+    return _as_before(_channels_first(back(found), made), image)
+
+
+def _merged(image: Tensor, axes: int) -> tuple[Tensor, Callable[[Tensor], Tensor]]:
+    """Return an image with all its channels first, and what gives those of a result its batch back.
 
     `axes` is how many axes an image has without channels.
     """
     extra = image.ndim - axes
     if extra == 0:
-        return image.unsqueeze(-1).contiguous(), lambda made: made.squeeze(0)
-    channel = image.ndim - 3
-    last = image.movedim(channel, -1)
-    if extra == 1:
-        return last.contiguous(), lambda made: made
-    lead = (image.shape[0], last.shape[-1])
-    merged = last.movedim(0, -2).flatten(-2)
-    return merged.contiguous(), lambda made: made.unflatten(0, lead)
-
-
-def _channels_first(made: Tensor, axes: int, back: Callable[[Tensor], Tensor]) -> Tensor:
-    """Return an image of all channels last as torch has it."""
-    many = back(made.movedim(-1, 0))
-    extra = many.ndim - axes
+        return image.unsqueeze(0), lambda made: made.squeeze(0)
     # With faces, channels lie between them and the rows.
-    return many if axes == 2 or extra == 0 else many.movedim(extra - 1, -3)
+    first = image if axes == 2 else image.movedim(extra, extra - 1)
+    if extra == 1:
+        return first, lambda made: made
+    lead = tuple(first.shape[:2])
+    return first.flatten(0, 1), lambda made: made.unflatten(0, lead)
+
+
+def _channels_first(made: Tensor, axes: int) -> Tensor:
+    """Return an image with its channels where torch has them: between faces and rows."""
+    extra = made.ndim - axes
+    return made if axes == 2 or extra == 0 else made.movedim(extra - 1, -3)
 
 
 def _as_before(made: Tensor, image: Tensor) -> Tensor:
@@ -311,6 +332,7 @@ def _as_before(made: Tensor, image: Tensor) -> Tensor:
 _axes = torch.compiler.assume_constant_result(linear.image_axes)
 _conversion = torch.compiler.assume_constant_result(linear.conversion)
 _border = torch.compiler.assume_constant_result(linear.border)
+_target = torch.compiler.assume_constant_result(linear.target_of)
 
 
 @torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import torch
 
 from ..map import verbs
-from ..map.compiled import compiled
 from . import _verbs
 from ._operators import in_float
+from ._printed import call
 from ._specs import map_of, spec_of, split_rotation, turned_back
 
 if TYPE_CHECKING:
@@ -285,8 +285,10 @@ def reflect(view: Tensor, normal: Tensor, /) -> Tensor:
     dtype = torch.promote_types(view.dtype, normal.dtype)
     vectors = (in_float(view, "view"), in_float(normal, "normal"))
     width = torch.promote_types(vectors[0].dtype, vectors[1].dtype)
-    function = compiled("latlong", "torch", width == torch.float64)["reflect"]
-    return function(*torch.broadcast_tensors(*vectors)).to(dtype)
+    found: Tensor = call(
+        "reflect", "latlong", *(one.to(width) for one in torch.broadcast_tensors(*vectors))
+    )
+    return found.to(dtype)
 
 
 @torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]

@@ -101,7 +101,7 @@ def kernel(name: str, verb: str) -> Callable[[Any], Any]:
         made = torch.empty((len(data), given), device=data.device)
         arguments = (cupy.asarray(data), cupy.asarray(made), len(data))
         # cupy has a stream of its own, torch the usual one.
-        with cupy.cuda.ExternalStream(torch.cuda.current_stream().cuda_stream):
+        with cupy.cuda.Stream.from_external(torch.cuda.current_stream()):
             compiled((-(-len(data) // 256),), (256,), arguments)
         return made
 

@@ -55,6 +55,7 @@ __all__ = [
     "sh_evaluate",
     "sh_lobe",
     "sh_project",
+    "sh_project_adjoint",
     "sh_rotate",
     "sh_scale_degrees",
     "sh_storage",
@@ -360,6 +361,9 @@ def lobe(
 ) -> NDArray[np.float64]: ...
 def sh_project(
     object: ArrayLike, projection: Projection, order: int, points: bool, /
+) -> NDArray[np.float64]: ...
+def sh_project_adjoint(
+    array: NDArray[np.float64], projection: Projection, shape: Sequence[int], points: bool, /
 ) -> NDArray[np.float64]: ...
 def sh_code(array: NDArray[np.float64], language: str, name: str, double: bool, /) -> str: ...
 def sh_evaluate(

@@ -156,7 +156,8 @@ def code(
     Parameters
     ----------
     coefficients : array_like, shape ((order + 1)²,), ((order + 1)², 1) or ((order + 1)², 3)
-        As `project` returns, of order 8 at most. For irradiance they are convolved with the lobe
+        As `project` returns, of order 8 at most; with any number of channels for NumPy, PyTorch,
+        JAX and the array API. For irradiance they are convolved with the lobe
         "cosine", and order 2 is enough.
     language : str
         As for `spheremap.code`.

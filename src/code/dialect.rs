@@ -173,6 +173,11 @@ pub trait Dialect: Sync {
         false
     }
 
+    /// Whether a vector is an axis of an array, of any length.
+    fn has_arrays(&self) -> bool {
+        false
+    }
+
     /// Whether results are named before they are given: where a qualifier of the name keeps their bits.
     fn names_results(&self) -> bool {
         false

@@ -57,6 +57,11 @@ impl<'a> Order<'a> {
         })
     }
 
+    /// Whether a vector may have any number of channels.
+    pub fn has_arrays(&self) -> bool {
+        self.dialect.has_arrays()
+    }
+
     /// The text of functions, below what it says about itself.
     ///
     /// # Errors

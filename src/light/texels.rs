@@ -228,6 +228,16 @@ impl Texels {
         );
     }
 
+    /// Numbers of the points, `channels` each, as an image stores them: 0 of texels that hold no value.
+    pub fn stored(&self, numbers: &[f64], channels: usize) -> Vec<f64> {
+        let mut out = vec![0.0; self.stored * channels];
+        let points = numbers.chunks_exact(channels).zip(&self.index);
+        for (numbers, index) in points.filter(|(_, index)| **index != NONE) {
+            out[*index as usize * channels..][..channels].copy_from_slice(numbers);
+        }
+        out
+    }
+
     /// The directions of a block, by components.
     pub fn directions(&self, block: &Block) -> [&[f64]; 3] {
         let points = block.start..block.start + block.length;

@@ -64,8 +64,8 @@ mod _core {
     use super::projection::PyProjection;
     #[pymodule_export]
     use super::sh::{
-        sh_code, sh_convention_table, sh_convert, sh_evaluate, sh_lobe, sh_project, sh_rotate,
-        sh_scale_degrees, sh_storage, sh_window,
+        sh_code, sh_convention_table, sh_convert, sh_evaluate, sh_lobe, sh_project,
+        sh_project_adjoint, sh_rotate, sh_scale_degrees, sh_storage, sh_window,
     };
     #[pymodule_export]
     use super::stopping::tell_progress;

@@ -23,19 +23,41 @@ pub fn sh_project<'py>(
     points: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
     let map = &projection.0;
-    let samples = if points {
-        sh::Samples::Points
-    } else {
-        sh::Samples::Means
-    };
     with_image!(image(object, None)?, image => {
         let image = view(map, &image)?;
-        let found = stoppable(py, || sh::project(&image, order, samples))?;
+        let found = stoppable(py, || sh::project(&image, order, samples(points)))?;
         filled(py, &[sh::count(order), image.channels()], |out| {
             out.copy_from_slice(&found);
             Ok(())
         })
     })
+}
+
+/// What flows back to the texels of an image of a shape, from ((order + 1)², C) coefficients: (texels, C).
+#[pyfunction]
+#[pyo3(signature = (array, projection, shape, points, /))]
+pub fn sh_project_adjoint<'py>(
+    py: Python<'py>,
+    array: PyReadonlyArrayDyn<'py, f64>,
+    projection: &PyProjection,
+    shape: Vec<usize>,
+    points: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (rows, channels, _) = coefficients(&array)?;
+    let texels = shape.iter().product::<usize>();
+    filled(py, &[texels, channels], |out| {
+        let found = sh::project_adjoint(&projection.0, &shape, rows, channels, samples(points))?;
+        out.copy_from_slice(&found);
+        Ok(())
+    })
+}
+
+fn samples(points: bool) -> sh::Samples {
+    if points {
+        sh::Samples::Points
+    } else {
+        sh::Samples::Means
+    }
 }
 
 /// An order from the number of coefficients.

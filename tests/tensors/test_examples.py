@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 from importlib import import_module
+from types import ModuleType
 
 import pytest
 
@@ -14,8 +15,12 @@ pytestmark = pytest.mark.programs
 def test_the_examples_run(module: str) -> None:
     pytest.importorskip(module)
     verbs = import_module(f"spheremap.{module}")
-    for name in verbs.__all__:
-        function = getattr(verbs, name)
+    public = [(name, getattr(verbs, name)) for name in verbs.__all__]
+    for group in [one for _, one in public if isinstance(one, ModuleType)]:
+        public += [(name, getattr(group, name)) for name in group.__all__]
+    for name, function in public:
+        if isinstance(function, ModuleType):
+            continue
         home = import_module(function.__module__)
         (found,) = doctest.DocTestFinder(recurse=False).find(function, name, home)
         assert found.examples

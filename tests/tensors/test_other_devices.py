@@ -109,6 +109,7 @@ def test_directions_have_the_gradient_of_a_lookup(case: str, elsewhere: None) ->
     d = torch.from_numpy(random_directions(200, 5))
     uv = p.encode(d.numpy())
     at = uv[..., :2] * p.shape(SIZE)[-1]
+    # Differences step over a line between centers.
     near = np.abs(at - 0.5 - np.rint(at - 0.5)) < 1e-3
     middle = (np.abs(uv[..., :2] - 0.5) < 0.4).all(axis=-1) & (p.density(uv) > 1)
     d = d[middle & ~near.any(axis=-1)][:6].requires_grad_()

@@ -11,6 +11,7 @@ except ImportError:
         "`spheremap.torch` needs torch: pip install spheremap[torch]", name="torch"
     ) from None
 
+from . import light, packing, sh
 from .images import convert, integrate, pad, sample
 from .maps import decode, density, directions, encode, jacobian, reflect
 
@@ -22,9 +23,12 @@ __all__ = [
     "encode",
     "integrate",
     "jacobian",
+    "light",
+    "packing",
     "pad",
     "reflect",
     "sample",
+    "sh",
 ]
 
 

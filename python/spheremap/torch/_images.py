@@ -28,7 +28,7 @@ def _flat(image: Tensor, axes: int) -> Tensor:
     return image.reshape(math.prod(image.shape[:axes]), image.shape[-1])
 
 
-def _by_channels(name: str) -> Callable[..., tuple[Tensor, int]]:
+def by_channels(name: str) -> Callable[..., tuple[Tensor, int]]:
     """Return a rule for what treats channels alike: more of the first tensor's are more channels.
 
     Where other tensors have the axis it is done one by one.
@@ -116,7 +116,7 @@ linear_adjoint: Callable[..., Tensor] = define(
     "linear_adjoint(Tensor gradient, str key) -> Tensor",
     kernel=_linear_adjoint,
     fake=lambda g, key: g.new_empty((*linear_of(key).source, g.shape[-1])),
-    batched=_by_channels("linear_adjoint"),
+    batched=by_channels("linear_adjoint"),
     reverse=_linear_adjoint_reverse,
     forward=_linear_adjoint_forward,
 )
@@ -124,7 +124,7 @@ linear: Callable[..., Tensor] = define(
     "linear(Tensor image, str key) -> Tensor",
     kernel=_linear,
     fake=lambda image, key: image.new_empty((*linear_of(key).target, image.shape[-1])),
-    batched=_by_channels("linear"),
+    batched=by_channels("linear"),
     reverse=_linear_reverse,
     forward=_linear_forward,
 )
@@ -224,21 +224,21 @@ sample_slopes = define(
     "sample_slopes(Tensor image, Tensor directions, str spec, str filter) -> Tensor",
     kernel=_sample_slopes,
     fake=lambda image, d, spec, filter: image.new_empty((2, *d.shape[:-1], image.shape[-1])),
-    batched=_by_channels("sample_slopes"),
+    batched=by_channels("sample_slopes"),
 )
 sample_adjoint = define(
     "sample_adjoint(Tensor gradient, Tensor directions, str spec, str filter, SymInt[] shape)"
     " -> Tensor",
     kernel=_sample_adjoint,
     fake=lambda g, d, spec, filter, shape: g.new_empty((*shape, g.shape[-1])),
-    batched=_by_channels("sample_adjoint"),
+    batched=by_channels("sample_adjoint"),
     reverse=_adjoint_reverse,
 )
 sample = define(
     "sample(Tensor image, Tensor directions, str spec, str filter, float fill) -> Tensor",
     kernel=_sample,
     fake=lambda image, d, spec, filter, fill: image.new_empty((*d.shape[:-1], image.shape[-1])),
-    batched=_by_channels("sample"),
+    batched=by_channels("sample"),
     reverse=_sample_reverse,
     forward=_sample_forward,
 )

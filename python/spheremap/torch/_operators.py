@@ -28,7 +28,8 @@ _written: dict[Any, Callable[..., Any]] = {}
 
 def has_kernel(tensor: Tensor) -> bool:
     """Tell whether the kernels of the library take a tensor."""
-    return tensor.device.type == _KERNELS_ON
+    kind: str = tensor.device.type
+    return kind == _KERNELS_ON
 
 
 @functools.cache
@@ -140,6 +141,13 @@ def define(
     _library.impl(name, differentiable, "Autograd")
     found: Callable[..., Tensor] = operator
     return found
+
+
+def alike(in_dims: tuple[int | None, ...], *given: Tensor) -> list[Tensor]:
+    """Return tensors with the axis that a rule of `vmap` is of first, those that have none too."""
+    pairs = list(zip(given, in_dims, strict=False))
+    count = next(t.shape[k] for t, k in pairs if isinstance(k, int))
+    return [t.expand(count, *t.shape) if k is None else t.movedim(k, 0) for t, k in pairs]
 
 
 def in_float(tensor: Tensor, name: str) -> Tensor:

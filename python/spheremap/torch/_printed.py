@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
@@ -41,6 +42,22 @@ def unit_vectors(data: Tensor) -> Tensor:
     return scaled / torch.linalg.vector_norm(scaled, dim=-1, keepdim=True)
 
 
+def forward_of(function: Callable[[Tensor], Tensor], at: Tensor, along: Tensor) -> Tensor:
+    """Return the forward derivative of a function, within an operator."""
+    given = at.detach(), along.detach()
+
+    def run() -> Tensor:
+        with warnings.catch_warnings():
+            # torch's own forward rules use what it has deprecated, and say so once.
+            warnings.filterwarnings("ignore", ".*torch.jit.script")
+            found: Tensor = torch.func.jvp(function, given[:1], given[1:])[1]
+        return found
+
+    # Within an operator torch has derivatives switched off; in another thread it has not.
+    with ThreadPoolExecutor(1) as apart:
+        return apart.submit(run).result()
+
+
 def by_place(verb: str, uv: Tensor, spec: str) -> Tensor:
     """Return the derivatives of a verb of places by u and by v, in the last axis.
 
@@ -51,12 +68,6 @@ def by_place(verb: str, uv: Tensor, spec: str) -> Tensor:
     def column(k: int) -> Tensor:
         along = torch.zeros_like(uv)
         along[..., k] = 1.0
-        with warnings.catch_warnings():
-            # torch's own forward rules use what it has deprecated, and say so once.
-            warnings.filterwarnings("ignore", ".*torch.jit.script")
-            found: Tensor = torch.func.jvp(function, (uv.detach(),), (along,))[1]
-        return found
+        return forward_of(function, uv, along)
 
-    # Within an operator torch has derivatives switched off; in another thread it has not.
-    with ThreadPoolExecutor(1) as apart:
-        return torch.stack(list(apart.map(column, range(2))), dim=-1)
+    return torch.stack([column(k) for k in range(2)], dim=-1)

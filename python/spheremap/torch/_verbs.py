@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
-from ._operators import define, has_kernel
+from ._operators import alike, define, has_kernel
 from ._printed import by_place, run
 from ._specs import map_of, on_blocks
 
@@ -159,13 +159,7 @@ def _again_reverse(
 def _again_batched(
     in_dims: tuple[int | None, ...], directions: Tensor, gradient: Tensor, spec: str
 ) -> tuple[Tensor, int]:
-    pair = [
-        t.expand(1, *t.shape) if k is None else t.movedim(k, 0)
-        for t, k in zip((directions, gradient), in_dims[:2], strict=True)
-    ]
-    count = max(len(t) for t in pair)
-    whole = [t.expand(count, *t.shape[1:]) for t in pair]
-    return encode_gradient(*whole, spec), 0
+    return encode_gradient(*alike(in_dims, directions, gradient), spec), 0
 
 
 def encode_tangent(directions: Tensor, spec: str, tangent: Tensor) -> Tensor:

@@ -75,7 +75,8 @@ def sample(
     (latlong, octahedral, equal_area, perspective, ...); of faces and disks it is an error. Outside
     the coverage nothing changes: it is zero.
 
-    On other devices than the CPU lookups are bilinear, in the same maps.
+    On other devices than the CPU bilinear lookups are gathers. Those in cubes mix what graphics
+    hardware mixes beside edges, and have a gradient of directions too.
 
     Examples
     --------
@@ -154,7 +155,7 @@ def convert(
             raise ValueError(
                 "Gradients flow to `rotation` with filter='bilinear' and antialias=False alone."
             )
-        source, grid = _turned_grid(src, dst, size, whole(image.shape), world, any_aspect)
+        source, grid = turned_grid(src, dst, size, whole(image.shape), world, any_aspect)
         directions = grid.to(device=data.device, dtype=data.dtype)
         found = _looked_up(image, directions, source, turn, filter, float(fill), any_aspect)
         # (channels, faces, rows, columns), as values of directions come.
@@ -295,7 +296,14 @@ def _linear(image: Tensor, axes: int, key: str, made: int) -> Tensor:
     else:
         target, fill = _target(key)
         found = _gathers.gathered(texels.flatten(1), gathers, fill).unflatten(1, target)
-    return _as_before(_channels_first(back(found), made), image)
+    return _as_before(with_channels(back(found), made), image)
+
+
+def channels_first(
+    image: Tensor, spec: str, any_aspect: bool
+) -> tuple[Tensor, Callable[[Tensor], Tensor]]:
+    """Return an image, all its channels first, and what gives those of a result its batch back."""
+    return _merged(image, _axes(spec, whole(image.shape), any_aspect))
 
 
 def _merged(image: Tensor, axes: int) -> tuple[Tensor, Callable[[Tensor], Tensor]]:
@@ -314,7 +322,7 @@ def _merged(image: Tensor, axes: int) -> tuple[Tensor, Callable[[Tensor], Tensor
     return first.flatten(0, 1), lambda made: made.unflatten(0, lead)
 
 
-def _channels_first(made: Tensor, axes: int) -> Tensor:
+def with_channels(made: Tensor, axes: int) -> Tensor:
     """Return an image with its channels where torch has them: between faces and rows."""
     extra = made.ndim - axes
     return made if axes == 2 or extra == 0 else made.movedim(extra - 1, -3)
@@ -336,7 +344,8 @@ _target = torch.compiler.assume_constant_result(linear.target_of)
 
 
 @torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
-def _turned_grid(*given: Any) -> tuple[str, Tensor]:
+def turned_grid(*given: Any) -> tuple[str, Tensor]:
+    """Return the source, and the directions of the result's texels in its world."""
     source, grid = linear.turned_grid(*given)
     return source, torch.from_numpy(grid)
 

@@ -152,6 +152,10 @@ impl<A: Arrays> Dialect for A {
         A::CHECKED
     }
 
+    fn has_arrays(&self) -> bool {
+        true
+    }
+
     fn has_double(&self) -> bool {
         true
     }

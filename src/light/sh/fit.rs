@@ -19,8 +19,7 @@ use crate::error::Error;
 use crate::image::ImageView;
 use crate::image::texel::Texel;
 use crate::kernel::{interrupt, threads};
-use crate::light::sh::basis;
-use crate::light::sh::basis::{Basis, Points, Sums};
+use crate::light::sh::basis::{self, Basis, Points};
 use crate::light::texels::Texels;
 use std::sync::Arc;
 
@@ -33,7 +32,7 @@ pub fn sums(texels: &Texels, flux: &[f64], channels: usize, order: usize) -> Vec
     let group = blocks.div_ceil(64).max(8);
     let mut parts = vec![0.0; blocks.div_ceil(group) * per];
     let work = |number: usize, part: &mut [f64]| {
-        let mut sums = Sums::new(order, channels);
+        let mut sums = basis::Sums::new(order, channels);
         for block in texels.blocks[number * group..].iter().take(group) {
             let span = block.start..block.start + block.length;
             let points = [
@@ -54,55 +53,84 @@ pub fn sums(texels: &Texels, flux: &[f64], channels: usize, order: usize) -> Vec
     basis::add_parts(&parts, per)
 }
 
-/// The sums that a fit needs.
+/// The equations of a fit.
 pub struct Normal {
     /// The order of the fit.
     pub high: usize,
-    /// Σ w L Y up to that order.
-    pub right: Vec<f64>,
     /// Σ w Y up to twice that order.
-    pub moments: Arc<Vec<f64>>,
+    moments: Arc<Vec<f64>>,
 }
 
 impl Normal {
+    /// Those of texels that lie anywhere.
+    pub fn moments_of(texels: &Texels, order: usize) -> Normal {
+        let n = texels.weight.iter().filter(|w| **w > 0.0).count();
+        let wide = order + 2;
+        let high = if 4 * count(wide) <= n { wide } else { order };
+        let moments = texels.moments(high, || {
+            // In the same blocks, one row each: a constant image.
+            interrupt::part(0.5, 1.0, || sums(texels, &texels.weight, 1, 2 * high))
+        });
+        Normal { high, moments }
+    }
+
+    /// Those of texels on rings.
+    pub fn moments_of_rings(rings: &Rings, order: usize) -> Normal {
+        let high = (order + 2).min(rings.highest());
+        let moments = Arc::new(rings.analyze_one(2 * high, &rings.solid_angles()));
+        Normal { high, moments }
+    }
+
+    /// What the fit makes of sums with the basis, up to its order; none where the texels do not determine it.
+    pub fn fitted(&self, right: &[f64], channels: usize) -> Option<Vec<f64>> {
+        let mut whole = vec![0.0; count(self.high) * channels];
+        whole[..right.len()].copy_from_slice(right);
+        solve(&Operator::new(&self.moments, self.high), &whole, channels)
+    }
+
+    /// What flows back to the sums, from coefficients of means: their order 0 is a sum, and no part of the fit.
+    pub fn transposed(&self, gradient: &[f64], channels: usize) -> Option<Vec<f64>> {
+        let mut others = gradient.to_vec();
+        others[..channels].fill(0.0);
+        let mut found = self.fitted(&others, channels)?;
+        for (found, first) in found.iter_mut().zip(&gradient[..channels]) {
+            *found += first;
+        }
+        Some(found)
+    }
+}
+
+/// The sums of an image, and the equations of their fit.
+pub struct Sums {
+    normal: Normal,
+    /// Σ w L Y up to the order of the fit.
+    pub right: Vec<f64>,
+}
+
+impl Sums {
     /// Those of texels that lie anywhere.
     pub fn new<T: Texel>(
         texels: &Texels,
         image: &ImageView<'_, T>,
         order: usize,
-    ) -> Result<Normal, Error> {
-        let n = texels.weight.iter().filter(|w| **w > 0.0).count();
-        let wide = order + 2;
-        let high = if 4 * count(wide) <= n { wide } else { order };
+    ) -> Result<Sums, Error> {
         let flux = texels.flux(image, false)?;
-        let channels = image.channels();
-        let right = interrupt::part(0.0, 0.5, || sums(texels, &flux, channels, high));
-        let moments = texels.moments(high, || {
-            // In the same blocks, one row each: a constant image.
-            interrupt::part(0.5, 1.0, || sums(texels, &texels.weight, 1, 2 * high))
-        });
-        Ok(Normal {
-            high,
-            right,
-            moments,
-        })
+        let normal = Normal::moments_of(texels, order);
+        let high = normal.high;
+        let right = interrupt::part(0.0, 0.5, || sums(texels, &flux, image.channels(), high));
+        Ok(Sums { normal, right })
     }
 
     /// Those of texels on rings.
-    pub fn of_rings<T: Texel>(rings: &Rings, image: &ImageView<'_, T>, order: usize) -> Normal {
-        let high = (order + 2).min(rings.highest());
-        let weights = rings.solid_angles();
-        Normal {
-            high,
-            right: rings.analyze(image, high, &weights),
-            moments: Arc::new(rings.analyze_one(2 * high, &weights)),
-        }
+    pub fn of_rings<T: Texel>(rings: &Rings, image: &ImageView<'_, T>, order: usize) -> Sums {
+        let normal = Normal::moments_of_rings(rings, order);
+        let right = rings.analyze(image, normal.high, &rings.solid_angles());
+        Sums { normal, right }
     }
 
     /// The coefficients of the least squares fit up to `order`; none where the texels do not determine them.
-    pub fn fitted(&self, channels: usize, order: usize) -> Option<Vec<f64>> {
-        let operator = Operator::new(&self.moments, self.high);
-        let mut solution = solve(&operator, &self.right, channels)?;
+    pub fn solution(&self, channels: usize, order: usize) -> Option<Vec<f64>> {
+        let mut solution = self.normal.fitted(&self.right, channels)?;
         solution.truncate(count(order) * channels);
         Some(solution)
     }

@@ -16,6 +16,7 @@
 //!
 //! Where the coverage is a part of the sphere, the rest is black and the sums are plain.
 
+mod adjoint;
 pub(crate) mod basis;
 pub mod conventions;
 mod count;
@@ -26,6 +27,7 @@ pub(crate) mod rings;
 mod source;
 pub mod windows;
 
+pub use adjoint::project_adjoint;
 pub use count::count;
 pub use evaluate::{evaluate, rotate, scale_degrees};
 pub use source::{HIGHEST_PRINTED, code};
@@ -86,7 +88,7 @@ pub fn project<T: Texel>(
         let own = match samples {
             Samples::Points => rings.analyze(image, order, &rings.exact()),
             Samples::Means => {
-                let normal = fit::Normal::of_rings(&rings, image, order);
+                let normal = fit::Sums::of_rings(&rings, image, order);
                 kept(&normal, channels, order).ok_or_else(|| too_high(shape, order, highest / 2))?
             }
         };
@@ -104,17 +106,17 @@ pub fn project<T: Texel>(
     if count(order) > n {
         return Err(too_high(shape, order, highest.saturating_sub(1)));
     }
-    let normal = interrupt::part(0.5, 1.0, || fit::Normal::new(&texels, image, order))?;
+    let normal = interrupt::part(0.5, 1.0, || fit::Sums::new(&texels, image, order))?;
     let found = match samples {
-        Samples::Points => normal.fitted(channels, order),
+        Samples::Points => normal.solution(channels, order),
         Samples::Means => kept(&normal, channels, order),
     };
     found.ok_or_else(|| too_high(shape, order, highest / 2))
 }
 
 /// The fit, but for order 0: that is the sum over the texels, which keeps the light.
-fn kept(normal: &fit::Normal, channels: usize, order: usize) -> Option<Vec<f64>> {
-    let mut found = normal.fitted(channels, order)?;
+fn kept(normal: &fit::Sums, channels: usize, order: usize) -> Option<Vec<f64>> {
+    let mut found = normal.solution(channels, order)?;
     found[..channels].copy_from_slice(&normal.right[..channels]);
     Some(found)
 }

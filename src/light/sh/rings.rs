@@ -56,6 +56,12 @@ impl Spacing {
         self.offset == 0
     }
 
+    /// How much of a place counts on a circle: where both ends are the same meridian, half of each.
+    fn share(self, k: usize) -> f64 {
+        let end = self.on_ends() && (k == 0 || k == self.n - 1);
+        if end { 0.5 } else { 1.0 }
+    }
+
     fn place(self, k: usize) -> f64 {
         (2 * k + self.offset) as f64 / (2 * self.parts) as f64
     }
@@ -144,6 +150,21 @@ impl Rings {
         (0..n).map(|k| edge(k) - edge(k + 1)).collect()
     }
 
+    /// The texels in the image's own frame, row by row, with these weights of the rings.
+    pub fn points(&self, weights: &[f64]) -> Points {
+        let mut points = Points::default();
+        for (j, weight) in weights.iter().enumerate() {
+            let (sin, cos) = f64::sin_cos_half_turns(self.across.place(j));
+            for i in 0..self.along.n {
+                let (y, x) = f64::sin_cos_half_turns(2.0 * self.along.place(i));
+                let area = weight * 2.0 * PI / self.along.parts as f64;
+                points.push([sin * x, sin * y, cos], area * self.along.share(i));
+            }
+        }
+        points.fill_up();
+        points
+    }
+
     /// The coefficients in the image's own frame, with these weights of the rings.
     pub fn analyze<T: Texel>(
         &self,
@@ -224,9 +245,7 @@ impl Tables {
             let mut row = [vec![0.0; padded], vec![0.0; padded]];
             for k in 0..along.n {
                 let (sin, cos) = circle[m * (2 * k + along.offset) % turn];
-                // Where both ends are the same meridian, each counts half.
-                let end = along.on_ends() && (k == 0 || k == along.n - 1);
-                let weight = if end { 0.5 } else { 1.0 };
+                let weight = along.share(k);
                 row[0][k] = weight * cos;
                 row[1][k] = weight * sin;
             }
@@ -336,16 +355,10 @@ fn quadrature(across: Spacing) -> Vec<f64> {
 /// A grid whose sums are exact for functions up to order `degree`, with its weights.
 pub fn grid(degree: usize) -> Points {
     let n = degree + 1;
-    let (across, along) = (Spacing::of(n, 0.5), Spacing::of(n + n % 2, 0.5));
-    let mut points = Points::default();
-    for (j, weight) in quadrature(across).into_iter().enumerate() {
-        let (sin, cos) = f64::sin_cos_half_turns(across.place(j));
-        for i in 0..along.n {
-            let (y, x) = f64::sin_cos_half_turns(2.0 * along.place(i));
-            let area = weight * 2.0 * PI / along.n as f64;
-            points.push([sin * x, sin * y, cos], area);
-        }
-    }
-    points.fill_up();
-    points
+    let rings = Rings {
+        across: Spacing::of(n, 0.5),
+        along: Spacing::of(n + n % 2, 0.5),
+        frame: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    };
+    rings.points(&rings.exact())
 }

@@ -13,8 +13,8 @@ use crate::number::trace::{Trace, Width, record};
 /// The highest order that is printed: a hundred terms a channel are enough for any shader.
 pub const HIGHEST_PRINTED: usize = 8;
 
-/// The function of coefficients, one channel or three, as source text of a language of [`crate::code`]: from a unit direction to its
-/// value. Names begin with `name`, and numbers have 64 bits if `double`.
+/// The function of coefficients, one channel or three, or any number in Python's languages, as source text of a language of
+/// [`crate::code`]: from a unit direction to its value. Names begin with `name`, and numbers have 64 bits if `double`.
 ///
 /// # Errors
 /// The coefficients are not those of an order up to [`HIGHEST_PRINTED`], or not finite; the language, or its numbers of 64 bits, do not
@@ -45,9 +45,10 @@ pub fn code(
             "spherical harmonics are printed up to order {HIGHEST_PRINTED}, got {highest}"
         )));
     }
-    if ![1, 3].contains(&channels) {
+    let printed = [1, 3].contains(&channels) || (channels > 0 && order.has_arrays());
+    if !printed {
         return Err(Error::Code(format!(
-            "one channel or three are printed, got {channels}"
+            "one channel or three are printed, in Python's languages any number, got {channels}"
         )));
     }
     // A number of 32 bits may be too small for what one of 64 holds.

@@ -50,8 +50,9 @@ const BETWEEN: [(usize, usize); 8] = [
 const PLACES: usize = ALONG * DOWN + BETWEEN.len();
 const _: () = assert!(PLACES.is_multiple_of(crate::kernel::tile::W));
 
-/// How far the polynomial may be from the formula, in images: 1/8000 of a texel of 8192.
-const TOLERANCE: f64 = 1.0 / (1 << 26) as f64;
+/// How far the polynomial may be from the formula where they are compared, in images: 1/16000 of a texel of 8192. Between
+/// the places it is farther, up to eight times in 170,000 maps turned at random, beside a pole.
+const TOLERANCE: f64 = 1.0 / (1 << 27) as f64;
 
 /// Cosines of multiples of π/7, and of π/6: where a polynomial errs least if its values are given there.
 const POINTS_ALONG: [f64; ALONG] = {
@@ -546,8 +547,8 @@ mod tests {
         [found as f64, raster.texels() as f64, farthest]
     }
 
-    /// The stated bound, in images: twice the tolerance for what lies between the places that were compared, and f32's
-    /// rounding of a number's two parts, half of 2⁻²⁴ each, are together less.
+    /// The stated bound, in images: eight times the tolerance, for what lies between the places that were compared, and f32's
+    /// rounding of a number's two parts, half of 2⁻²⁴ each.
     const BOUND: f64 = f32::EPSILON as f64;
 
     fn turned() -> DMat3 {

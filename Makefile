@@ -271,6 +271,7 @@ bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/light_distribution.py
 	"$(BIN)/python" benches/light.py
 	"$(BIN)/python" benches/packing.py
+	"$(BIN)/python" benches/languages.py
 	"$(BIN)/python" benches/healpix.py
 	"$(BIN)/python" benches/cameras.py
 

@@ -62,6 +62,20 @@ def context() -> Any:
     return made
 
 
+def is_exact() -> bool:
+    """Tell whether this is Mesa's renderer.
+
+    A graphics card divides less exactly, and the weights of its samplers have 8 bits.
+    """
+    return "llvmpipe" in context().info["GL_RENDERER"]
+
+
+def need_exact() -> None:
+    """Skip on a graphics card."""
+    if not is_exact():
+        pytest.skip("a graphics card's division, or the weights of its samplers, are less exact")
+
+
 def texture(image: Array, wrap: tuple[bool, bool]) -> Any:
     """An image (H, W, 4), or faces (6, N, N, 4), with all its levels."""
     gl = need("moderngl")

@@ -15,6 +15,11 @@ MODES = {False: "clamp", True: "wrap"}
 CLOSE = 3e-5
 
 
+@pytest.fixture(autouse=True)
+def exact() -> None:
+    opengl_oracle.need_exact()
+
+
 def picture() -> np.ndarray:
     return np.random.default_rng(1).random((16, 64, 4)).astype(np.float32)
 

@@ -1,6 +1,7 @@
 //! JAX: the same under `jit`, `grad` and `vmap`.
 
 use super::numpy::Arrays;
+use crate::code::dialect::Text;
 
 /// JAX.
 pub struct Jax;
@@ -21,6 +22,13 @@ impl Arrays for Jax {
         } else {
             "jnp.uint64"
         })
+    }
+
+    fn typed(x: &str, text: &Text) -> String {
+        format!(
+            "jnp.asarray({x}, {})",
+            Self::WIDTHS[usize::from(text.double)]
+        )
     }
 
     fn power_of_two(a: &str) -> String {

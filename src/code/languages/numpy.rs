@@ -90,6 +90,11 @@ pub trait Arrays: Sync {
         format!("{module}.where({condition}, {a}, {b})")
     }
 
+    /// A number that a shared function compares: of a plain one Python makes a truth of its own, which `~` does not negate.
+    fn typed(x: &str, text: &Text) -> String {
+        Self::constant(x, text)
+    }
+
     /// A number where a choice or a smaller or larger number wants an array.
     fn constant(x: &str, _text: &Text) -> String {
         x.to_owned()
@@ -319,7 +324,7 @@ impl<A: Arrays> Dialect for A {
     }
 
     fn typed(&self, x: &str, text: &Text) -> String {
-        A::constant(x, text)
+        A::typed(x, text)
     }
 
     fn and(&self, a: &Expression, b: &Expression) -> Expression {

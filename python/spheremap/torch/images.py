@@ -247,10 +247,9 @@ def integrate(image: Tensor, /, projection: ProjectionLike, *, any_aspect: bool 
     data = in_float(image, "image")
     spec = spec_of(projection)
     held = _axes(spec, whole(image.shape), any_aspect)
-    texels, back = _merged(data, held)
-    weights = _weights(spec, whole(texels.shape[1:])).to(image.device)
-    total = (texels.double() * weights).flatten(1).sum(1)
-    return back(total).to(image.dtype)
+    weights = _weights(spec, whole(_first(data, held).shape[-held:])).to(image.device)
+    total = (_flat(data, held).double() * weights.flatten()).sum(1)
+    return _back(image, held)(total).to(image.dtype)
 
 
 def _looked_up(
@@ -268,19 +267,18 @@ def _looked_up(
         raise ValueError(f"Expected `directions` to be (..., 3), got {tuple(looked.shape)}.")
     if turn is not None:
         looked = turned_back(looked, turn)
-    texels, back = _merged(data, _axes(spec, whole(image.shape), any_aspect))
-    shape = whole(texels.shape[1:])
+    axes = _axes(spec, whole(image.shape), any_aspect)
+    shape = whole(_first(data, axes).shape[-axes:])
     rule = None if has_kernel(data) or filter != "bilinear" else _gathers.rule(spec, shape)
     if rule == "rectangle":
         table = _gathers.table(spec, shape, str(data.device))
-        found = _gathers.in_rectangle(texels.flatten(1), looked, spec, shape, table, fill)
+        found = _gathers.in_rectangle(_flat(data, axes), looked, spec, shape, table, fill)
     elif rule == "taps":
-        found = _gathers.by_taps(texels.flatten(1), looked, spec, shape, fill)
+        found = _gathers.by_taps(_flat(data, axes), looked, spec, shape, fill)
     else:
-        last = texels.movedim(0, -1).contiguous()
         # (..., channels) becomes (channels, ...).
-        found = _images.sample(last, looked, spec, filter, fill).movedim(-1, 0)
-    return back(found).to(image.dtype)
+        found = _images.sample(_last(data, axes), looked, spec, filter, fill).movedim(-1, 0)
+    return _back(image, axes)(found).to(image.dtype)
 
 
 def _linear(image: Tensor, axes: int, key: str, made: int) -> Tensor:
@@ -289,37 +287,59 @@ def _linear(image: Tensor, axes: int, key: str, made: int) -> Tensor:
     Of a result the channels are where torch has them.
     """
     data = in_float(image, "image")
-    texels, back = _merged(data, axes)
     gathers = None if has_kernel(data) else _gathers.gathers_of(key, str(data.device))
     if gathers is None:
-        found = _images.linear(texels.movedim(0, -1).contiguous(), key).movedim(-1, 0)
+        found = _images.linear(_last(data, axes), key).movedim(-1, 0)
     else:
         target, fill = _target(key)
-        found = _gathers.gathered(texels.flatten(1), gathers, fill).unflatten(1, target)
-    return _as_before(with_channels(back(found), made), image)
+        found = _gathers.gathered(_flat(data, axes), gathers, fill).unflatten(1, target)
+    return _as_before(with_channels(_back(image, axes)(found), made), image)
 
 
 def channels_first(
     image: Tensor, spec: str, any_aspect: bool
 ) -> tuple[Tensor, Callable[[Tensor], Tensor]]:
     """Return an image, all its channels first, and what gives those of a result its batch back."""
-    return _merged(image, _axes(spec, whole(image.shape), any_aspect))
+    axes = _axes(spec, whole(image.shape), any_aspect)
+    first = _first(image, axes)
+    several = first if first.ndim == axes + 1 else first.flatten(0, 1)
+    return several, _back(image, axes)
 
 
-def _merged(image: Tensor, axes: int) -> tuple[Tensor, Callable[[Tensor], Tensor]]:
-    """Return an image with all its channels first, and what gives those of a result its batch back.
+def _back(image: Tensor, axes: int) -> Callable[[Tensor], Tensor]:
+    """Return what gives the channels of a result their batch back, or takes away the only one.
 
     `axes` is how many axes an image has without channels.
     """
+    if image.ndim == axes:
+        return lambda made: made.squeeze(0)
+    if image.ndim == axes + 1:
+        return lambda made: made
+    lead = tuple(_first(image, axes).shape[:2])
+    return lambda made: made.unflatten(0, lead)
+
+
+def _flat(image: Tensor, axes: int) -> Tensor:
+    """Return an image as (channels, texels)."""
+    first = _first(image, axes)
+    return first.flatten(first.ndim - axes).flatten(0, -2)
+
+
+def _last(image: Tensor, axes: int) -> Tensor:
+    """Return an image with all its channels last, as the kernels take it; copied once at most."""
+    first = _first(image, axes)
+    several = range(first.ndim - axes)
+    last = first.movedim([*several], [k - len(several) for k in several])
+    return last.flatten(axes).contiguous()
+
+
+def _first(image: Tensor, axes: int) -> Tensor:
+    """Return an image with batch and channels before all else; one channel if it has none."""
     extra = image.ndim - axes
     if extra == 0:
-        return image.unsqueeze(0), lambda made: made.squeeze(0)
+        return image.unsqueeze(0)
     # With faces, channels lie between them and the rows.
-    first = image if axes == 2 else image.movedim(extra, extra - 1)
-    if extra == 1:
-        return first, lambda made: made
-    lead = tuple(first.shape[:2])
-    return first.flatten(0, 1), lambda made: made.unflatten(0, lead)
+    return image if axes == 2 else image.movedim(extra, extra - 1)
 
 
 def with_channels(made: Tensor, axes: int) -> Tensor:

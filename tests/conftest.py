@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -40,6 +41,11 @@ SENSOR = ("fx", "fy", "cx", "cy", "aspect")
 
 # Axes that no default uses: a cyclic one, a mirrored one, and one with every sign negative.
 ODD_AXES = ("+y +z +x", "-z -x +y", "-x -y -z")
+
+
+# A shell that starts the tests in the background lets them, and what they start, ignore Ctrl-C.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import filming
@@ -186,15 +185,7 @@ def test_rotation_over_time(tmp_path: Path) -> None:
             assert np.abs(got.astype(int) - want).max() <= 1
 
 
-@pytest.fixture
-def heard() -> Iterator[None]:
-    """Hear Ctrl-C where a shell started the tests in the background, which ignores it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-def test_ctrl_c_leaves_what_was_converted(tmp_path: Path, heard: None) -> None:
+def test_ctrl_c_leaves_what_was_converted(tmp_path: Path) -> None:
     source = sky(tmp_path / "in.mp4", 12, codec="libx264", options={"qp": "0"}, audio=True)
     target, begun = tmp_path / "out.mp4", []
 

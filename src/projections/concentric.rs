@@ -8,6 +8,7 @@
 //! of the equal-area octahedral map, turned by 45°, and as `hemioctahedral` is to `octahedral`.
 
 use super::equal_area::radius;
+use super::hemioctahedral::DIAGONALS;
 use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, max, min};
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
@@ -27,6 +28,7 @@ impl Projection for Concentric {
         singular: "None; its creases are the diagonals.",
         axes: "+x +y +z",
         equal_area: true,
+        creases: &DIAGONALS,
         ..Info::PLAIN
     };
 

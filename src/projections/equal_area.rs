@@ -11,6 +11,7 @@
 //! numbers. r is √(1 - |z|) written as √((x² + y²)/L(L + |z|)), which keeps its digits near the poles. The arctangent is
 //! a true one: pbrt's polynomial is off by 6e-6 rad.
 
+use super::octahedral::EDGES;
 use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, sign};
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
@@ -39,6 +40,7 @@ impl Projection for EqualArea {
         singular: "None; -z is all four corners and encodes to (1, 1). Creases meet at both poles.",
         axes: "+x +y +z",
         equal_area: true,
+        creases: &EDGES,
         ..Info::PLAIN
     };
 

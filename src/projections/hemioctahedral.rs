@@ -10,6 +10,9 @@ use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, max};
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 
+/// Where a square's diagonals are: [`Info::creases`].
+pub(super) const DIAGONALS: [[f64; 3]; 2] = [[1.0, 1.0, 0.0], [1.0, -1.0, 0.0]];
+
 /// Half an octahedron.
 #[derive(Clone, Copy, Debug)]
 pub struct Hemioctahedral;
@@ -23,6 +26,7 @@ impl Projection for Hemioctahedral {
         summary: "The upper half of the octahedron, turned to fill the square; normals that face the viewer.",
         singular: "None; the border is the equator.",
         axes: "+x +y +z",
+        creases: &DIAGONALS,
         ..Info::PLAIN
     };
 

@@ -12,6 +12,16 @@ use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, min, sign};
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 
+/// The edges of the octahedron in its square: [`Info::creases`].
+pub(super) const EDGES: [[f64; 3]; 6] = [
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [1.0, 1.0, 1.0],
+    [1.0, 1.0, -1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, -1.0, -1.0],
+];
+
 /// The full octahedron.
 #[derive(Clone, Copy, Debug)]
 pub struct Octahedral;
@@ -25,6 +35,7 @@ impl Projection for Octahedral {
         summary: "The sphere on an octahedron, unfolded to a square; normals in two numbers, probes in one image.",
         singular: "None; -z is all four corners and encodes to (1, 1).",
         axes: "+x +y +z",
+        creases: &EDGES,
         ..Info::PLAIN
     };
 

@@ -34,7 +34,8 @@ use crate::resample::filters::LookupFilter;
 use crate::resample::footprint::{Footprint, Part, measure};
 use crate::resample::polynomial::CoordinatePolynomial;
 use crate::resample::sample::{
-    Lookups, MOST, Parallelograms, Rectangle, Spread, TOGETHER, Texture, count, division, means,
+    LANES, Lookups, MOST, Parallelograms, Rectangle, Spread, TOGETHER, Texture, count, division,
+    means,
 };
 
 /// The widest part of a texel of several places, in radians: over it a map's density is taken as constant.
@@ -382,52 +383,55 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     fn look_up(
         &mut self,
         in_target: bool,
-        owner: (u16, f64),
+        (texel, weight): (u16, f64),
         spread: &Spread,
         face: R,
-        place: impl Fn(f64, f64) -> [f64; 2],
+        place: impl Fn(f32, f32) -> [f64; 2],
     ) {
-        let mut places = [[0.0; MOST]; 2];
-        let columns = spread.columns();
-        for row in 0..spread.rows() {
-            let [along, down] = &mut places;
-            spread.row(row, &mut along[..columns], &mut down[..columns]);
-            let [along, down] = &places;
-            self.row(in_target, owner, columns, face, |column| {
-                place(along[column], down[column])
-            });
-        }
-    }
-
-    /// Looks a row of at most [`MOST`] places up for a texel, sooner or later. They lie in the target or in the source.
-    #[inline(always)]
-    fn row(
-        &mut self,
-        in_target: bool,
-        (texel, weight): (u16, f64),
-        count: usize,
-        face: R,
-        place: impl Fn(usize) -> [f64; 2],
-    ) {
-        if self.next.count + count > TILE {
-            self.look(in_target);
-            self.next.begin(texel, weight);
-        }
-        let own = self.next.count..self.next.count + count;
-        self.next.count = own.end;
-        let Tile([us, vs, faces]) = self.lookups.tile();
-        faces[own.clone()].fill(face);
-        for (k, (at_u, at_v)) in us[own.clone()].iter_mut().zip(&mut vs[own]).enumerate() {
-            let [u, v] = place(k);
-            (*at_u, *at_v) = (R::new(u), R::new(v));
+        let total = spread.count();
+        for first in (0..total).step_by(LANES) {
+            let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
+            vectorize(
+                #[inline(always)]
+                || spread.places(first, &mut s, &mut t),
+            );
+            let count = LANES.min(total - first);
+            if self.next.count + count > TILE {
+                self.look(in_target);
+                self.next.begin(texel, weight);
+            }
+            let own = self.next.count..self.next.count + count;
+            self.next.count = own.end;
+            let Tile([us, vs, faces]) = self.lookups.tile();
+            faces[own.clone()].fill(face);
+            let places = us[own.clone()].iter_mut().zip(&mut vs[own]);
+            for ((at_u, at_v), (s, t)) in places.zip(s.into_iter().zip(t)) {
+                let [u, v] = place(s, t);
+                (*at_u, *at_v) = (R::new(u), R::new(v));
+            }
         }
     }
 
     /// Writes the texels of the last block into its band.
     pub fn write(&mut self, band: &mut [T]) {
+        match self.channels {
+            1 => self.write_of::<1>(band),
+            3 => self.write_of::<3>(band),
+            4 => self.write_of::<4>(band),
+            n => {
+                for (at, k) in self.done.drain(..) {
+                    band[at * n..][..n].copy_from_slice(&self.means[k * n..][..n]);
+                }
+            }
+        }
+    }
+
+    /// A copy of a length that is known here is no call.
+    fn write_of<const CHANNELS: usize>(&mut self, band: &mut [T]) {
+        let (band, _) = band.as_chunks_mut::<CHANNELS>();
+        let (means, _) = self.means.as_chunks::<CHANNELS>();
         for (at, k) in self.done.drain(..) {
-            let mean = &self.means[k * self.channels..][..self.channels];
-            band[at * self.channels..][..self.channels].copy_from_slice(mean);
+            band[at] = means[k];
         }
     }
 
@@ -506,7 +510,10 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         self.next.begin(texel, weight);
         let Part { uv, size } = part;
         self.look_up(true, (texel, weight), &spread, face, |s, t| {
-            [uv[0] + s * size[0], uv[1] + t * size[1]]
+            [
+                uv[0] + f64::from(s) * size[0],
+                uv[1] + f64::from(t) * size[1],
+            ]
         });
     }
 

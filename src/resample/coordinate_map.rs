@@ -37,9 +37,15 @@ impl<'a> CoordinateMap<'a> {
         self.same
     }
 
-    /// Whether both formulas are smooth.
+    /// Whether both formulas are smooth, that of the target between its [`CoordinateMap::creases`].
     pub fn smooth(&self) -> bool {
-        self.source.info().smooth && self.target.info().smooth
+        let target = self.target.info();
+        self.source.info().smooth && (target.smooth || !target.creases.is_empty())
+    }
+
+    /// Those of the target, in p and q.
+    pub fn creases(&self) -> &'static [[f64; 3]] {
+        self.target.info().creases
     }
 
     /// Takes the first `count` places of a tile along. NaN where either image holds nothing.

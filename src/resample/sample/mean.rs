@@ -8,7 +8,7 @@
 //! Only what lies inside of a face is answered for, with all texels that its lookups take part in.
 
 use super::gather::{four, mix};
-use super::spread::{MOST, Spread, division, second_of_two, spread};
+use super::spread::{LANES, MOST, Parts, Spread, Trapezoid, division, second_of_two, spread};
 use crate::image::raster::Raster;
 use crate::image::texel::{Four, Texel};
 use crate::kernel::tile::Tile;
@@ -51,6 +51,9 @@ struct Shapes {
     /// How places are spread over them: what a [`Spread`] holds.
     counts: [Row<f32>; 2],
     lines: [Row<f32>; 2],
+    one_over: [Row<f32>; 2],
+    trapezoids: [Row<f32>; 2],
+    scales: [Row<f32>; 2],
     /// How many places there are.
     totals: Row<f32>,
     /// Where two places lie from the center: between them, and from there to the second.
@@ -89,6 +92,11 @@ impl Shapes {
             (self.bends[2][0][k], self.bends[2][1][k]) = (ex, ey);
             (self.counts[0][k], self.counts[1][k]) = (columns, rows);
             (self.lines[0][k], self.lines[1][k]) = (far, near);
+            let parts = Parts::new((columns, rows), (far, near));
+            (self.one_over[0][k], self.one_over[1][k]) = parts.one_over;
+            self.trapezoids[0][k] = parts.trapezoid.slope;
+            self.trapezoids[1][k] = parts.trapezoid.one_over;
+            (self.scales[0][k], self.scales[1][k]) = parts.scales;
             self.totals[k] = columns * rows;
             self.pairs[0][0][k] = ss * cx + st * dx + tt * ex;
             self.pairs[0][1][k] = ss * cy + st * dy + tt * ey;
@@ -134,6 +142,9 @@ impl Parallelograms {
                 bends: [[ZEROS; 2]; 3],
                 counts: [ZEROS; 2],
                 lines: [ZEROS; 2],
+                one_over: [ZEROS; 2],
+                trapezoids: [ZEROS; 2],
+                scales: [ZEROS; 2],
                 totals: ZEROS,
                 pairs: [[ZEROS; 2]; 2],
                 reach: [ZEROS; 2],
@@ -195,6 +206,14 @@ impl Parallelograms {
             spread: Spread {
                 counts: shapes.counts.each_ref().map(|count| count[k]),
                 reach: shapes.lines.each_ref().map(|reach| reach[k]),
+                parts: Parts {
+                    one_over: (shapes.one_over[0][k], shapes.one_over[1][k]),
+                    trapezoid: Trapezoid {
+                        slope: shapes.trapezoids[0][k],
+                        one_over: shapes.trapezoids[1][k],
+                    },
+                    scales: (shapes.scales[0][k], shapes.scales[1][k]),
+                },
             },
         }
     }
@@ -225,8 +244,7 @@ impl Parallelogram {
 
     /// How far a place, from -½ to ½ along both sides, lies from its center.
     #[inline(always)]
-    pub(crate) fn at(&self, s: f64, t: f64) -> [f64; 2] {
-        let (s, t) = (s as f32, t as f32);
+    pub(crate) fn at(&self, s: f32, t: f32) -> [f64; 2] {
         let ([a, b], [c, d, e]) = (self.sides, self.bends);
         [0, 1].map(|axis| {
             let middle = t * (b[axis] + t * e[axis]);
@@ -263,8 +281,8 @@ pub(crate) fn means<T: Texel>(
             row,
             start: raster.view(face).index(0, 0),
             count: 0,
-            x: [0.0; ROOM],
-            y: [0.0; ROOM],
+            x: [0.0; ROOM + LANES],
+            y: [0.0; ROOM + LANES],
             first: [0; ROOM],
             tx: [T::Float::ZERO; ROOM],
             ty: [T::Float::ZERO; ROOM],
@@ -364,8 +382,8 @@ struct Lookups<'a, T: Texel> {
     /// The face's first texel.
     start: usize,
     count: usize,
-    x: [f64; ROOM],
-    y: [f64; ROOM],
+    x: [f64; ROOM + LANES],
+    y: [f64; ROOM + LANES],
     first: [usize; ROOM],
     tx: [T::Float; ROOM],
     ty: [T::Float; ROOM],
@@ -380,17 +398,18 @@ impl<T: Texel> Lookups<'_, T> {
 
     #[inline(always)]
     fn push_all(&mut self, seen: &Parallelogram) {
-        let columns = seen.spread.columns();
-        for row in 0..seen.spread.rows() {
-            let own = self.count..self.count + columns;
-            let (x, y) = (&mut self.x[own.clone()], &mut self.y[own]);
-            seen.spread.row(row, x, y);
-            for (x, y) in x.iter_mut().zip(y) {
-                let [right, down] = seen.at(*x, *y);
+        let total = seen.spread.count();
+        for first in (0..total).step_by(LANES) {
+            let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
+            seen.spread.places(first, &mut s, &mut t);
+            let own = self.count + first..self.count + first + LANES;
+            let places = self.x[own.clone()].iter_mut().zip(&mut self.y[own]);
+            for ((x, y), (s, t)) in places.zip(s.into_iter().zip(t)) {
+                let [right, down] = seen.at(s, t);
                 (*x, *y) = (seen.center[0] + right, seen.center[1] + down);
             }
-            self.count += columns;
         }
+        self.count += total;
     }
 
     /// The last number at which a window may begin: four numbers are read at a time.

@@ -31,5 +31,5 @@ pub(crate) use level::Level;
 pub(crate) use lookups::Lookups;
 pub(crate) use mean::{Parallelograms, TOGETHER, means};
 pub use sampler::Sampler;
-pub(crate) use spread::{MOST, Spread, count, division};
+pub(crate) use spread::{LANES, MOST, Spread, count, division};
 pub(crate) use texture::Texture;

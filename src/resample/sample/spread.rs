@@ -11,12 +11,27 @@
 //! filters of graphics hardware have it.
 //!
 //! Numbers of source texels are f32: how many places there are is their matter, and that to 1e-5 of a texel. In f64 their roots took as
-//! long as the lookups.
+//! long as the lookups. Places are found [`LANES`] at a time, by their number alone: row by row, of two or three each, they were
+//! single numbers, and took longer than the lookups as well.
 
 use crate::number::real::{self, Real};
 
 /// The most places in one mean, and on one line.
 pub(crate) const MOST: usize = 64;
+
+/// Places that are found together.
+pub(crate) const LANES: usize = 16;
+
+/// Their numbers.
+const NUMBERS: [f32; LANES] = {
+    let mut numbers = [0.0; LANES];
+    let mut k = 0;
+    while k < LANES {
+        numbers[k] = k as f32;
+        k += 1;
+    }
+    numbers
+};
 
 /// A side is divided so that places lie at most this much more than a source texel apart: rounding at whole
 /// numbers must not double the work.
@@ -51,6 +66,7 @@ pub(crate) struct Spread {
     pub(super) counts: [f32; 2],
     /// How far both sides reach along the lines; zeros where there are none.
     pub(super) reach: [f32; 2],
+    pub(super) parts: Parts,
 }
 
 impl Spread {
@@ -64,6 +80,7 @@ impl Spread {
         Spread {
             counts: [places, lines],
             reach: [p, q],
+            parts: Parts::new((places, lines), (p, q)),
         }
     }
 
@@ -73,48 +90,78 @@ impl Spread {
         self.counts[0] as usize * self.counts[1] as usize
     }
 
-    /// How many rows or lines they lie on, at most [`MOST`] on each.
+    /// Writes [`LANES`] places from one's number on, from -½ to ½ along the first and the second side. Those after the last one are of
+    /// no meaning.
     #[inline(always)]
-    pub(crate) fn rows(&self) -> usize {
-        self.counts[1] as usize
-    }
-
-    /// How many lie on each.
-    #[inline(always)]
-    pub(crate) fn columns(&self) -> usize {
-        self.counts[0] as usize
-    }
-
-    /// Writes the places of one of its rows, from -½ to ½ along the first and the second side.
-    #[inline(always)]
-    pub(crate) fn row(&self, row: usize, along: &mut [f64], down: &mut [f64]) {
-        let [columns, rows] = self.counts.map(f64::from);
-        let middle = (row as f64 + 0.5) / rows - 0.5;
-        let step = 1.0 / columns;
-        let [p, q] = self.reach.map(f64::from);
+    pub(crate) fn places(&self, first: usize, s: &mut [f32; LANES], t: &mut [f32; LANES]) {
+        let (first, columns, parts) = (first as f32, self.counts[0], &self.parts);
+        let [p, q] = self.reach;
         if p == 0.0 && q == 0.0 {
-            for (k, along) in along.iter_mut().enumerate() {
-                *along = (k as f64 + 0.5) * step - 0.5;
+            for k in 0..LANES {
+                (s[k], t[k]) = parts.in_grid(columns, first + NUMBERS[k]);
             }
-            down.fill(middle);
-            return;
+        } else if p.abs() >= q.abs() {
+            for k in 0..LANES {
+                (s[k], t[k]) = parts.on_line(columns, first + NUMBERS[k]);
+            }
+        } else {
+            for k in 0..LANES {
+                (t[k], s[k]) = parts.on_line(columns, first + NUMBERS[k]);
+            }
         }
+    }
+}
+
+/// What places of a spread have in common: quotients, which are found in lanes for many spreads.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parts {
+    /// One over the number of columns, and of rows; or of places on a line, and of lines.
+    pub(super) one_over: (f32, f32),
+    pub(super) trapezoid: Trapezoid,
+    /// How many places there are on a line, with the sign of the reach; of the side that is divided among the lines, to their number.
+    pub(super) scales: (f32, f32),
+}
+
+impl Parts {
+    #[inline(always)]
+    pub(super) fn new((columns, rows): (f32, f32), (p, q): (f32, f32)) -> Parts {
         // The side that reaches less far is the one that is divided among the lines.
         let first = p.abs() >= q.abs();
-        let ((long, far), (short, near)) = if first {
-            ((along, p), (down, q))
-        } else {
-            ((down, q), (along, p))
-        };
-        let trapezoid = Trapezoid::new(far.abs(), near.abs() / rows);
-        let (far, near) = (columns.copysign(far), columns.copysign(near) / rows);
-        let mut from = trapezoid.sums(0.5);
-        for (k, (long, short)) in long.iter_mut().zip(short).enumerate() {
-            let to = trapezoid.sums(((k as f64 + 1.0) * step - 0.5).abs());
-            *long = far * (to[0] - from[0]);
-            *short = near * (to[1] - from[1]) + middle;
-            from = to;
+        let (far, near) = (if first { p } else { q }, if first { q } else { p });
+        let one_over = (1.0 / columns, 1.0 / rows);
+        Parts {
+            one_over,
+            trapezoid: Trapezoid::new(far.abs(), near.abs() * one_over.1),
+            scales: (columns.copysign(far), columns.copysign(near) * one_over.1),
         }
+    }
+
+    /// The column and the row of a place. Half of a place is farther from a whole number than rounding is.
+    #[inline(always)]
+    fn cell(&self, columns: f32, number: f32) -> (f32, f32) {
+        let row = Real::floor((number + 0.5) * self.one_over.0);
+        (number - row * columns, row)
+    }
+
+    /// Where a place of a grid is along both sides.
+    #[inline(always)]
+    fn in_grid(&self, columns: f32, number: f32) -> (f32, f32) {
+        let (column, row) = self.cell(columns, number);
+        let (a, b) = self.one_over;
+        ((column + 0.5) * a - 0.5, (row + 0.5) * b - 0.5)
+    }
+
+    /// Where one on a line is along the side that reaches farther, and along the other.
+    #[inline(always)]
+    fn on_line(&self, columns: f32, number: f32) -> (f32, f32) {
+        let (column, row) = self.cell(columns, number);
+        let (step, down) = self.one_over;
+        let (ax, ay) = self.trapezoid.sums((column * step - 0.5).abs());
+        let (bx, by) = self.trapezoid.sums(((column + 1.0) * step - 0.5).abs());
+        (
+            self.scales.0 * (bx - ax),
+            self.scales.1 * (by - ay) + ((row + 0.5) * down - 0.5),
+        )
     }
 }
 
@@ -175,14 +222,15 @@ pub(super) fn second_of_two(columns: f32, p: f32, q: f32) -> (f32, f32) {
 /// The density of p s + q t, for s and t that are uniform from -½ to ½, and p ≥ q ≥ 0.
 ///
 /// Its middle part is level, and each end slopes down over a share g = q / 2p of the whole.
-struct Trapezoid {
-    slope: f64,
-    one_over: f64,
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Trapezoid {
+    pub(super) slope: f32,
+    pub(super) one_over: f32,
 }
 
 impl Trapezoid {
     #[inline(always)]
-    fn new(p: f64, q: f64) -> Trapezoid {
+    fn new(p: f32, q: f32) -> Trapezoid {
         Trapezoid {
             slope: 0.5 * q / p,
             one_over: 2.0 * p / q,
@@ -193,18 +241,20 @@ impl Trapezoid {
     ///
     /// Up to the slope s is f and t is 0. Within it, w from the end, which is √(2 p q (½ - f)), they are ½ - w/2p and ½ - w/2q.
     #[inline(always)]
-    fn sums(&self, f: f64) -> [f64; 2] {
-        let (rest, g) = (0.5 - f, self.slope);
-        if rest >= g {
-            return [0.5 * f * f, 0.0];
-        }
+    fn sums(&self, f: f32) -> (f32, f32) {
+        const THIRD: f32 = 1.0 / 3.0;
+        let (rest, g) = (real::max(0.5 - f, 0.0), self.slope);
         let level = 0.5 - g;
         let linear = 0.5 * (g - rest);
+        // Neither counts on the level part, where there may be no slope at all.
         let root = rest * (rest * self.one_over).sqrt();
-        [
-            0.5 * level * level + linear - (2.0 / 3.0) * g * (g - root),
-            linear - (1.0 / 3.0) * (g - root),
-        ]
+        let s = 0.5 * level * level + linear - 2.0 * THIRD * g * (g - root);
+        let t = linear - THIRD * (g - root);
+        let flat = rest >= g;
+        (
+            if flat { 0.5 * f * f } else { s },
+            if flat { 0.0 } else { t },
+        )
     }
 }
 
@@ -215,11 +265,12 @@ mod tests {
 
     fn places(spread: &Spread) -> Vec<[f64; 2]> {
         let mut all = Vec::new();
-        for row in 0..spread.rows() {
-            let (mut s, mut t) = (vec![0.0; spread.columns()], vec![0.0; spread.columns()]);
-            spread.row(row, &mut s, &mut t);
-            all.extend(s.into_iter().zip(t).map(|(s, t)| [s, t]));
+        for first in (0..spread.count()).step_by(LANES) {
+            let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
+            spread.places(first, &mut s, &mut t);
+            all.extend(s.into_iter().zip(t).map(|(s, t)| [s, t].map(f64::from)));
         }
+        all.truncate(spread.count());
         all
     }
 
@@ -237,8 +288,8 @@ mod tests {
             let all = places(&spread);
             let [a, b] = [a, b].map(|side| side.map(f64::from));
             let n = all.len() as f64;
-            // Sums of up to 64² numbers.
-            let rounding = 1e-11;
+            // A place is a difference of numbers up to 1/8, rounded to 2⁻²⁷, times up to 64.
+            let rounding = 1e-6;
             for axis in [0, 1] {
                 prop_assert!(all.iter().all(|at| at[axis].abs() <= 0.5));
                 let mean: f64 = all.iter().map(|at| at[axis]).sum::<f64>() / n;
@@ -282,9 +333,9 @@ mod tests {
     #[test]
     fn a_sliver_takes_a_line_and_a_square_a_grid() {
         let sliver = Spread::new([[20.0, 0.5], [-20.0, 0.5]], [21.0, 21.0]);
-        assert_eq!((sliver.rows(), sliver.columns()), (1, 29));
+        assert_eq!(sliver.counts, [29.0, 1.0]);
         let square = Spread::new([[3.0, 0.0], [0.0, 3.0]], [3.0, 3.0]);
-        assert_eq!((square.rows(), square.columns()), (3, 3));
+        assert_eq!(square.counts, [3.0, 3.0]);
         let nowhere = Spread::new([[f32::INFINITY, 0.0], [0.0, f32::INFINITY]], [64.0, 64.0]);
         assert_eq!(nowhere.count(), 64 * 64);
     }
@@ -292,10 +343,11 @@ mod tests {
     #[test]
     fn parts_of_a_trapezoid_end_where_it_ends() {
         // The mean of s over the upper half is 1/4 for a rectangle, and 1/6 for the triangle of p = q; both times two for the half.
+        // A few operations in f32 on numbers up to ½.
+        let close = |got: f32, exact: f32| (got - exact).abs() < 1e-7;
         let rectangle = Trapezoid::new(1.0, 0.0).sums(0.5);
-        assert!((rectangle[0] - 0.125).abs() < 1e-15 && rectangle[1] == 0.0);
+        assert!(close(rectangle.0, 0.125) && rectangle.1 == 0.0);
         let triangle = Trapezoid::new(1.0, 1.0).sums(0.5);
-        assert!((triangle[0] - 1.0 / 12.0).abs() < 1e-15);
-        assert!((triangle[1] - 1.0 / 12.0).abs() < 1e-15);
+        assert!(close(triangle.0, 1.0 / 12.0) && close(triangle.1, 1.0 / 12.0));
     }
 }

@@ -45,7 +45,7 @@ help:
 	@echo "make test-slow  what takes longer: the largest sizes, ten million directions, the wheel"
 	@echo "make system-packages  installs what test-printed runs, on Debian: Mesa's software drivers, Chromium"
 	@echo "make test-printed    runs printed code of every map by JAX, WebGPU, WebGL and OpenGL; a skip is a failure"
-	@echo "make test-languages  runs printed code by PyTorch, OpenCL and Vulkan; compiles CUDA"
+	@echo "make test-languages  runs printed code by PyTorch, OpenCL, Vulkan and slangc; compiles CUDA"
 	@echo "make test-browser    the page of sm.view and viewers of tiles (npm), in Chromium"
 	@echo "make test-torch  gradients of spheremap.torch"
 	@echo "make test-jax    values and gradients of spheremap.jax"

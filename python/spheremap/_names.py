@@ -245,6 +245,7 @@ Language: TypeAlias = Literal[
     "glsl",
     "glsl_es",
     "hlsl",
+    "slang",
     "wgsl",
     "msl",
     "osl",

@@ -674,8 +674,8 @@ class Projection(_core.Projection):
         Parameters
         ----------
         language : str
-            "glsl", "glsl_es", "hlsl", "wgsl", "msl", "osl", "c", "cuda", "opencl", "numpy",
-            "array_api", "torch" or "jax".
+            "glsl", "glsl_es", "hlsl", "slang", "wgsl", "msl", "osl", "c", "cuda", "opencl",
+            "numpy", "array_api", "torch" or "jax".
         verbs : sequence of str
             The functions: "encode", "decode", "density", "jacobian", "valid"; "taps", the columns,
             rows and weights of the four texels of a bilinear lookup in a direction, and their faces

@@ -145,6 +145,8 @@ pub struct Text {
     pub header: Vec<String>,
     /// Whether some number is NaN.
     pub not_a_number: bool,
+    /// Whether some number is rounded to a whole one.
+    pub rounds: bool,
     /// Whether some function takes or gives a word.
     pub words: bool,
 }

@@ -46,22 +46,32 @@ pub fn uses(program: &Program, compares: bool) -> Vec<u32> {
 
 /// The shared functions that a program calls.
 pub fn helpers(program: &Program) -> impl Iterator<Item = Helper> {
-    let uses = uses(program, false);
     Helper::ALL.into_iter().filter(move |&helper| {
-        let calls = |(id, node): (usize, &Node)| {
-            matches!(node, Node::Call(h, ..) if *h == helper) && uses[id] > 0
-        };
-        program.nodes.iter().enumerate().any(calls)
+        has(
+            program,
+            |node| matches!(node, Node::Call(h, ..) if *h == helper),
+        )
     })
 }
 
 /// Whether a program has a NaN.
 pub fn has_nan(program: &Program) -> bool {
+    has(
+        program,
+        |node| matches!(node, Node::Constant(bits) if f64::from_bits(*bits).is_nan()),
+    )
+}
+
+/// Whether a program rounds a number to a whole one.
+pub fn rounds(program: &Program) -> bool {
+    has(program, |node| matches!(node, Node::Unary(Unary::Round, _)))
+}
+
+/// Whether some output is made of such a node.
+fn has(program: &Program, such: impl Fn(&Node) -> bool) -> bool {
     let uses = uses(program, false);
-    let nan = |(id, node): (usize, &Node)| {
-        matches!(node, Node::Constant(bits) if f64::from_bits(*bits).is_nan()) && uses[id] > 0
-    };
-    program.nodes.iter().enumerate().any(nan)
+    let mut nodes = program.nodes.iter().zip(uses);
+    nodes.any(|(node, uses)| uses > 0 && such(node))
 }
 
 struct Printer<'a> {

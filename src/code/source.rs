@@ -86,19 +86,25 @@ impl<'a> Order<'a> {
                 dialect.title()
             )));
         }
+        let calls = |helper: &Helper| programs().any(|p| printer::helpers(p).any(|h| h == *helper));
+        let helpers: Vec<(Helper, Program)> = Helper::ALL
+            .into_iter()
+            .filter(calls)
+            .map(|helper| (helper, self.body(helper)))
+            .collect();
+        let bodies = || helpers.iter().map(|(_, body)| body);
         let text = Text {
             prefix: self.prefix.to_owned(),
             double: self.style.double,
             header: about,
             not_a_number: programs().any(printer::has_nan),
+            rounds: programs().chain(bodies()).any(printer::rounds),
             words: !words.is_empty(),
         };
-        let calls = |helper: &Helper| programs().any(|p| printer::helpers(p).any(|h| h == *helper));
-        let helpers = Helper::ALL.into_iter().filter(calls);
-        let shared = helpers.map(|helper| {
-            let name = printer::helper_name(self.prefix, helper);
-            let doc = vec![header::of_helper(helper).to_owned()];
-            self.function(&text, name, doc, &self.body(helper))
+        let shared = helpers.iter().map(|(helper, body)| {
+            let name = printer::helper_name(self.prefix, *helper);
+            let doc = vec![header::of_helper(*helper).to_owned()];
+            self.function(&text, name, doc, body)
         });
         let own = functions.iter().map(|function| {
             let name = format!("{}_{}", self.prefix, function.name);
@@ -191,8 +197,12 @@ fn check_name(dialect: &dyn Dialect, name: &str) -> Result<(), Error> {
              at most 64"
         )));
     }
-    // GLSL keeps names that begin so for itself.
-    if name.starts_with("gl_") || dialect.reserved().contains(&name) {
+    if ["gl_", "webgl_"].iter().any(|own| name.starts_with(own)) {
+        return Err(Error::Code(format!(
+            "{name:?} begins as GLSL's own names do; choose another name"
+        )));
+    }
+    if dialect.reserved().contains(&name) {
         return Err(Error::Code(format!(
             "{name:?} is a word of {}; choose another name",
             dialect.title()

@@ -38,7 +38,7 @@ def test_it_prints_effects(tmp_path: Path) -> None:
     assert out.read_text() == sm.effect("matcap", "glsl", name="clay", precision="native")
     assert out.read_text() != good("code", "matcap", "glsl", "--name", "clay")
     bad("code", "gbufer", "glsl", "--effect", code=2, says="did you mean 'gbuffer'")
-    bad("code", "gbuffer", "wgsl", "--effect", code=2, says="unknown language")
+    bad("code", "gbuffer", "osl", "--effect", code=2, says="unknown language")
     for option in (["--verbs", "encode"], ["--double"], ["--rounding", "hex"]):
         bad("code", "gbuffer", "glsl", "--effect", *option, code=2, says=f"leave out {option[0]}")
     bad("code", "gbuffer", "glsl", "--effect", "--rotation", 1, 2, 3, code=2, says="--rotation")

@@ -8,7 +8,22 @@ import numpy as np
 import pytest
 import spheremap as sm
 from oracles import need
-from printed import CASES, TAPPED, VERBS, Array, asked, assert_alike, assert_taps, directions, made
+from printed import (
+    CASES,
+    PACKINGS,
+    TAPPED,
+    VERBS,
+    Array,
+    asked,
+    assert_alike,
+    assert_native,
+    assert_packs_alike,
+    assert_sums_alike,
+    assert_taps,
+    directions,
+    made,
+    roundings,
+)
 
 pytestmark = pytest.mark.programs
 
@@ -54,3 +69,41 @@ def test_jax_taps(case: str, size: tuple[int, int]) -> None:
     taps = jax.jit(functions(made(case), "taps")["taps"])
     extent = np.array(size[::-1], np.float32)
     assert_taps(case, size, lambda d: np.concatenate(taps(d, extent), axis=-1))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_jax_has_functions_of_its_own(case: str) -> None:
+    jax = need("jax")
+    p = made(case)
+    names: dict[str, Any] = {}
+    exec(sm.code(p, "jax", name="m", precision="native"), names)
+    assert_native(p, jax.jit(lambda d: names["m_decode"](names["m_encode"](d))))
+
+
+@pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])
+def test_jax_packs(name: str) -> None:
+    jax = need("jax")
+    for rounding in roundings(name):
+        names: dict[str, Any] = {}
+        exec(sm.packing.code(name, "jax", rounding=rounding, prefix="m"), names)
+        pack, unpack = jax.jit(names["m_pack"]), jax.jit(names["m_unpack"])
+        assert_packs_alike(
+            name,
+            rounding,
+            np.float32,
+            lambda d, pack=pack: np.asarray(pack(d)),
+            lambda words, unpack=unpack: np.asarray(unpack(words.astype(np.uint32))),
+            exact=False,
+        )
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_jax_sums_harmonics(channels: int) -> None:
+    jax = need("jax")
+
+    def run(text: str, d: Array) -> Array:
+        names: dict[str, Any] = {}
+        exec(text, names)
+        return np.asarray(jax.jit(names["m_evaluate"])(d)).reshape(len(d), -1)
+
+    assert_sums_alike("jax", channels, run)

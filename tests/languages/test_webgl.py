@@ -10,7 +10,21 @@ import pytest
 import spheremap as sm
 from browser import launched
 from oracles import webgl_oracle
-from printed import CASES, TAPPED, VERBS, Array, asked, assert_alike, assert_taps, directions, made
+from printed import (
+    CASES,
+    PACKINGS,
+    TAPPED,
+    VERBS,
+    Array,
+    asked,
+    assert_alike,
+    assert_packs_alike,
+    assert_sums_alike,
+    assert_taps,
+    directions,
+    made,
+    roundings,
+)
 
 pytestmark = pytest.mark.programs
 
@@ -88,6 +102,36 @@ def test_webgl_taps(case: str, size: tuple[int, int], page: Any) -> None:
     call = f"m_taps(row.xyz, vec2({size[1]}.0, {size[0]}.0), {', '.join(names)});"
     source = shader(text, call)
     assert_taps(case, size, lambda d: webgl_oracle.run(page, source, [d])[0])
+
+
+@pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])
+def test_webgl_packs(name: str, page: Any) -> None:
+    for rounding in roundings(name):
+        text = sm.packing.code(name, "glsl_es", rounding=rounding, prefix="m")
+        pack_call = "uint w = m_pack(row.xyz); "
+        pack_call += "first.xy = vec2(float(w & 65535u), float(w >> 16u));"
+        word = "uint(row.x) | (uint(row.y) << 16u)"
+        packs, unpacks = shader(text, pack_call), shader(text, f"first.xyz = m_unpack({word});")
+
+        def pack(d: Array, source: str = packs) -> Array:
+            low, high = webgl_oracle.run(page, source, [d])[0][:, :2].astype(np.uint32).T
+            return low | high << 16
+
+        def unpack(words: Array, source: str = unpacks) -> Array:
+            halves = np.stack([words & 65535, words >> 16], axis=1).astype(np.float32)
+            return np.ascontiguousarray(webgl_oracle.run(page, source, [halves])[0][:, :3])
+
+        assert_packs_alike(name, rounding, np.float32, pack, unpack, exact=False)
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_webgl_sums_harmonics(channels: int, page: Any) -> None:
+    call = "first.xyz = vec3(m_evaluate(row.xyz));"
+
+    def run(text: str, d: Array) -> Array:
+        return webgl_oracle.run(page, shader(text, call), [d])[0][:, :channels]
+
+    assert_sums_alike("glsl_es", channels, run)
 
 
 CALLS = {

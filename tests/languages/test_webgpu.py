@@ -6,7 +6,21 @@ import numpy as np
 import pytest
 import spheremap as sm
 from oracles import need
-from printed import CASES, TAPPED, VERBS, Array, assert_alike, assert_taps, directions, made
+from printed import (
+    CASES,
+    PACKINGS,
+    TAPPED,
+    VERBS,
+    Array,
+    assert_alike,
+    assert_native,
+    assert_packs_alike,
+    assert_sums_alike,
+    assert_taps,
+    directions,
+    made,
+    roundings,
+)
 
 pytestmark = pytest.mark.programs
 
@@ -99,3 +113,77 @@ def test_webgpu_taps(case: str, size: tuple[int, int]) -> None:
         + f"); {made_of}"
     )
     assert_taps(case, size, lambda d: run(text, call, d))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_webgpu_has_functions_of_its_own(case: str) -> None:
+    p = made(case)
+    text = sm.code(p, "wgsl", name="m", precision="native")
+    call = f"let r = m_decode(m_encode({vector(3)})); {stores(3)}"
+    assert_native(p, lambda d: run(text, call, d))
+
+
+@pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])
+def test_webgpu_packs(name: str) -> None:
+    for rounding in roundings(name):
+        text = sm.packing.code(name, "wgsl", rounding=rounding, prefix="m")
+
+        def pack(d: Array, text: str = text) -> Array:
+            # The bits of some words are those of a NaN, which may lose some where it is a float.
+            halves = "let w = m_pack(" + vector(3) + "); "
+            halves += "made[2u * i] = f32(w & 65535u); made[2u * i + 1u] = f32(w >> 16u);"
+            low, high = run(text, halves, d).astype(np.uint32).T
+            return low | high << 16
+
+        def unpack(words: Array, text: str = text) -> Array:
+            halves = np.stack([words & 65535, words >> 16], axis=1).astype(np.float32)
+            word = "u32(given[2u * i]) | (u32(given[2u * i + 1u]) << 16u)"
+            return run(text, f"let r = m_unpack({word}); {stores(3)}", halves)
+
+        assert_packs_alike(name, rounding, np.float32, pack, unpack, exact=False)
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_webgpu_sums_harmonics(channels: int) -> None:
+    call = f"let r = vec3<f32>(m_evaluate({vector(3)})); {stores(3)}"
+    assert_sums_alike("wgsl", channels, lambda text, d: run(text, call, d)[:, :channels])
+
+
+CALLS = {
+    "sphere_map": "m_color(image, image_sampler, m_vertex(d, d))",
+    "matcap": "m_color(image, image_sampler, d)",
+    "light_probe": "m_color(image, image_sampler, d)",
+    "mirror_balls": "m_color(image, image_sampler, image, image_sampler, d)",
+    "gbuffer": "vec4<f32>(m_unpack(m_pack(d)), 1.0) + textureSample(image, image_sampler, d.xy)",
+}
+STAGES = """{text}
+@group(0) @binding(0) var image: texture_2d<f32>;
+@group(0) @binding(1) var image_sampler: sampler;
+struct Vertex {{ @builtin(position) at: vec4<f32>, @location(0) d: vec3<f32> }}
+@vertex fn vertex(@builtin(vertex_index) i: u32) -> Vertex {{
+    let p = vec2<f32>(f32(i & 1u), f32(i >> 1u)) * 4.0 - 1.0;
+    return Vertex(vec4<f32>(p, 0.0, 1.0), vec3<f32>(p, 1.0));
+}}
+@fragment fn fragment(@location(0) d: vec3<f32>) -> @location(0) vec4<f32> {{
+    return {call};
+}}
+"""
+
+
+@pytest.mark.parametrize("effect", CALLS)
+def test_webgpu_compiles_effects(effect: str) -> None:
+    wgpu = need("wgpu.utils")
+    text = STAGES.format(text=sm.effect(effect, "wgsl", name="m"), call=CALLS[effect])
+    device = wgpu.utils.get_default_device()
+    module = device.create_shader_module(code=text)
+    pipeline = device.create_render_pipeline(
+        layout="auto",
+        vertex={"module": module, "entry_point": "vertex"},
+        fragment={
+            "module": module,
+            "entry_point": "fragment",
+            "targets": [{"format": "rgba32float"}],
+        },
+        primitive={"topology": "triangle-list"},
+    )
+    assert pipeline is not None

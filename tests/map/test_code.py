@@ -16,6 +16,7 @@ import spheremap as sm
 from printed import (
     BOUNDS,
     CASES,
+    IN_DOUBLE,
     LANGUAGES,
     TAPPED,
     VERBS,
@@ -130,6 +131,81 @@ def test_every_map_prints_in_every_language(case: str, language: str) -> None:
     assert "spheremap" in text and made(case).source.split()[0] in text
 
 
+@pytest.mark.parametrize("case", CASES)
+def test_the_header_says_what_it_is(case: str) -> None:
+    p = made(case)
+    for language, dtype in (("glsl", "float32"), ("numpy", "float64")):
+        text = sm.code(p, language, dtype=dtype)
+        comments = re.findall(r"^(?://|#) ?(.*)$", text, re.M)
+        said = " ".join(" ".join(comments).split())
+        assert " ".join(p.source.split()) in said
+        assert f'axes "{p.axes}"' in said
+        for label in ("Directions:", "Image: u right, v down", "Singular:", "Functions:"):
+            assert label in said
+        bound = float(re.search(r"within (\S+) radians", said)[1])
+        assert bound == BOUNDS[p.name][dtype == "float64"]
+        assert f"Written by spheremap {sm.__version__} for " in said
+
+
+# The longest name, the shortest, and some that are words elsewhere.
+PREFIXES = ("q", "A1", "a_B_2", "x" * 64, "float3", "short", "fn", "d", "uv", "t0", "pair")
+
+
+@pytest.mark.parametrize("name", PREFIXES)
+def test_names_hide_nothing(name: str, tmp_path: Path) -> None:
+    """A text works by any name, as C, as C++ and as NumPy."""
+    p, d = made("latlong"), directions(np.float32)
+    loop = (
+        f"void all(const float* in, float* out, long n) {{\n"
+        f"    for (long i = 0; i < n; i++) {name}_encode(in + 3 * i, out + 2 * i);\n}}\n"
+    )
+    text = sm.code(p, "c", verbs=VERBS, name=name)
+    for cpp in (False, True):
+        folder = tmp_path / str(cpp)
+        folder.mkdir()
+        whole = text + ('extern "C" ' if cpp else "") + loop
+        library = compiled(whole, folder, "-Wno-unused-function", cpp=cpp)
+        out = called(library.all, d, np.empty((len(d), 2), np.float32))
+        assert same_bits(out, p.encode(d)).all()
+    names: dict[str, Any] = {}
+    exec(sm.code(p, "numpy", verbs=VERBS, name=name), names)
+    assert same_bits(names[f"{name}_encode"](d), p.encode(d)).all()
+    own = {key for key in names if key not in ("np", "__builtins__")}
+    assert all(key.startswith(f"{name}_") for key in own)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
+@pytest.mark.parametrize("case", CASES)
+def test_signs_of_zeros_come_out_as_they_do_here(
+    case: str, dtype: type, library: Callable[[type], ctypes.CDLL]
+) -> None:
+    p = made(case)
+    if dtype is np.float32 and p.name in IN_DOUBLE:
+        return
+    verb = run_c(library(dtype), CASES.index(case), p)
+    d = directions(dtype)
+    d = d[(d == 0).any(axis=1)]
+    wanted, found = p.encode(d), verb("encode", np.ascontiguousarray(d))
+    zero = wanted == 0
+    assert np.array_equal(np.signbit(found[zero]), np.signbit(wanted[zero]))
+    inside = wanted[~np.isnan(wanted[:, 0])]
+    back, wanted = verb("decode", np.ascontiguousarray(inside)), p.decode(inside)
+    zero = wanted == 0
+    assert np.array_equal(np.signbit(back[zero]), np.signbit(wanted[zero]))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_no_number_stays_none(
+    case: str, dtype: type, library: Callable[[type], ctypes.CDLL]
+) -> None:
+    """As docs/languages.md says; one component alone is not looked at by every map."""
+    p = made(case)
+    d = np.full((1, 3), np.nan, dtype)
+    found = run_c(library(dtype), CASES.index(case), p)("encode", d)
+    assert np.isnan(found[:, :2]).any(axis=1).all()
+
+
 REFLECT_LOOP = """
 void all_reflect(const {number}* view, const {number}* normal, {number}* out, long n) {{
     for (long i = 0; i < n; i++) m_reflect(view + 3 * i, normal + 3 * i, out + 3 * i);
@@ -233,7 +309,8 @@ def test_names_and_options_are_checked() -> None:
         (("latlong", "glsl"), {"verbs": ["encod"]}, "did you mean 'encode'"),
         (("latlong", "glsl"), {"verbs": []}, "at least one verb"),
         (("latlong", "glsl"), {"name": "1st"}, "a letter"),
-        (("latlong", "glsl"), {"name": "gl_map"}, "word of GLSL"),
+        (("latlong", "glsl"), {"name": "gl_map"}, "GLSL's own"),
+        (("latlong", "c"), {"name": "webgl_map"}, "GLSL's own"),
         (("latlong", "glsl"), {"name": "a__b"}, "single underscores"),
         (("latlong", "c"), {"name": "union"}, "word of C99"),
         (("latlong", "wgsl"), {"dtype": "float64"}, "64 bits"),

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import spheremap as sm
-from printed import Array, directions
+from printed import Array, called, compiled, directions
 
 from oracles import opengl_oracle
-from oracles.test_oracle_code import DIRECTION, run_shader
+from oracles.test_oracle_code import DIALECTS, DIRECTION, SHIM, run_shader
 
 STORE = "made[4 * i] = c.x; made[4 * i + 1] = c.y; made[4 * i + 2] = c.z; made[4 * i + 3] = c.w;"
 SIZE = 64
@@ -85,10 +87,71 @@ def test_normals_come_back_from_a_buffer() -> None:
     assert np.linalg.norm(found - d, axis=-1).max() <= 2 * 3**0.5 / 65535 * 2**0.5
 
 
+# What stands for Metal's textures: colors that tell the place.
+TEXTURES = """
+struct float4 {
+    float x, y, z, w;
+    float4(float a, float b, float c, float d) : x(a), y(b), z(c), w(d) {}
+};
+static inline float2 operator-(float2 a, float2 b) { return float2(a.x - b.x, a.y - b.y); }
+static inline float dot(float2 a, float2 b) { return a.x * b.x + a.y * b.y; }
+namespace filter { enum Filter { linear }; }
+namespace address { enum Address { clamp_to_edge }; }
+struct sampler { constexpr sampler(filter::Filter, address::Address) {} };
+template <class T> struct texture2d {
+    T which;
+    float4 sample(sampler, float2 uv) const { return float4(uv.x, uv.y, which, 1); }
+};
+"""
+METAL = """
+extern "C" void all(const float* given, float* made, long n) {{
+    texture2d<float> a = {{1}}, b = {{2}};
+    for (long i = 0; i < n; i++) {{ float4 c = {call}; {store} }}
+}}
+"""
+
+
+def by_metal(name: str, call: str, d: Array, folder: Path) -> Array:
+    text = sm.effect(name, "msl", name="m")
+    text = text.replace("#include <metal_stdlib>\nusing namespace metal;", "")
+    whole = SHIM + DIALECTS["msl"] + TEXTURES + text + METAL.format(call=call, store=STORE)
+    (folder / name).mkdir()
+    library = compiled(whole, folder / name, cpp=True)
+    return called(library.all, d, np.empty((len(d), 4), np.float32))
+
+
+def test_effects_of_metal_look_where_the_map_is(tmp_path: Path) -> None:
+    d = directions(np.float32)
+    for name, of in (("matcap", "matcap"), ("light_probe", "angular:debevec")):
+        found = by_metal(name, f"m_color(a, {DIRECTION.replace('vec', 'float')})", d, tmp_path)
+        uv = sm.encode(d, of)
+        outside = np.isnan(uv[:, 0])
+        assert (found[outside] == 0).all()
+        assert np.array_equal(found[~outside, :2], uv[~outside])
+
+
+def test_two_balls_and_the_sphere_map_of_metal(tmp_path: Path) -> None:
+    d = directions(np.float32)
+    direction = DIRECTION.replace("vec", "float")
+    found = by_metal("mirror_balls", f"m_color(a, b, {direction})", d, tmp_path)
+    front = sm.encode(d, "sphere")
+    back = sm.encode(d, sm.projection("sphere").turned([[-1, 0, 0], [0, 1, 0], [0, 0, -1]]))
+    from_front = found[:, 2] == 1
+    assert np.array_equal(found[from_front, :2], front[from_front])
+    assert np.array_equal(found[~from_front, :2], back[~from_front])
+    # Half of the sphere each, and none at a rim.
+    assert 0.4 < from_front.mean() < 0.6
+    assert np.linalg.norm(found[:, :2] - 0.5, axis=1).max() < 0.4
+    call = f"m_color(a, m_vertex({direction}, float3(0.6f, 0.0f, -0.8f)))"
+    found = by_metal("sphere_map", call, d, tmp_path)
+    mirrored = sm.reflect(d, np.float32([0.6, 0.0, -0.8]))
+    assert np.array_equal(found[:, :2], sm.encode(mirrored, "sphere:d3d"))
+
+
 def test_effects_and_languages_are_checked() -> None:
     with pytest.raises(ValueError, match="effect"):
         sm.effect("matcaps", "hlsl")
     with pytest.raises(ValueError, match="language"):
-        sm.effect("matcap", "wgsl")
+        sm.effect("matcap", "osl")
     with pytest.raises(ValueError, match="a letter"):
         sm.effect("matcap", "glsl", name="1st")

@@ -41,7 +41,7 @@ def code(
     projection : Projection or str
         As for `projection`.
     language : str
-        "glsl", "glsl_es", "hlsl", "wgsl", "msl", "osl", "c", "cuda", "opencl", "numpy",
+        "glsl", "glsl_es", "hlsl", "slang", "wgsl", "msl", "osl", "c", "cuda", "opencl", "numpy",
         "array_api", "torch" or "jax".
     verbs : sequence of str
         The functions: "encode", "decode", "density", "jacobian", "valid"; "taps", the columns, rows

@@ -12,6 +12,7 @@ mod msl;
 mod numpy;
 mod opencl;
 mod osl;
+mod slang;
 mod torch;
 mod wgsl;
 
@@ -22,6 +23,7 @@ pub const ALL: &[&dyn Dialect] = &[
     &glsl::Glsl,
     &glsl_es::GlslEs,
     &hlsl::Hlsl,
+    &slang::Slang,
     &wgsl::Wgsl,
     &msl::Msl,
     &osl::Osl,

@@ -368,12 +368,13 @@ def checked_image(
     name: str = "image",
     skipna: bool = False,
     negative: Negative = "keep",
+    origin: tuple[int, ...] | None = None,
 ) -> NDArray[Any]:
     """Return the image as a contiguous array of a supported dtype in which every value is finite.
 
     NaN and infinite values raise ValueError with their number and first places, or become 0 with
     `skipna`. So do negative ones where `negative` is "raise"; where it is "clip" they become 0. The
-    array given is never changed.
+    array given is never changed. Of a part of an image, `origin` says where it begins.
     """
     skipna = as_flag(skipna, "skipna")
     if as_text(negative, "negative") not in ("keep", "clip", "raise"):
@@ -390,24 +391,27 @@ def checked_image(
         if bad.any():
             if not skipna:
                 raise ValueError(
-                    f"`{name}` has {_described(bad, 'NaN or infinite')}; "
+                    f"`{name}` has {_described(bad, 'NaN or infinite', origin)}; "
                     "`skipna=True` counts them as 0."
                 )
             array = np.where(bad, array.dtype.type(0), array)
     if negative != "keep" and array.size and array.min() < 0:
         if negative == "raise":
             raise ValueError(
-                f"`{name}` has {_described(array < 0, 'negative')}; "
+                f"`{name}` has {_described(array < 0, 'negative', origin)}; "
                 '`negative="clip"` counts them as 0.'
             )
         array = np.maximum(array, array.dtype.type(0))
     return array
 
 
-def _described(bad: NDArray[np.bool_], what: str) -> str:
+def _described(bad: NDArray[np.bool_], what: str, origin: tuple[int, ...] | None = None) -> str:
     count = int(np.count_nonzero(bad))
+    first = origin or (0,) * bad.ndim
     places = [
-        str(tuple(int(i) for i in np.unravel_index(flat, bad.shape)))
+        str(
+            tuple(int(i) + k for i, k in zip(np.unravel_index(flat, bad.shape), first, strict=True))
+        )
         for flat in np.flatnonzero(bad)[:_PLACES]
     ]
     more = ", ..." if count > _PLACES else ""

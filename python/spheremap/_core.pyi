@@ -11,6 +11,7 @@ __all__ = [
     "Projection",
     "__version__",
     "_rebuild",
+    "add_sheets",
     "add_sun",
     "check_word",
     "code",
@@ -35,9 +36,12 @@ __all__ = [
     "integrals",
     "lights",
     "lobe",
+    "lobe_from",
+    "lobe_of",
     "matching_size",
     "mipmaps",
     "moments",
+    "moments_of",
     "pack_frames",
     "packing_table",
     "pad",
@@ -53,19 +57,25 @@ __all__ = [
     "sh_convention_table",
     "sh_convert",
     "sh_evaluate",
+    "sh_from",
     "sh_lobe",
+    "sh_of",
     "sh_project",
     "sh_project_adjoint",
     "sh_rotate",
     "sh_scale_degrees",
     "sh_storage",
     "sh_window",
+    "sheets",
     "simd_level",
     "simd_levels",
     "sun",
     "tell_progress",
     "texel_weights",
     "unpack_frames",
+    "weigh",
+    "weighted_mean",
+    "weights",
     "worlds",
 ]
 
@@ -357,6 +367,52 @@ def lobe(
     normals: NDArray[np.float64],
     name: str,
     parameter: float,
+    /,
+) -> NDArray[np.float64]: ...
+def weights(
+    object: ArrayLike, channels: int, alpha: int | None, skipna: bool, /
+) -> tuple[int, bool] | None: ...
+def weigh(
+    object: ArrayLike, channels: int, alpha: int | None, width: int, holes: bool, /
+) -> NDArray[Any]: ...
+def weighted_mean(
+    like: ArrayLike,
+    channels: int,
+    alpha: int | None,
+    width: int,
+    holes: bool,
+    seen: NDArray[Any],
+    near: NDArray[Any] | None,
+    fill: float | Sequence[float],
+    /,
+) -> NDArray[Any]: ...
+def sheets(projection: Projection, shape: Sequence[int], /) -> list[list[int]]: ...
+def moments_of(
+    object: ArrayLike, projection: Projection, number: int, with_directions: bool, /
+) -> NDArray[np.float64]: ...
+def add_sheets(parts: NDArray[np.float64], /) -> NDArray[np.float64]: ...
+def lobe_of(
+    object: ArrayLike,
+    projection: Projection,
+    number: int,
+    normals: NDArray[np.float64],
+    name: str,
+    parameter: float,
+    /,
+) -> NDArray[np.float64]: ...
+def lobe_from(
+    sums: NDArray[np.float64], projection: Projection, name: str, parameter: float, /
+) -> NDArray[np.float64]: ...
+def sh_of(
+    object: ArrayLike, projection: Projection, number: int, order: int, points: bool, /
+) -> NDArray[np.float64]: ...
+def sh_from(
+    parts: NDArray[np.float64],
+    projection: Projection,
+    shape: Sequence[int],
+    channels: int,
+    order: int,
+    points: bool,
     /,
 ) -> NDArray[np.float64]: ...
 def sh_project(

@@ -108,7 +108,7 @@ def project(
     pixels = checked_image(image, skipna=skipna)
     if as_text(texels, "texels") not in ("means", "points"):
         raise ValueError(f"Expected `texels` to be 'means' or 'points', got {texels!r}.")
-    found = _core.sh_project(pixels, resolved, _order(order), texels == "points")
+    found = _core.sh_project(pixels, resolved, as_order(order), texels == "points")
     return found if has_channels(pixels, resolved) else found[:, 0]
 
 
@@ -285,7 +285,7 @@ def _factors(
 ) -> NDArray[np.float64]:
     parameters = {"cone": half_angle, "phong": exponent, "vmf": kappa}
     parameter = as_number(parameters.get(as_text(name, "lobe"), 0.0), name)
-    return _core.sh_lobe(name, parameter, _order(order, highest=10_000))
+    return _core.sh_lobe(name, parameter, as_order(order, highest=10_000))
 
 
 def convolve(
@@ -481,7 +481,8 @@ def _rows(
     return np.ascontiguousarray(array.reshape(n, -1)), array.shape, array.shape[1:]
 
 
-def _order(order: int, *, highest: int = 64) -> int:
+def as_order(order: int, *, highest: int = 64) -> int:
+    """Return an order as an int, or raise for what is none."""
     number = as_number(order, "order")
     if not 0 <= number <= highest or number != int(number):
         raise ValueError(f"Expected `order` to be a whole number from 0 to {highest}, got {order}.")

@@ -1,8 +1,8 @@
 //! Integrals over the sphere: ∫ L dω and ∫ L ω dω.
 //!
 //! dω is sin θ dθ dφ; in an image it is the exact solid angle of a texel ([`crate::light::patches`]). Sums are f64:
-//! eight lanes within a block of 256 texels, lanes as a tree, blocks as a tree. The order depends on
-//! the image's shape alone.
+//! eight lanes within a block of 256 texels, lanes as a tree, the blocks of a sheet as a tree, sheets as a tree. The order
+//! depends on the image's shape alone.
 
 use crate::error::Error;
 use crate::image::ImageView;
@@ -12,7 +12,7 @@ use crate::kernel::SimdWork;
 use crate::kernel::interrupt;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
-use crate::light::patches::{LANES, Patches, Points, ROOM, flux};
+use crate::light::patches::{LANES, Patches, Points, ROOM, Sheet, flux};
 use crate::light::texels::{Texels, texels};
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -78,18 +78,55 @@ const LISTED: usize = 1 << 19;
 
 /// The first moments of every channel and of the constant 1.
 fn summed<T: Texel, const N: usize>(image: &ImageView<'_, T>) -> Result<Vec<[f64; N]>, Error> {
-    let all = if image.raster().texels() <= LISTED {
-        moments_by_list(image)?
-    } else {
-        moments_by_patch(image)?
-    };
     let rows = image.channels() + 1;
-    let of = |row: usize| tree(all.get(row..).unwrap_or_default(), rows);
-    Ok((0..rows).map(of).collect())
+    let sheets: Vec<[f64; N]> = if image.raster().texels() <= LISTED {
+        sheets_by_list(image)?
+    } else {
+        let patches = Patches::new(image.map(), image.shape(), false)?;
+        let all = moments_by_patch(image, &patches, &patches.whole())?;
+        let across = patches.across;
+        let sheets = patches.sheets();
+        let of = |sheet: &Sheet| {
+            let strips = sheet.strips.clone();
+            let parts = strips.flat_map(|strip| {
+                let row = &all[rows * across * strip..][..rows * across];
+                &row[rows * sheet.columns.start..rows * sheet.columns.end]
+            });
+            sum_of_patches(parts.copied().collect(), rows)
+        };
+        sheets.iter().flat_map(of).collect()
+    };
+    Ok((0..rows).map(|row| tree(&sheets[row..], rows)).collect())
 }
 
-/// Those of each patch, from the list.
-fn moments_by_list<T: Texel, const N: usize>(
+/// The moments of every channel of a sheet and, last, of the constant 1: what the whole is the tree of ([`add_sheets`]). Nothing
+/// else of the image is looked at.
+///
+/// # Errors
+/// There is no memory for it.
+pub fn moments_of_sheet<T: Texel, const N: usize>(
+    image: &ImageView<'_, T>,
+    patches: &Patches<'_>,
+    sheet: &Sheet,
+) -> Result<Vec<[f64; N]>, Error> {
+    let all = moments_by_patch(image, patches, sheet)?;
+    Ok(sum_of_patches(all, image.channels() + 1))
+}
+
+/// The sum of what was found of each sheet, `per` numbers each.
+pub fn add_sheets(parts: &[f64], per: usize) -> Vec<f64> {
+    let n = parts.len() / per.max(1);
+    if n <= 1 {
+        return parts.to_vec();
+    }
+    let (a, b) = parts.split_at(n / 2 * per);
+    let (mut a, b) = (add_sheets(a, per), add_sheets(b, per));
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
+}
+
+/// Those of each sheet, from the list.
+fn sheets_by_list<T: Texel, const N: usize>(
     image: &ImageView<'_, T>,
 ) -> Result<Vec<[f64; N]>, Error> {
     let rows = image.channels() + 1;
@@ -105,41 +142,62 @@ fn moments_by_list<T: Texel, const N: usize>(
             sum_rows(texels.directions(block), light, all);
         }
     });
+    let of = |blocks: &Vec<usize>| {
+        let parts = blocks.iter().flat_map(|k| &all[rows * k..][..rows]);
+        sum_of_patches(parts.copied().collect(), rows)
+    };
+    Ok(texels.sheets.iter().flat_map(of).collect())
+}
+
+/// Those of each patch, without a list: a patch stays in the cache, and nothing is kept of it.
+fn moments_by_patch<T: Texel, const N: usize>(
+    image: &ImageView<'_, T>,
+    patches: &Patches<'_>,
+    part: &Sheet,
+) -> Result<Vec<[f64; N]>, Error> {
+    let rows = image.channels() + 1;
+    let (across, strips) = (part.columns.len(), part.strips.len());
+    expect_room::<[f64; N]>(rows * across * strips)?;
+    let mut all = vec![[0.0; N]; rows * across * strips];
+    threads::rows(
+        &mut all,
+        rows * across,
+        rows * across * strips * ROOM,
+        |strip, all| {
+            let strip = part.strips.start + strip;
+            let weights = patches.strip_weights(strip, &part.columns);
+            let mut points = Points::new();
+            let mut light = vec![0.0; rows * ROOM];
+            for (column, all) in part.columns.clone().zip(all.chunks_mut(rows)) {
+                let length = patches
+                    .points(strip, column, &weights, N > 1, &mut points)
+                    .next_multiple_of(LANES);
+                let light = &mut light[..rows * length];
+                light.fill(0.0);
+                let (index, weight) = (&points.index[..length], &points.weight[..length]);
+                flux(image, index, weight, light);
+                let directions = points.direction.0.each_ref().map(|axis| &axis[..length]);
+                sum_rows(directions, light, all);
+            }
+        },
+    );
+    interrupt::check()?;
     Ok(all)
 }
 
-/// The same without a list: a patch stays in the cache, and nothing is kept of it.
-fn moments_by_patch<T: Texel, const N: usize>(
-    image: &ImageView<'_, T>,
-) -> Result<Vec<[f64; N]>, Error> {
-    let rows = image.channels() + 1;
-    let patches = Patches::new(image.map(), image.shape(), false)?;
-    let (across, strips) = (patches.across, patches.strips());
-    expect_room::<[f64; N]>(rows * across * strips)?;
-    let mut all = vec![[0.0; N]; rows * across * strips];
-    let work = rows * patches.raster().texels();
-    threads::rows(&mut all, rows * across, work, |strip, all| {
-        let weights = patches.strip_weights(strip);
-        let mut points = Points::new();
-        let mut light = vec![0.0; rows * ROOM];
-        for (column, all) in all.chunks_mut(rows).enumerate() {
-            let length = patches
-                .points(strip, column, &weights, N > 1, &mut points)
-                .next_multiple_of(LANES);
-            let light = &mut light[..rows * length];
-            light.fill(0.0);
-            let (index, weight) = (&points.index[..length], &points.weight[..length]);
-            flux(image, index, weight, light);
-            let directions = points.direction.0.each_ref().map(|axis| &axis[..length]);
-            sum_rows(directions, light, all);
+/// The sum of the patches of a sheet. Those that hold nothing are none: the constant is 0 there alone.
+fn sum_of_patches<const N: usize>(mut all: Vec<[f64; N]>, rows: usize) -> Vec<[f64; N]> {
+    let mut kept = 0;
+    for patch in 0..all.len() / rows {
+        if all[patch * rows + rows - 1][0] > 0.0 {
+            all.copy_within(patch * rows..(patch + 1) * rows, kept);
+            kept += rows;
         }
-    });
-    interrupt::check()?;
-    // Patches that hold nothing are none: the constant is 0 there alone.
-    let seen = all
-        .chunks_exact(rows)
-        .filter(|patch| patch[rows - 1][0] > 0.0);
-    Ok(seen.flatten().copied().collect())
+    }
+    all.truncate(kept);
+    (0..rows)
+        .map(|row| tree(all.get(row..).unwrap_or_default(), rows))
+        .collect()
 }
 
 /// The sum of every `rows`-th of the moments, as a tree.
@@ -211,19 +269,37 @@ mod tests {
     use crate::map::Map;
 
     #[test]
-    fn with_and_without_a_list_sums_have_the_same_bits() {
-        for name in ["latlong", "octahedral", "cube", "angular", "mollweide"] {
+    fn with_a_list_and_sheet_by_sheet_sums_have_the_same_bits() {
+        for name in [
+            "latlong",
+            "octahedral",
+            "cube",
+            "angular",
+            "mollweide",
+            "cube:filament",
+        ] {
             let map = Map::new(name).unwrap();
-            let shape = shape_of_size(&map, 37);
+            // More than a sheet along a side.
+            let shape = shape_of_size(&map, 530);
             let count: usize = shape.iter().product();
             let light: Vec<f32> = (0..2 * count).map(|k| (k % 101) as f32).collect();
             let image = ImageView::new(&map, &shape, 2, &light).unwrap();
-            let listed: Vec<Moments> = moments_by_list(&image).unwrap();
-            assert_eq!(listed, moments_by_patch(&image).unwrap(), "{name}");
-            let alone: Vec<[f64; 1]> = moments_by_patch(&image).unwrap();
-            for (all, one) in listed.iter().zip(alone) {
-                assert_eq!(all[0], one[0], "{name}");
+            let listed: Vec<Moments> = sheets_by_list(&image).unwrap();
+            let patches = Patches::of_parts(&map, &shape).unwrap();
+            let sheets = patches.sheets();
+            assert!(sheets.len() > 3 && listed.len() == 3 * sheets.len());
+            let mut parts = Vec::new();
+            for (sheet, listed) in sheets.iter().zip(listed.chunks(3)) {
+                let found: Vec<Moments> = moments_of_sheet(&image, &patches, sheet).unwrap();
+                assert_eq!(found, listed, "{name}");
+                let alone: Vec<[f64; 1]> = moments_of_sheet(&image, &patches, sheet).unwrap();
+                for (all, one) in found.iter().zip(alone) {
+                    assert_eq!(all[0], one[0], "{name}");
+                }
+                parts.extend(found.into_iter().flatten());
             }
+            let whole = moments(&image).unwrap();
+            assert_eq!(whole.as_flattened(), add_sheets(&parts, 12), "{name}");
         }
     }
 }

@@ -18,8 +18,9 @@
 //! image at any size. Where the coverage is a part of the sphere, what is not seen is black, and the
 //! sum is divided by nothing.
 //!
-//! **Order.** Each n has eight lanes of its own and meets the blocks in their order; lanes are
-//! added last, as a tree. Neither threads, levels nor the other directions change a bit.
+//! **Order.** Each n has eight lanes of its own for each sheet and meets its blocks in their order; lanes are
+//! added last, as a tree, and then the sheets. Neither threads, levels nor the other directions change a bit, and sheets may be
+//! summed apart ([`under_sheet`]).
 //!
 //! Sources: clamped cosine, Lambert 1760 (E = ∫ L max(0, n·ω) dω); Phong 1975, normalized by Lewis 1994; Fisher
 //! 1953; GGX, Walter et al. 2007; Charlie, Estevez & Kulla 2017. The last two are the lobes of n = v = r,
@@ -34,9 +35,11 @@ use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::SimdWork;
 use crate::kernel::{interrupt, threads};
-use crate::light::integrate::{add_lanes, block_moments};
+use crate::light::integrate::{Moments, add_lanes, add_sheets, block_moments};
 use crate::light::patches::LANES;
+use crate::light::patches::{Patches, Sheet};
 use crate::light::texels::{Block, Texels, texels};
+use crate::map::Map;
 use crate::projections::projection::Coverage;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, f64x8, u64x8};
 use std::f64::consts::PI;
@@ -412,18 +415,123 @@ fn sums_under<T: Texel>(
 ) -> Result<(), Error> {
     let channels = image.channels();
     let rows = channels + 1;
-    let flux = interrupt::part(0.0, 0.05, || texels.flux(image, true))?;
-    let moments = interrupt::part(0.05, 0.1, || block_moments(texels, &flux, rows));
+    let ready = Ready::new(texels, image)?;
     let normals = normals.as_chunks::<3>().0;
     // At least a few parts for the threads to share; each direction is by itself.
     let part = (normals.len() / 8).clamp(1, TARGETS);
     let work = texels.x.len() / 16 * normals.len();
     let sum = |number: usize, out: &mut [f64]| {
         let normals = &normals[number * part..][..out.len() / channels];
+        let mut sheets = vec![0.0; texels.sheets.len() * normals.len() * rows];
+        let each = texels.sheets.iter();
+        for (blocks, sums) in each.zip(sheets.chunks_exact_mut(normals.len() * rows)) {
+            ready.sums(blocks, lobe, normals, sums);
+        }
+        let sums = add_sheets(&sheets, normals.len() * rows);
+        of_sums(lobe, whole, &sums, channels, out);
+    };
+    interrupt::part(0.1, 1.0, || {
+        threads::rows(out, part * channels, work, sum);
+    });
+    Ok(())
+}
+
+/// The sums of a sheet under a lobe about each direction, one for each channel and, last, one of the constant 1. The sums of all
+/// sheets together ([`add_sheets`]) are what [`under`] makes light of, as [`of_all_sheets`] does.
+///
+/// # Errors
+/// The slices' lengths do not go together, or there is no memory for it.
+pub fn under_sheet<T: Texel>(
+    image: &ImageView<'_, T>,
+    patches: &Patches<'_>,
+    sheet: &Sheet,
+    lobe: Lobe,
+    normals: &[f64],
+    out: &mut [f64],
+) -> Result<(), Error> {
+    let rows = image.channels() + 1;
+    expect_multiple("normals", normals.len(), 3)?;
+    expect_length("out", out.len(), normals.len() / 3 * rows)?;
+    let texels = Texels::of_sheet(patches, sheet)?;
+    let ready = Ready::new(&texels, image)?;
+    let normals = normals.as_chunks::<3>().0;
+    let part = (normals.len() / 8).clamp(1, TARGETS);
+    let work = texels.x.len() / 16 * normals.len();
+    threads::rows(out, part * rows, work, |number, out| {
+        let normals = &normals[number * part..][..out.len() / rows];
+        for blocks in &texels.sheets {
+            ready.sums(blocks, lobe, normals, out);
+        }
+    });
+    interrupt::check()
+}
+
+/// The light under a lobe, from the sums of all sheets.
+///
+/// # Errors
+/// The slices' lengths do not go together.
+pub fn of_all_sheets(
+    map: &Map,
+    lobe: Lobe,
+    sums: &[f64],
+    channels: usize,
+    out: &mut [f64],
+) -> Result<(), Error> {
+    expect_multiple("sums", sums.len(), channels + 1)?;
+    expect_length("out", out.len(), sums.len() / (channels + 1) * channels)?;
+    let whole = map.coverage() == Coverage::Sphere;
+    of_sums(lobe, whole, sums, channels, out);
+    Ok(())
+}
+
+/// The light of each direction, from its sums.
+fn of_sums(lobe: Lobe, whole: bool, sums: &[f64], channels: usize, out: &mut [f64]) {
+    let integral = if whole { 0.0 } else { lobe.integral() };
+    for (sums, out) in sums
+        .chunks_exact(channels + 1)
+        .zip(out.chunks_exact_mut(channels))
+    {
+        let divisor = if whole { sums[channels] } else { integral };
+        for (sum, out) in sums.iter().zip(out) {
+            *out = if divisor > 0.0 {
+                lobe.scale() * sum / divisor
+            } else {
+                f64::NAN
+            };
+        }
+    }
+}
+
+/// What is known of the blocks before any direction.
+struct Ready<'a> {
+    texels: &'a Texels,
+    rows: usize,
+    flux: Vec<f64>,
+    moments: Vec<Moments>,
+}
+
+impl<'a> Ready<'a> {
+    fn new<T: Texel>(texels: &'a Texels, image: &ImageView<'_, T>) -> Result<Self, Error> {
+        let rows = image.channels() + 1;
+        let flux = interrupt::part(0.0, 0.05, || texels.flux(image, true))?;
+        let moments = interrupt::part(0.05, 0.1, || block_moments(texels, &flux, rows));
+        Ok(Ready {
+            texels,
+            rows,
+            flux,
+            moments,
+        })
+    }
+
+    /// The sums of some blocks for each direction: all channels, and the constant 1.
+    fn sums(&self, blocks: &[usize], lobe: Lobe, normals: &[[f64; 3]], out: &mut [f64]) {
+        let rows = self.rows;
         let mut sums = vec![[0.0; LANES]; normals.len() * rows];
-        let mut whole_blocks = vec![0.0; normals.len() * rows];
+        out.fill(0.0);
         let mut chosen = Vec::with_capacity(normals.len());
-        for (block, moments) in texels.blocks.iter().zip(moments.chunks_exact(rows)) {
+        for &number in blocks {
+            let block = &self.texels.blocks[number];
+            let moments = &self.moments[number * rows..][..rows];
             chosen.clear();
             let sin_radius = (1.0 - block.cos_radius * block.cos_radius).max(0.0).sqrt();
             for (target, n) in normals.iter().enumerate() {
@@ -431,7 +539,7 @@ fn sums_under<T: Texel>(
                 match lobe.over(low, high) {
                     Over::Zero => {}
                     Over::Linear(a, b) => {
-                        let sums = &mut whole_blocks[target * rows..][..rows];
+                        let sums = &mut out[target * rows..][..rows];
                         for (sum, m) in sums.iter_mut().zip(moments) {
                             *sum += a * m[0] + b * (n[0] * m[1] + n[1] * m[2] + n[2] * m[3]);
                         }
@@ -440,35 +548,24 @@ fn sums_under<T: Texel>(
                 }
             }
             if !chosen.is_empty() {
-                let values = &flux[rows * block.start..][..rows * block.length];
+                let values = &self.flux[rows * block.start..][..rows * block.length];
                 add_block(
-                    texels, block, values, rows, lobe, normals, &chosen, &mut sums,
+                    self.texels,
+                    block,
+                    values,
+                    rows,
+                    lobe,
+                    normals,
+                    &chosen,
+                    &mut sums,
                 );
             }
         }
-        for (target, out) in out.chunks_exact_mut(channels).enumerate() {
-            let total = |row: usize| {
-                let s = &sums[target * rows + row];
-                add_lanes(s) + whole_blocks[target * rows + row]
-            };
-            let divisor = if whole {
-                total(channels)
-            } else {
-                lobe.integral()
-            };
-            for (c, out) in out.iter_mut().enumerate() {
-                *out = if divisor > 0.0 {
-                    lobe.scale() * total(c) / divisor
-                } else {
-                    f64::NAN
-                };
-            }
+        // Lanes, and then what whole blocks gave.
+        for (out, sums) in out.iter_mut().zip(&sums) {
+            *out = add_lanes(sums) + *out;
         }
-    };
-    interrupt::part(0.1, 1.0, || {
-        threads::rows(out, part * channels, work, sum);
-    });
-    Ok(())
+    }
 }
 
 #[expect(clippy::too_many_arguments, reason = "one inner step of `under`")]

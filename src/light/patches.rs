@@ -8,19 +8,27 @@
 //!
 //! Integrals are summed patch by patch, and nothing is kept of one. What asks for the directions of an image again and again has
 //! them in a list ([`crate::light::texels`]), which holds the same patches.
+//!
+//! Patches lie in **sheets**, squares of [`SHEET`]² patches of one face, and all sums over the sphere are sums of sheets: each
+//! by itself, and sheets as a tree. So the sheets of an image that no memory holds may be summed one by one, anywhere and in any
+//! order, and their sums have the bits of the whole.
 
 use crate::error::Error;
 use crate::geometry::axes::Rotation;
 use crate::image::ImageView;
 use crate::image::raster::Raster;
 use crate::image::rim;
+use crate::image::rim::Across;
 use crate::image::texel::Texel;
-use crate::image::texels::SolidAngles;
+use crate::image::texels::{SolidAngles, solid_angle_of};
 use crate::kernel::Scalar;
 use crate::kernel::memory::expect_room;
 use crate::kernel::tile::{TILE, Tile};
 use crate::map::Map;
 use crate::map::verbs::DecodeTile;
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::{Arc, Mutex};
 
 /// Numbers that packed sums go by.
 pub const LANES: usize = 8;
@@ -31,8 +39,36 @@ const _: () = assert!(ROOM <= TILE);
 /// Texels of a patch.
 pub const ROOM: usize = SIDE * SIDE;
 
+/// Patches along the side of a sheet.
+pub const SHEET: usize = 32;
+
 /// Stands for no texel.
-pub const NONE: u32 = u32::MAX;
+pub const NONE: usize = usize::MAX;
+
+/// A square of patches of one face.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sheet {
+    /// Its rows of patches, counted through all faces.
+    pub strips: Range<usize>,
+    /// Its columns of patches.
+    pub columns: Range<usize>,
+}
+
+/// What the texels of some columns of a row of patches count with.
+pub struct StripWeights<'a> {
+    rows: Cow<'a, [f64]>,
+    /// The first column of texels.
+    first: usize,
+    /// How many there are.
+    width: usize,
+}
+
+impl StripWeights<'_> {
+    /// Those of each row of texels.
+    pub fn rows(&self) -> impl Iterator<Item = &[f64]> {
+        self.rows.chunks_exact(self.width)
+    }
+}
 
 /// The patches of an image.
 pub struct Patches<'a> {
@@ -41,6 +77,8 @@ pub struct Patches<'a> {
     turn: Rotation,
     /// What the texels of a face count with; none where that is found row by row.
     weights: Option<Vec<f64>>,
+    /// Where it is: the texels across the rim of a face, and their parts.
+    across_rim: Arc<Vec<(Across, f64)>>,
     cells: SolidAngles,
     /// How many patches a face has in a row.
     pub across: usize,
@@ -57,7 +95,7 @@ pub struct Points {
     /// Steradians.
     pub weight: [f64; ROOM],
     /// The stored texel of each.
-    pub index: [u32; ROOM],
+    pub index: [usize; ROOM],
 }
 
 impl Points {
@@ -76,12 +114,6 @@ impl<'a> Patches<'a> {
     /// Those of an image of this shape, of which each is asked for once, or several times.
     pub fn new(map: &'a Map, shape: &[usize], again: bool) -> Result<Self, Error> {
         let raster = Raster::new(map, shape)?;
-        if raster.texels() >= NONE as usize {
-            return Err(Error::Shape(format!(
-                "Expected an image of less than {NONE} texels, got {}.",
-                raster.texels()
-            )));
-        }
         // Those of a rim have others' parts; those of several faces are the same.
         let weights = if again || raster.has_rim() || map.face_layout().faces > 1 {
             expect_room::<f64>(raster.width * raster.height)?;
@@ -89,15 +121,32 @@ impl<'a> Patches<'a> {
         } else {
             None
         };
-        Ok(Patches {
+        Ok(Patches::with(map, raster, weights, Arc::default()))
+    }
+
+    /// The same where a few of them are asked for: nothing is made of the whole, but a list of the texels across a rim.
+    pub fn of_parts(map: &'a Map, shape: &[usize]) -> Result<Self, Error> {
+        let raster = Raster::new(map, shape)?;
+        let across_rim = across_rim(map, &raster, shape);
+        Ok(Patches::with(map, raster, None, across_rim))
+    }
+
+    fn with(
+        map: &'a Map,
+        raster: Raster,
+        weights: Option<Vec<f64>>,
+        across_rim: Arc<Vec<(Across, f64)>>,
+    ) -> Self {
+        Patches {
             map,
             turn: map.view_rotation(None).inverse(),
             weights,
+            across_rim,
             cells: SolidAngles::new(map, &raster),
             across: raster.width.div_ceil(SIDE),
             down: raster.height.div_ceil(SIDE),
             raster,
-        })
+        }
     }
 
     /// The image's texels.
@@ -110,22 +159,102 @@ impl<'a> Patches<'a> {
         self.map.face_layout().faces * self.down
     }
 
-    /// What the texels of a row of patches count with, row by row.
-    pub fn strip_weights(&self, strip: usize) -> std::borrow::Cow<'_, [f64]> {
-        let (w, rows) = (self.raster.width, self.rows(strip));
-        if let Some(weights) = &self.weights {
-            return weights[rows.start * w..rows.end * w].into();
+    /// All of them as one.
+    pub fn whole(&self) -> Sheet {
+        Sheet {
+            strips: 0..self.strips(),
+            columns: 0..self.across,
         }
-        let mut found = vec![0.0; rows.len() * w];
-        for (j, row) in rows.zip(found.chunks_exact_mut(w)) {
-            self.cells.row(self.map, &self.raster, j, 0, row);
-        }
-        found.into()
     }
 
-    fn rows(&self, strip: usize) -> std::ops::Range<usize> {
+    /// The sheets that they are in: face by face, row by row.
+    pub fn sheets(&self) -> Vec<Sheet> {
+        let mut sheets = Vec::new();
+        for face in 0..self.map.face_layout().faces {
+            for top in (0..self.down).step_by(SHEET) {
+                for left in (0..self.across).step_by(SHEET) {
+                    let bottom = (top + SHEET).min(self.down);
+                    sheets.push(Sheet {
+                        strips: face * self.down + top..face * self.down + bottom,
+                        columns: left..(left + SHEET).min(self.across),
+                    });
+                }
+            }
+        }
+        sheets
+    }
+
+    /// Where a sheet is stored: rows, those of all faces where faces are apart, and columns.
+    pub fn stored(&self, sheet: &Sheet) -> [Range<usize>; 2] {
+        let raster = &self.raster;
+        let view = raster.view(sheet.strips.start / self.down);
+        let (above, below) = (
+            self.rows(sheet.strips.start).start,
+            self.rows(sheet.strips.end - 1).end - 1,
+        );
+        let columns = self.columns(&sheet.columns);
+        let corners = [(columns.start, above), (columns.end - 1, below)];
+        let [a, b] = corners.map(|(i, j)| view.index(i, j));
+        let span = |a: usize, b: usize| a.min(b)..a.max(b) + 1;
+        [
+            span(a / raster.columns, b / raster.columns),
+            span(a % raster.columns, b % raster.columns),
+        ]
+    }
+
+    /// What the texels of some columns of a row of patches count with.
+    pub fn strip_weights(&self, strip: usize, columns: &Range<usize>) -> StripWeights<'_> {
+        let (w, rows) = (self.raster.width, self.rows(strip));
+        let columns = self.columns(columns);
+        let (first, width) = (columns.start, columns.len());
+        let rows = match &self.weights {
+            Some(weights) if width == w => weights[rows.start * w..rows.end * w].into(),
+            Some(weights) => rows
+                .flat_map(|j| &weights[j * w..][columns.clone()])
+                .copied()
+                .collect(),
+            None => self.found_weights(rows, columns).into(),
+        };
+        StripWeights { rows, first, width }
+    }
+
+    /// Those of rows and columns of texels, from the map.
+    fn found_weights(&self, rows: Range<usize>, columns: Range<usize>) -> Vec<f64> {
+        let width = columns.len();
+        let mut found = vec![0.0; rows.len() * width];
+        for (j, row) in rows.clone().zip(found.chunks_exact_mut(width)) {
+            self.cells
+                .row(self.map, &self.raster, j, columns.start, row);
+        }
+        let place = |[i, j]: [usize; 2]| {
+            (rows.contains(&j) && columns.contains(&i))
+                .then(|| (j - rows.start) * width + i - columns.start)
+        };
+        for (across, part) in self.across_rim.iter() {
+            if let Some(place) = place(across.texel) {
+                found[place] = 0.0;
+            }
+            if let Some(place) = place(across.owner) {
+                found[place] += part;
+            }
+        }
+        found
+    }
+
+    /// The rows of texels of a strip, on its face.
+    pub fn rows(&self, strip: usize) -> Range<usize> {
         let first = strip % self.down * SIDE;
         first..(first + SIDE).min(self.raster.height)
+    }
+
+    /// The columns of texels of columns of patches.
+    fn columns(&self, columns: &Range<usize>) -> Range<usize> {
+        columns.start * SIDE..(columns.end * SIDE).min(self.raster.width)
+    }
+
+    /// The face of a strip.
+    pub fn face(&self, strip: usize) -> usize {
+        strip / self.down
     }
 
     /// Finds the points of a patch of a strip with these weights, directions too if they are asked for; returns how many there are.
@@ -133,18 +262,18 @@ impl<'a> Patches<'a> {
         &self,
         strip: usize,
         column: usize,
-        weights: &[f64],
+        weights: &StripWeights<'_>,
         with_directions: bool,
         points: &mut Points,
     ) -> usize {
         let raster = &self.raster;
-        let face = strip / self.down;
+        let face = self.face(strip);
         let view = raster.view(face);
-        let columns = column * SIDE..((column + 1) * SIDE).min(raster.width);
+        let columns = self.columns(&(column..column + 1));
         let mut n = 0;
-        for (j, weights) in self.rows(strip).zip(weights.chunks_exact(raster.width)) {
-            for i in columns.clone() {
-                if weights[i] > 0.0 {
+        for (j, row) in self.rows(strip).zip(weights.rows()) {
+            for (i, &weight) in columns.clone().zip(&row[columns.start - weights.first..]) {
+                if weight > 0.0 {
                     if with_directions {
                         let (u, v) = (
                             raster.along_u.center(i as f64),
@@ -152,8 +281,8 @@ impl<'a> Patches<'a> {
                         );
                         points.uv.set(n, [u, v, face as f64]);
                     }
-                    points.weight[n] = weights[i];
-                    points.index[n] = view.index(i, j) as u32;
+                    points.weight[n] = weight;
+                    points.index[n] = view.index(i, j);
                     n += 1;
                 }
             }
@@ -176,12 +305,12 @@ impl<'a> Patches<'a> {
 }
 
 /// Radiance times solid angle of the texels of a patch: a row for each channel and, if there is room for one more, the weights.
-pub fn flux<T: Texel>(image: &ImageView<'_, T>, index: &[u32], weight: &[f64], out: &mut [f64]) {
+pub fn flux<T: Texel>(image: &ImageView<'_, T>, index: &[usize], weight: &[f64], out: &mut [f64]) {
     let (channels, length) = (image.channels(), weight.len());
     let (light, last) = out.split_at_mut(channels * length);
     for (k, (&index, &weight)) in index.iter().zip(weight).enumerate() {
         if index != NONE {
-            let texel = image.texel(index as usize);
+            let texel = image.texel(index);
             for (c, value) in texel.iter().enumerate() {
                 light[c * length + k] = weight * value.load().to_f64();
             }
@@ -189,5 +318,53 @@ pub fn flux<T: Texel>(image: &ImageView<'_, T>, index: &[u32], weight: &[f64], o
     }
     if !last.is_empty() {
         last.copy_from_slice(weight);
+    }
+}
+
+/// The list of the last image with a rim, which many parts ask for.
+type Kept = Option<(Map, Vec<usize>, Arc<Vec<(Across, f64)>>)>;
+static KEPT: Mutex<Kept> = Mutex::new(None);
+
+/// The texels across the rim of a face, by rows, and the part of the sphere that each covers.
+fn across_rim(map: &Map, raster: &Raster, shape: &[usize]) -> Arc<Vec<(Across, f64)>> {
+    if !raster.has_rim() {
+        return Arc::default();
+    }
+    let mut kept = KEPT
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    if let Some((m, s, found)) = &*kept
+        && m == map
+        && s == shape
+    {
+        return Arc::clone(found);
+    }
+    let part = |i, j| solid_angle_of(map, raster, i, j);
+    let found = rim::across(raster, |i, j| part(i, j) > 0.0);
+    let with_part = |across: Across| (across, part(across.texel[0], across.texel[1]));
+    let found = Arc::new(found.into_iter().map(with_part).collect());
+    *kept = Some((map.clone(), shape.to_vec(), Arc::clone(&found)));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::raster::shape_of_size;
+    use crate::projections::REGISTRY;
+
+    #[test]
+    fn what_is_found_for_a_part_is_what_the_whole_counts_with() {
+        for info in REGISTRY {
+            let map = Map::new(info.name).unwrap();
+            let shape = shape_of_size(&map, 71);
+            let whole = Patches::new(&map, &shape, true).unwrap();
+            let parts = Patches::of_parts(&map, &shape).unwrap();
+            let columns = 1..parts.across.min(4);
+            for strip in 0..parts.strips() {
+                let of = |patches: &Patches<'_>| patches.strip_weights(strip, &columns).rows;
+                assert_eq!(of(&whole), of(&parts), "{} {strip}", info.name);
+            }
+        }
     }
 }

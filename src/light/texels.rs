@@ -15,7 +15,7 @@ use crate::kernel::interrupt;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::kernel::tile::TILE;
-use crate::light::patches::{self, LANES, NONE, Patches, Points, SIDE};
+use crate::light::patches::{self, LANES, NONE, Patches, Points, SIDE, Sheet};
 use crate::map::Map;
 use std::sync::{Arc, Mutex};
 
@@ -72,9 +72,11 @@ pub struct Texels {
     /// Steradians.
     pub weight: Vec<f64>,
     /// The stored texel of each point.
-    index: Vec<u32>,
+    index: Vec<usize>,
     /// The blocks.
     pub blocks: Vec<Block>,
+    /// Which blocks lie in each sheet, in their order.
+    pub sheets: Vec<Vec<usize>>,
     /// How many texels the image stores.
     pub stored: usize,
     /// Sums of spherical harmonics over the points, by order.
@@ -113,13 +115,28 @@ pub fn texels(map: &Map, shape: &[usize]) -> Result<Arc<Texels>, Error> {
 impl Texels {
     fn new(map: &Map, shape: &[usize]) -> Result<Texels, Error> {
         let patches = interrupt::part(0.0, 0.25, || Patches::new(map, shape, true))?;
+        Texels::of(&patches, &patches.whole(), &patches.sheets())
+    }
+
+    /// Those of a sheet alone.
+    pub fn of_sheet(patches: &Patches<'_>, sheet: &Sheet) -> Result<Texels, Error> {
+        Texels::of(patches, sheet, std::slice::from_ref(sheet))
+    }
+
+    /// Those of a rectangle of patches, which is made of sheets.
+    fn of(patches: &Patches<'_>, part: &Sheet, sheets: &[Sheet]) -> Result<Texels, Error> {
+        let Sheet {
+            strips: of_strips,
+            columns,
+        } = part;
+        let (across, strips) = (columns.len(), of_strips.len());
         let stored = patches.raster().texels();
-        let (across, strips) = (patches.across, patches.strips());
+        let work = across * strips * SIDE * SIDE;
         // How many texels of each patch hold a value.
         let mut counts = vec![0; strips * across];
-        threads::rows(&mut counts, across, stored, |strip, counts| {
-            let weights = patches.strip_weights(strip);
-            for row in weights.chunks_exact(patches.raster().width) {
+        threads::rows(&mut counts, across, work, |strip, counts| {
+            let weights = patches.strip_weights(of_strips.start + strip, columns);
+            for row in weights.rows() {
                 for (count, row) in counts.iter_mut().zip(row.chunks(SIDE)) {
                     *count += row.iter().filter(|weight| **weight > 0.0).count();
                 }
@@ -154,14 +171,16 @@ impl Texels {
             }
         }
         interrupt::part(0.25, 1.0, || {
-            threads::rows(&mut slices, across, stored, |strip, slices| {
-                let weights = patches.strip_weights(strip);
+            threads::rows(&mut slices, across, work, |strip, slices| {
+                let strip = of_strips.start + strip;
+                let weights = patches.strip_weights(strip, columns);
                 let mut points = Points::new();
                 for (column, (start, count, numbers, index, block)) in slices.iter_mut().enumerate()
                 {
                     if *count == 0 {
                         continue;
                     }
+                    let column = columns.start + column;
                     patches.points(strip, column, &weights, true, &mut points);
                     let length = index.len();
                     let [x, y, z] = &points.direction.0;
@@ -173,8 +192,20 @@ impl Texels {
                 }
             });
         });
-        let blocks = slices.into_iter().filter_map(|slices| slices.4).collect();
+        let blocks: Vec<Block> = slices.into_iter().filter_map(|slices| slices.4).collect();
         interrupt::check()?;
+        // Patches that hold nothing are no blocks.
+        let mut number = vec![NONE; counts.len()];
+        let filled = (0..counts.len()).filter(|&k| counts[k] > 0);
+        filled.enumerate().for_each(|(n, k)| number[k] = n);
+        let in_sheet = |sheet: &Sheet| -> Vec<usize> {
+            let places = sheet.strips.clone().flat_map(|strip| {
+                let row = (strip - of_strips.start) * across;
+                sheet.columns.clone().map(move |c| row + c - columns.start)
+            });
+            let numbers = places.map(|place| number[place]);
+            numbers.filter(|n| *n != NONE).collect()
+        };
         let [x, y, z] = axes;
         Ok(Texels {
             x,
@@ -183,6 +214,7 @@ impl Texels {
             weight,
             index,
             blocks,
+            sheets: sheets.iter().map(in_sheet).collect(),
             stored,
             moments: Mutex::default(),
         })
@@ -233,7 +265,7 @@ impl Texels {
         let mut out = vec![0.0; self.stored * channels];
         let points = numbers.chunks_exact(channels).zip(&self.index);
         for (numbers, index) in points.filter(|(_, index)| **index != NONE) {
-            out[*index as usize * channels..][..channels].copy_from_slice(numbers);
+            out[*index * channels..][..channels].copy_from_slice(numbers);
         }
         out
     }

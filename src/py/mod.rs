@@ -20,7 +20,9 @@ mod pack;
 mod pad;
 mod projection;
 mod sh;
+mod sheets;
 mod stopping;
+mod weighted;
 
 use pyo3::prelude::*;
 
@@ -68,7 +70,11 @@ mod _core {
         sh_project_adjoint, sh_rotate, sh_scale_degrees, sh_storage, sh_window,
     };
     #[pymodule_export]
+    use super::sheets::{add_sheets, lobe_from, lobe_of, moments_of, sh_from, sh_of, sheets};
+    #[pymodule_export]
     use super::stopping::tell_progress;
+    #[pymodule_export]
+    use super::weighted::{weigh, weighted_mean, weights};
 
     use pyo3::prelude::*;
 

@@ -52,7 +52,8 @@ pub fn sh_project_adjoint<'py>(
     })
 }
 
-fn samples(points: bool) -> sh::Samples {
+/// What texels are.
+pub fn samples(points: bool) -> sh::Samples {
     if points {
         sh::Samples::Points
     } else {

@@ -24,7 +24,7 @@ mod request;
 mod sample;
 mod seam;
 mod size;
-mod weighted;
+pub(crate) mod weighted;
 mod window;
 
 pub use convert::{convert, converted, sample};

@@ -20,15 +20,21 @@ use crate::number::real::Real;
 /// Texels that a thread takes at a time.
 const CHUNK: usize = 1 << 12;
 
+/// How the texels of an image are weighed. That of an image may be had of its parts ([`Weights::with`]), each weighed by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Weights {
+    channels: usize,
+    /// Numbers of a weighed texel: the products of all channels; then, where there are holes, the weights of all channels, or, where
+    /// opacity is not finite, a one, which tells such a mean from what lies outside.
+    pub(crate) width: usize,
+    alpha: Option<usize>,
+    pub(crate) holes: bool,
+}
+
 /// An image's values times their weights, and these weights.
 pub(crate) struct Weighted<T: Texel> {
-    /// For each texel the products of all channels; then, where there are holes, the weights of all channels, or, where
-    /// opacity is not finite, a one, which tells such a mean from what lies outside.
     texels: Vec<T::Float>,
-    channels: usize,
-    width: usize,
-    alpha: Option<usize>,
-    holes: bool,
+    weights: Weights,
 }
 
 /// What is looked up.
@@ -47,14 +53,56 @@ impl<T: Texel> Weighted<T> {
         alpha: Option<usize>,
         skipna: bool,
     ) -> Result<Option<Self>, Error> {
-        let channels = image.channels();
-        let is_hole = |x: &T| !x.load().to_f64().is_finite();
-        let holes = skipna && T::NOTHING.is_nan() && image.texels().iter().any(is_hole);
-        if !holes && alpha.is_none() {
+        let Some(weights) = Weights::of(image.texels(), image.channels(), alpha, skipna) else {
             return Ok(None);
+        };
+        let count = image.raster().texels() * weights.width;
+        expect_room::<T::Float>(count)?;
+        let mut texels = vec![T::Float::default(); count];
+        weights.weigh_all(image.texels(), &mut texels);
+        Ok(Some(Weighted { texels, weights }))
+    }
+
+    /// It as an image in the map of the one that it was made of.
+    pub(crate) fn image<'w>(
+        &'w self,
+        of: &ImageView<'w, T>,
+    ) -> Result<ImageView<'w, T::Float>, Error> {
+        ImageView::new(of.map(), of.shape(), self.weights.width, &self.texels)
+    }
+
+    /// What a lookup is to give where the image holds nothing.
+    pub(crate) fn nothing(&self) -> Vec<T::Float> {
+        vec![T::Float::NAN; self.weights.width]
+    }
+
+    /// Writes means, as [`Weights::mean`].
+    pub(crate) fn mean(
+        &self,
+        looks: Looks,
+        fill: &[T],
+        out: &mut [T],
+        look: impl FnMut(bool, &mut [T::Float]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.weights.mean(looks, fill, out, look)
+    }
+}
+
+impl Weights {
+    /// Those of texels; none where all of them weigh the same.
+    pub(crate) fn of<T: Texel>(
+        texels: &[T],
+        channels: usize,
+        alpha: Option<usize>,
+        skipna: bool,
+    ) -> Option<Self> {
+        let is_hole = |x: &T| !x.load().to_f64().is_finite();
+        let holes = skipna && T::NOTHING.is_nan() && texels.iter().any(is_hole);
+        if !holes && alpha.is_none() {
+            return None;
         }
         let opacities = alpha.iter().flat_map(|alpha| {
-            let texels = image.texels().chunks_exact(channels);
+            let texels = texels.chunks_exact(channels);
             texels.map(|texel| texel[*alpha].load().to_f64())
         });
         let width = if holes {
@@ -64,27 +112,37 @@ impl<T: Texel> Weighted<T> {
         } else {
             channels
         };
-        let count = image.raster().texels();
-        expect_room::<T::Float>(count * width)?;
-        let mut weighted = Weighted {
-            texels: vec![T::Float::default(); count * width],
+        Some(Weights {
             channels,
             width,
             alpha,
             holes,
-        };
-        let mut texels = std::mem::take(&mut weighted.texels);
-        threads::rows(&mut texels, CHUNK * width, count, |chunk, out| {
-            for (k, out) in out.chunks_exact_mut(width).enumerate() {
-                weighted.weigh(image.texel(chunk * CHUNK + k), out);
+        })
+    }
+
+    /// Those of this width, as [`Weights::of`] gave them.
+    pub(crate) fn with(channels: usize, alpha: Option<usize>, holes: bool, width: usize) -> Self {
+        Weights {
+            channels,
+            width,
+            alpha,
+            holes,
+        }
+    }
+
+    /// Writes the products and weights of texels.
+    pub(crate) fn weigh_all<T: Texel>(&self, texels: &[T], out: &mut [T::Float]) {
+        let (channels, count) = (self.channels, texels.len() / self.channels);
+        threads::rows(out, CHUNK * self.width, count, |chunk, out| {
+            let texels = texels[chunk * CHUNK * channels..].chunks_exact(channels);
+            for (texel, out) in texels.zip(out.chunks_exact_mut(self.width)) {
+                self.weigh(texel, out);
             }
         });
-        weighted.texels = texels;
-        Ok(Some(weighted))
     }
 
     /// Writes a texel's products and weights.
-    fn weigh(&self, texel: &[T], out: &mut [T::Float]) {
+    fn weigh<T: Texel>(&self, texel: &[T], out: &mut [T::Float]) {
         let (zero, one) = (T::Float::ZERO, T::Float::ONE);
         let value = |c: usize| {
             let value = texel[c].load();
@@ -117,22 +175,9 @@ impl<T: Texel> Weighted<T> {
         }
     }
 
-    /// It as an image in the map of the one that it was made of.
-    pub(crate) fn image<'w>(
-        &'w self,
-        of: &ImageView<'w, T>,
-    ) -> Result<ImageView<'w, T::Float>, Error> {
-        ImageView::new(of.map(), of.shape(), self.width, &self.texels)
-    }
-
-    /// What a lookup is to give where the image holds nothing.
-    pub(crate) fn nothing(&self) -> Vec<T::Float> {
-        vec![T::Float::NAN; self.width]
-    }
-
-    /// Writes means. `look` looks texels of [`Weighted::image`] up: by the filter, or, where it is told so, by the four
+    /// Writes means. `look` looks texels that are weighed up: by the filter, or, where it is told so, by the four
     /// nearest texels.
-    pub(crate) fn mean(
+    pub(crate) fn mean<T: Texel>(
         &self,
         looks: Looks,
         fill: &[T],
@@ -144,14 +189,14 @@ impl<T: Texel> Weighted<T> {
         let twice = self.holes && looks.ringing;
         let first = if twice { 0.75 } else { 1.0 };
         interrupt::part(0.0, first, || look(false, &mut seen))?;
-        self.each(&mut seen, |_, seen| self.divide(seen));
-        if twice && self.any_beside_hole(&seen) {
+        self.each::<T>(&mut seen, |_, seen| self.divide::<T>(seen));
+        if twice && self.any_beside_hole::<T>(&seen) {
             let mut near = vec![T::Float::default(); seen.len()];
             interrupt::part(first, 1.0, || look(true, &mut near))?;
-            self.each(&mut near, |_, near| self.divide(near));
-            self.each(&mut seen, |k, seen| {
+            self.each::<T>(&mut near, |_, near| self.divide::<T>(near));
+            self.each::<T>(&mut seen, |k, seen| {
                 for c in 0..self.channels {
-                    if self.beside_hole(seen, c) {
+                    if self.beside_hole::<T>(seen, c) {
                         seen[c] = near[k * self.width + c];
                     }
                 }
@@ -168,7 +213,7 @@ impl<T: Texel> Weighted<T> {
     }
 
     /// Calls `work` with the number of each texel and what was looked up there.
-    fn each(&self, seen: &mut [T::Float], work: impl Fn(usize, &mut [T::Float]) + Sync) {
+    fn each<T: Texel>(&self, seen: &mut [T::Float], work: impl Fn(usize, &mut [T::Float]) + Sync) {
         let count = seen.len() / self.width;
         threads::rows(seen, CHUNK * self.width, count, |chunk, seen| {
             for (k, seen) in seen.chunks_exact_mut(self.width).enumerate() {
@@ -178,7 +223,7 @@ impl<T: Texel> Weighted<T> {
     }
 
     /// The mean weight of a channel; NaN where the image holds nothing.
-    fn share(&self, seen: &[T::Float], c: usize) -> T::Float {
+    fn share<T: Texel>(&self, seen: &[T::Float], c: usize) -> T::Float {
         match self.alpha {
             _ if self.holes => seen[self.channels + c],
             Some(alpha) if alpha != c => seen[alpha],
@@ -189,9 +234,9 @@ impl<T: Texel> Weighted<T> {
     }
 
     /// Makes means of sums; the weights stay.
-    fn divide(&self, seen: &mut [T::Float]) {
+    fn divide<T: Texel>(&self, seen: &mut [T::Float]) {
         for c in 0..self.channels {
-            let share = self.share(seen, c);
+            let share = self.share::<T>(seen, c);
             // Opacity itself, which others are divided by, has the weight 1 and stays.
             seen[c] = if share == T::Float::ZERO {
                 T::Float::NAN
@@ -201,24 +246,24 @@ impl<T: Texel> Weighted<T> {
         }
     }
 
-    fn beside_hole(&self, seen: &[T::Float], c: usize) -> bool {
-        self.share(seen, self.alpha.unwrap_or(c)) != T::Float::ONE
+    fn beside_hole<T: Texel>(&self, seen: &[T::Float], c: usize) -> bool {
+        self.share::<T>(seen, self.alpha.unwrap_or(c)) != T::Float::ONE
     }
 
-    fn any_beside_hole(&self, seen: &[T::Float]) -> bool {
+    fn any_beside_hole<T: Texel>(&self, seen: &[T::Float]) -> bool {
         let mut texels = seen.chunks_exact(self.width);
-        texels.any(|seen| (0..self.channels).any(|c| self.beside_hole(seen, c)))
+        texels.any(|seen| (0..self.channels).any(|c| self.beside_hole::<T>(seen, c)))
     }
 
     /// Rounds a texel of means.
-    fn store(&self, seen: &[T::Float], fill: &[T], out: &mut [T]) {
+    fn store<T: Texel>(&self, seen: &[T::Float], fill: &[T], out: &mut [T]) {
         let zero = T::Float::ZERO;
         let missing = match self.alpha {
-            Some(alpha) => self.holes && self.share(seen, alpha) <= zero,
+            Some(alpha) => self.holes && self.share::<T>(seen, alpha) <= zero,
             None => false,
         };
         for (c, out) in out.iter_mut().enumerate() {
-            let share = self.share(seen, c);
+            let share = self.share::<T>(seen, c);
             let is_color = self.alpha.is_some_and(|alpha| alpha != c);
             *out = if share.is_nan() {
                 fill[c]

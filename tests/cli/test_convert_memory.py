@@ -81,6 +81,10 @@ def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
         (".png", "uint16", 4, ".exr", ("--half",)),
         (".png", "uint16", 3, ".png", ("--bits", 8)),
         (".png", "uint8", 4, ".png", ("--drop-alpha",)),
+        (".png", "uint8", 4, ".png", ()),
+        (".tif", "uint16", 4, ".png", ("--filter", "lanczos3", "--bits", 8)),
+        (".png", "uint16", 2, ".png", ("--filter", "area")),
+        (".exr", "float32", 4, ".exr", ("--alpha", 3, "--skipna")),
         (".png", "uint8", 1, ".hdr", ("--colorspace", "linear")),
         (".exr", "float32", 3, ".png", ("--tonemap", "reinhard", "--exposure", -1)),
         (".exr", "float32", 4, ".tif", ()),
@@ -127,17 +131,32 @@ def test_what_needs_the_whole_is_wrong_usage(sky: Path, tmp_path: Path) -> None:
     turn = ("convert", sky, tmp_path / "out.exr", "--to", "octahedral")
     bad(*turn, "--resume", code=2, says="--memory")
     bad(*turn, *MEMORY, "--face-sun", code=2, says="--face-sun")
-    bad(*turn, *MEMORY, "--skipna", code=2, says="--skipna")
+    bad(*turn, *MEMORY, "--preview", tmp_path / "small.png", code=2, says="--preview")
     bad(*turn, "--memory", "much", code=2, says="512M")
     bad(*turn, "--memory", "1M", code=1, says="--memory")
     bad(*turn, *MEMORY, "--filter", "ewa", code=2, says="--filter ewa")
     texture = ("convert", sky, tmp_path / "out.ktx2", "--to", "cube")
     bad(*texture, *MEMORY, code=2, says="image files")
-    straight, png = tmp_path / "straight.png", tmp_path / "out.png"
-    io.write(straight, np.zeros((8, 16, 4), np.uint8))
-    named = ("convert", straight, png, "--from", "latlong", "--to", "octahedral")
-    bad(*named, *MEMORY, code=2, says="--drop-alpha")
+    whole, png = tmp_path / "whole.png", tmp_path / "out.png"
+    io.write(whole, np.zeros((8, 16, 3), np.uint8))
+    named = ("convert", whole, png, "--from", "latlong", "--to", "octahedral")
     bad(*named, *MEMORY, "--tonemap", "reinhard", code=2, says="integers stay")
+
+
+@pytest.mark.parametrize("options", [(), ("--filter", "lanczos3"), ("--filter", "area")], ids=str)
+def test_holes_weigh_nothing(
+    options: tuple[object, ...], small_parts: None, tmp_path: Path
+) -> None:
+    image = np.random.default_rng(2).random((40, 80, 3)).astype(np.float32)
+    image[3:9, 60:] = np.nan
+    image[30, 7, 1] = np.inf
+    source = tmp_path / "in.exr"
+    io.write(source, image)
+    whole, made = tmp_path / "whole.exr", tmp_path / "parts.exr"
+    turn = ("--from", "latlong", "--to", "cube:openexr", "--size", 24, "--skipna", *options)
+    good("convert", source, whole, *turn)
+    good("convert", source, made, *turn, *MEMORY)
+    expect_same(made, whole)
 
 
 @pytest.mark.parametrize(

@@ -97,6 +97,26 @@ def test_holes_have_no_weight_where_they_are_seen_and_where_not(filter):
     check(image, 9, "latlong", "cube", size=10, divided=6, filter=filter, skipna=True)
 
 
+def test_weighed_sources_that_no_memory_holds():
+    image = da.ones((200_000, 400_000, 4), chunks=(4000, 4000, 4), dtype=np.float32)
+    image = da.where(
+        da.arange(400_000, chunks=4000)[:, None] % 1000 == 0, np.float32(np.nan), image
+    )
+    options = {"size": 32, "skipna": True, "alpha": 3}
+    seen = smd.convert(image, "latlong", "perspective(fov=1)", **options).compute()
+    assert (seen == 1).all()
+
+
+@pytest.mark.parametrize(("src", "dst"), [("latlong", "cube"), ("cube", "angular")])
+def test_batches_and_channels_first(src, dst):
+    batch = np.stack([texels(src, 24, (3,)) for _ in range(2)])
+    options = {"size": 10, "filter": "lanczos3"}
+    check(batch, 9, src, dst, divided=7, **options)
+    first = np.moveaxis(batch, -1, -3)
+    check(first, 9, src, dst, divided=7, channels_first=True, **options)
+    check(first[0], 9, src, dst, divided=7, channels_first=True, **options)
+
+
 def test_chunks_of_one_texel():
     check(texels("latlong", 6), 1, "latlong", "cube", size=3, divided=1)
 
@@ -172,7 +192,9 @@ def test_threads_make_the_same():
     [
         ({"image": np.zeros((8, 16))}, TypeError, "from_array"),
         ({"image": da.zeros((8, 9))}, ValueError, "twice as wide"),
-        ({"image": da.zeros((5, 8, 16, 3))}, ValueError, "one by one"),
+        ({"image": da.zeros((2, 5, 8, 16, 3))}, ValueError, "2 axes, or 3"),
+        ({"image": da.zeros((0, 8, 16, 3))}, ValueError, "at least one"),
+        ({"image": da.zeros((8, 16)), "channels_first": True}, ValueError, "before its rows"),
         ({"image": da.zeros((8, 16), dtype=complex)}, TypeError, "complex"),
         ({"image": da.zeros((8, 16), dtype=int)}, TypeError, "labels"),
         ({"filter": "trilinear"}, NotImplementedError, "mip chain"),

@@ -43,3 +43,34 @@ def test_a_worker_that_is_killed_changes_no_bit():
         os.kill(next(iter(workers.values())), signal.SIGKILL)
         found = future.result(timeout=120)
     np.testing.assert_array_equal(found, whole)
+
+
+def test_a_worker_that_is_killed_changes_no_bit_of_a_sum():
+    distributed = pytest.importorskip("distributed")
+    import dask.array as da
+    import spheremap.dask as smd
+
+    rng = np.random.default_rng(4)
+    image = rng.random((2048, 4096, 3)).astype(np.float32)
+    whole = [
+        sm.light.integrate(image, "latlong"),
+        sm.sh.project(image, "latlong", order=2),
+    ]
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        workers = client.run(os.getpid)
+        chunks = da.from_array(image, chunks=300)
+        sums = [
+            smd.light.integrate(chunks, "latlong"),
+            smd.sh.project(chunks, "latlong", order=2),
+        ]
+        futures = client.compute(sums)
+        client.compute(chunks[:300, :300].sum()).result(timeout=60)
+        os.kill(next(iter(workers.values())), signal.SIGKILL)
+        found = [future.result(timeout=120) for future in futures]
+    for one, other in zip(found, whole, strict=True):
+        np.testing.assert_array_equal(one, other)

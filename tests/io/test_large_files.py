@@ -52,6 +52,23 @@ def test_a_file_has_the_bits_of_the_whole(tmp_path, read, written, dst, options)
     )
 
 
+@pytest.mark.parametrize(
+    "options", [{"skipna": True}, {"alpha": 2}, {"alpha": -1, "skipna": True}], ids=str
+)
+@pytest.mark.parametrize("filter", ["bilinear", "catmull-rom", "area", "nearest"])
+def test_what_weighs_texels_sees_parts_alone(tmp_path, filter, options):
+    image = rng.random((96, 192, 3)).astype(np.float32)
+    if "skipna" in options:
+        image[10:20, 100:130] = np.nan
+        image[90:, :9, 2] = np.inf
+    source, target = tmp_path / "in.exr", tmp_path / "out.exr"
+    sm.io.write(source, image)
+    options = {"filter": filter, "size": 40, "rotation": sm.rotation(9, 80, 7), **options}
+    sm.io.convert_file(source, target, "latlong", "angular", memory=4 << 20, **options)
+    whole = sm.convert(image, "latlong", "angular", **options)
+    np.testing.assert_array_equal(sm.io.read(target), whole)
+
+
 def test_little_memory_makes_smaller_parts_and_too_little_is_an_error(tmp_path, monkeypatch):
     monkeypatch.setattr(parts, "_TILE", (8, 16))
     source, image = stored(tmp_path, ".exr", height=192)
@@ -64,6 +81,20 @@ def test_little_memory_makes_smaller_parts_and_too_little_is_an_error(tmp_path, 
     with pytest.raises(ValueError, match="memory"):
         sm.io.convert_file(source, target, "latlong", CROSS, size=32, memory=1 << 16)
     assert [p.name for p in tmp_path.iterdir()] == [source.name]
+
+
+def test_tiles_that_the_memory_does_not_hold_are_an_error(tmp_path):
+    oiio = pytest.importorskip("OpenImageIO")
+    place = str(tmp_path / "tiled.tif")
+    spec = oiio.ImageSpec(512, 256, 3, "float")
+    spec.tile_width, spec.tile_height = 512, 256
+    sink = oiio.ImageOutput.create(place)
+    sink.open(place, spec)
+    sink.write_image(np.zeros((256, 512, 3), np.float32))
+    sink.close()
+    with pytest.raises(ValueError, match=r"at least 16777216 bytes.*512 x 256"):
+        sm.io.convert_file(place, tmp_path / "a.exr", "latlong", "angular", memory=(16 << 20) - 8)
+    sm.io.convert_file(place, tmp_path / "a.exr", "latlong", "angular", memory=16 << 20)
 
 
 READ = parts._Reader.read

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 __all__ = ["IDLE", "as_bytes", "convert_any"]
 
 # Options that need the whole image at once.
-IDLE = ("face_sun", "alpha", "skipna", "preview", "mips")
+IDLE = ("face_sun", "preview", "mips")
 
 _BYTES = re.compile(r"(\d+)\s*([kmgt]?)(?:i?b)?", re.IGNORECASE)
 
@@ -87,11 +87,9 @@ def _convert_large(
     one = np.zeros((1, 1, channels), dtype)
     depth = depth_of(chosen(picture.described(one, head), options), suffix, options)
     image = taken(one)
-    if image.alpha == "straight":
-        raise UsageError(
-            f"--memory weights no colors, and {str(source)!r} has straight alpha: --drop-alpha, or "
-            "floats, which are premultiplied"
-        )
+    alpha = options.alpha
+    if alpha is None and image.alpha == "straight":
+        alpha = image.alpha_channel
 
     def stored(texels: NDArray[Any]) -> Picture:
         part = replace(image, pixels=texels)
@@ -118,6 +116,8 @@ def _convert_large(
         {
             "filter": options.filter,
             "fill": options.fill,
+            "skipna": options.skipna,
+            "alpha": alpha,
             "antialias": not options.alias,
             "world": options.world,
             "any_aspect": True,

@@ -11,10 +11,11 @@ except ImportError:
         "`spheremap.dask` needs dask: pip install spheremap[dask]", name="dask"
     ) from None
 
+from . import light, sh
 from .images import convert
 from .lookups import sample
 
-__all__ = ["convert", "sample"]
+__all__ = ["convert", "light", "sample", "sh"]
 
 
 def __dir__() -> list[str]:

@@ -11,6 +11,7 @@ from dask.base import tokenize
 from dask.highlevelgraph import HighLevelGraph
 
 from .._arrays import spatial_axes
+from .._scalars import as_flag
 from ..map.images import expect_aspect, target_shape
 from ..map.named import resolve, resolve_pair
 from ..map.size import matching_size
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from .._arrays import Size
     from .._names import ConvertFilter
+    from .._projection import Projection
     from ..map.named import ProjectionLike, Worlds
 
 __all__ = ["convert"]
@@ -46,19 +48,23 @@ def convert(
     alpha: int | None = None,
     world: Worlds = "match",
     any_aspect: bool = False,
+    channels_first: bool = False,
 ) -> da.Array:
     """Turn an image in chunks from one projection into another.
 
     Parameters
     ----------
     image : dask.array.Array, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
-        In chunks of any sizes. Chunks of channels are put together.
+        In chunks of any sizes. Chunks of channels are put together. With one more axis in front
+        it is a batch, as for `spheremap.convert`, each of whose images is converted by itself.
     src, dst, size, rotation, filter, fill, skipna, antialias, alpha, world, any_aspect
         As for `spheremap.convert`; one rotation.
+    channels_first : bool
+        As for `spheremap.convert`.
     chunks : int, tuple or str
-        The chunks of the result, as dask has them, without channels, which stay together:
-        ``512``, ``(512, 1024)``, ``"auto"``, ``"64 MiB"``, ``((300, 212), (512, 512))``. One
-        number, and what is automatic, takes faces one by one.
+        The chunks of an image of the result, as dask has them, without channels, which stay
+        together: ``512``, ``(512, 1024)``, ``"auto"``, ``"64 MiB"``, ``((300, 212), (512, 512))``.
+        One number, and what is automatic, takes faces one by one.
 
     Returns
     -------
@@ -78,7 +84,7 @@ def convert(
     A task depends on the chunks of the source that it sees: found on the sphere, never too few and
     a few too many. It takes the memory of these chunks, once more in an array of which nothing
     else is there, and of its result. With `alpha`, and with `skipna` where a chunk has what is not
-    finite, colors are weighted first, and that takes memory for the whole source.
+    finite, that array holds floats: colors are weighted first.
 
     Every task uses as many threads as `set_num_threads` says; where a worker runs one task a core,
     let it say 1.
@@ -108,9 +114,23 @@ def convert(
             "whole image. filter='area', or antialias=True, averages as well."
         )
     source, target = resolve(src), resolve(dst)
+    axes = spatial_axes(source)
+    if as_flag(channels_first, "channels_first") or image.ndim == axes + 2:
+        given = {
+            "size": size,
+            "chunks": chunks,
+            "rotation": rotation,
+            "filter": filter,
+            "fill": fill,
+            "skipna": skipna,
+            "antialias": antialias,
+            "alpha": alpha,
+            "world": world,
+            "any_aspect": any_aspect,
+        }
+        return _several(image, source, target, given, channels_first)
     _expect_one(image, source)
     expect_aspect(source, image.shape, any_aspect)
-    axes = spatial_axes(source)
     source.shape(image.shape[:axes])
     size = matching_size(image.shape, source, target) if size is None else size
     shape = target_shape(target, size, any_aspect)
@@ -136,6 +156,32 @@ def convert(
     return _graph(image, conversion, target, divided, channels, meta)
 
 
+def _several(
+    image: da.Array,
+    source: Projection,
+    target: Projection,
+    options: dict[str, Any],
+    channels_first: bool,
+) -> da.Array:
+    """Convert an image with its channels first, or each of a batch, into such."""
+    axes = spatial_axes(source)
+    if channels_first:
+        if image.ndim not in (axes + 1, axes + 2):
+            raise ValueError(
+                "Expected `image` to have its channels before its rows, as channels_first=True "
+                f"says, got shape {image.shape}."
+            )
+        # Of faces, each has its channels.
+        image = da.moveaxis(image, -3, -1)
+    if image.ndim == axes + 1:
+        found = convert(image, source, target, **options)
+    elif len(image) == 0:
+        raise ValueError("Expected a batch of at least one image, got none.")
+    else:
+        found = da.stack([convert(one, source, target, **options) for one in image])
+    return da.moveaxis(found, -1, -3) if channels_first else found
+
+
 def _expect_one(image: da.Array, projection: Any) -> None:
     """Raise for what is no image with chunks of known sizes."""
     if any(np.isnan(length) for length in image.shape):
@@ -146,7 +192,7 @@ def _expect_one(image: da.Array, projection: Any) -> None:
     if image.ndim not in (axes, axes + 1):
         raise ValueError(
             f"Expected `image` to have {axes} axes, or {axes + 1} with channels, got shape "
-            f"{image.shape}; images of a batch are converted one by one."
+            f"{image.shape}."
         )
 
 

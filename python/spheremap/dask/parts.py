@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..resample.conversion import Conversion
-from ..resample.sparse import sparse_zeros
+from ..resample.parts import convert_seen
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,12 +42,12 @@ class Part:
         if options["filter"] == "mode" and conversion.dtype.kind in "biu":
             known, chunks, fill = _numbered(chunks, options["fill"], conversion.dtype)
             options = {**options, "fill": fill}
-        # Where all is finite, this has the same bits, and does not read the whole.
-        options = {**options, "skipna": options["skipna"] and not all(map(_is_finite, chunks))}
-        source = sparse_zeros(conversion.shape, conversion.dtype if known is None else np.float64)
-        for place, chunk in zip(self.places, chunks, strict=True):
-            source[place] = chunk
-        windows = [conversion.window(source, window.window, options) for window in self.windows]
+        parts = [
+            (place, lambda chunk=chunk: chunk)
+            for place, chunk in zip(self.places, chunks, strict=True)
+        ]
+        dtype = None if known is None else np.dtype(np.float64)
+        windows = convert_seen(conversion, parts, self.windows, options, dtype)
         found = windows[0] if self.windows[0].face is None else np.stack(windows)
         return found if known is None else known[found.astype(np.intp)]
 
@@ -63,7 +63,3 @@ def _numbered(
     known = np.unique(np.concatenate([*map(np.ravel, chunks), filling.ravel()]))
     places = [np.searchsorted(known, chunk) for chunk in chunks]
     return known, places, np.searchsorted(known, filling).tolist()
-
-
-def _is_finite(chunk: NDArray[Any]) -> bool:
-    return chunk.dtype.kind != "f" or bool(np.isfinite(chunk).all())

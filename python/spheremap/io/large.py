@@ -44,7 +44,9 @@ def convert_file(
     rotation: Any | None = None,
     filter: ConvertFilter | str = "bilinear",
     fill: float | Sequence[float] = 0.0,
+    skipna: bool = False,
     antialias: bool = True,
+    alpha: int | None = None,
     world: Worlds = "match",
     any_aspect: bool = False,
     part: int | str | None = None,
@@ -59,7 +61,7 @@ def convert_file(
     source, target : path-like
         As for `read` and `write`. Beside the target there has to be room for its texels, once more
         and not compressed, while it is made.
-    src, dst, size, rotation, filter, fill, antialias, world, any_aspect
+    src, dst, size, rotation, filter, fill, skipna, antialias, alpha, world, any_aspect
         As for `spheremap.convert`. Faces lie in one image: a cube has a layout, as
         ``sm.projection("cube", layout="cross")``, or a convention that has.
     memory : int
@@ -87,7 +89,8 @@ def convert_file(
     Notes
     -----
     The file holds the bits of ``write(target, convert(read(source), src, dst))``. Values stay as
-    they are: no change of color space, and straight alpha is a channel as others.
+    they are: no change of color space, and straight alpha is a channel as others, unless `alpha`
+    says which one it is.
 
     Half of the memory is for what a part sees, most of the rest for the cache of the source. Pages
     of files are not counted, which the system holds as long as nobody else needs the room.
@@ -134,7 +137,8 @@ def convert_file(
         "fill": fill,
         "antialias": antialias,
         "world": world,
-        "skipna": False,
+        "skipna": skipna,
+        "alpha": alpha,
         "any_aspect": True,
     }
     conversion = Conversion(

@@ -14,6 +14,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,10 +23,10 @@ import numpy as np
 from .._progress import done
 from ..map.named import resolve_pair
 from ..resample.conversion import Conversion
+from ..resample.parts import convert_seen, weighs
 from ..resample.seen import Rectangle, SourceTiles, tiles
-from ..resample.sparse import sparse_zeros
 from .header import KINDS
-from .opened import library, one_line
+from .opened import library, one_line, opened
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -125,9 +126,12 @@ class _Reader:
         strip = _CACHED
         while strip > 16 and strip * row > memory // 6:
             strip //= 2
+        cached = 3 * memory // 8
+        for file in source.files:
+            _expect_tiles(file, source.part, cached)
         self._cache = oiio.ImageCache(False)
         for word, value in (
-            ("max_memory_MB", 3 * memory / (8 << 20)),
+            ("max_memory_MB", cached / (1 << 20)),
             ("autotile", strip),
             ("unassociatedalpha", 1),
         ):
@@ -149,6 +153,18 @@ class _Reader:
         if found is None:
             raise OSError(f"cannot read {file!r}: {one_line(self._cache.geterror())}")
         return self._source.taken(np.asarray(found))
+
+
+def _expect_tiles(file: str, part: int, cached: int) -> None:
+    """Raise where the tiles of a file are too large for the cache: it reads whole ones."""
+    with opened(file, part) as handle:
+        spec = handle.spec()
+        length = 4 * spec.tile_bytes(True)
+    if spec.tile_width and length > cached:
+        raise ValueError(
+            f"Expected `memory` to be at least {math.ceil(length * 8 / 3)} bytes for {file!r}, "
+            f"whose tiles have {spec.tile_width} x {spec.tile_height} texels."
+        )
 
 
 class _Made:
@@ -237,10 +253,8 @@ def _fill(
 
     for k in range(made.count, len(windows)):
         for window, seen in divided(windows[k]):
-            image = sparse_zeros(conversion.shape, conversion.dtype)
-            for part in seen:
-                image[part.index] = reader.read(part)
-            texels = conversion.window(image, window.window, conversion.options)
+            held = [(part.index, partial(reader.read, part)) for part in seen]
+            (texels,) = convert_seen(conversion, held, [window])
             made.put(window, stored(texels))
         made.finished(k + 1)
         done((k + 1) / len(windows))
@@ -258,7 +272,12 @@ def _tile(shape: tuple[int, ...], memory: int) -> tuple[int, int]:
 
 def _length(part: Rectangle, conversion: Conversion) -> int:
     """Return the memory of a tile, whose rows begin and end within pages, in bytes."""
-    row = (part.right - part.left) * conversion.shape[-1] * conversion.dtype.itemsize
+    numbers, itemsize = conversion.shape[-1], conversion.dtype.itemsize
+    if weighs(conversion):
+        # Floats, and a weight for each where some may be not finite.
+        numbers *= 2 if conversion.dtype.kind == "f" else 1
+        itemsize = max(itemsize, 4)
+    row = (part.right - part.left) * numbers * itemsize
     return (part.bottom - part.top) * (row + 4096)
 
 

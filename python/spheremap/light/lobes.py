@@ -115,9 +115,7 @@ def irradiance(
     if method == "exact":
         return lobe_image(pixels, source, target, shape, "cosine", 0.0)
     coefficients = sh_project(pixels, source, order=order, any_aspect=True)
-    directions = target.directions(shape, any_aspect=True)
-    found = sh_evaluate(sh_convolve(coefficients, lobe="cosine"), directions)
-    return np.nan_to_num(found, nan=0.0).astype(result_dtype(pixels))
+    return seen_by(coefficients, target, shape).astype(result_dtype(pixels))
 
 
 def irradiance_at(
@@ -271,6 +269,35 @@ def convolve(
     return lobe_image(pixels, source, target, shape, lobe, parameter)
 
 
+def seen_by(
+    coefficients: NDArray[np.float64], target: Projection, shape: tuple[int, ...]
+) -> NDArray[np.float64]:
+    """Return the irradiance of harmonics for every normal of an image."""
+    directions = target.directions(shape, any_aspect=True)
+    found = sh_evaluate(sh_convolve(coefficients, lobe="cosine"), directions)
+    return np.nan_to_num(found, nan=0.0)
+
+
+def normals_of(
+    target: Projection, shape: tuple[int, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_] | None]:
+    """Return the directions of texels, (N, 3), and which texels have one, if not all have."""
+    normals: NDArray[Any] = target.directions(shape, any_aspect=True).reshape(-1, 3)
+    inside: NDArray[np.bool_] = ~np.isnan(normals[:, 0])
+    if inside.all():
+        return normals, None
+    return np.ascontiguousarray(normals[inside]), inside
+
+
+def placed(found: NDArray[np.float64], inside: NDArray[np.bool_] | None) -> NDArray[np.float64]:
+    """Return values of all texels, 0 of those that have no direction."""
+    if inside is None:
+        return found
+    whole = np.zeros((len(inside), found.shape[1]))
+    whole[inside] = found
+    return whole
+
+
 def lobe_image(
     pixels: NDArray[Any],
     source: Projection,
@@ -279,19 +306,13 @@ def lobe_image(
     lobe: str,
     parameter: float,
 ) -> NDArray[np.floating[Any]]:
-    normals: NDArray[Any] = target.directions(shape, any_aspect=True).reshape(-1, 3)
-    inside = ~np.isnan(normals[:, 0])
-    everywhere = bool(inside.all())
-    wanted = normals if everywhere else np.ascontiguousarray(normals[inside])
+    wanted, inside = normals_of(target, shape)
     found = _core.lobe(pixels, source, wanted, lobe, parameter)
     empty = np.isnan(found[:, 0]) if len(found) else np.zeros(0, bool)
     if empty.any():
         light = pixels.astype(np.float64)
         values = source.sample(light, wanted[empty], any_aspect=True)
         found[empty] = values.reshape(len(values), -1)
-    if not everywhere:
-        whole = np.zeros((len(normals), found.shape[1]))
-        whole[inside] = found
-        found = whole
+    found = placed(found, inside)
     channels = found.shape[1:] if has_channels(pixels, source) else ()
     return found.reshape(*shape, *channels).astype(result_dtype(pixels), copy=False)

@@ -19,38 +19,54 @@ use crate::error::Error;
 use crate::image::ImageView;
 use crate::image::texel::Texel;
 use crate::kernel::{interrupt, threads};
+use crate::light::integrate::add_sheets;
+use crate::light::patches::LANES;
 use crate::light::sh::basis::{self, Basis, Points};
 use crate::light::texels::Texels;
 use std::sync::Arc;
 
-/// Plain sums Σ flux · Y.
+/// Blocks whose sums one thread makes: each such group has all sums.
+const GROUP: usize = 64;
+
+/// Plain sums Σ flux · Y: sheet by sheet, so that they may be made apart.
 pub fn sums(texels: &Texels, flux: &[f64], channels: usize, order: usize) -> Vec<f64> {
     let basis = Basis::new(order);
     let per = count(order) * channels;
-    // At least this many blocks a part, and not many parts: each has all sums.
-    let blocks = texels.blocks.len();
-    let group = blocks.div_ceil(64).max(8);
-    let mut parts = vec![0.0; blocks.div_ceil(group) * per];
-    let work = |number: usize, part: &mut [f64]| {
-        let mut sums = basis::Sums::new(order, channels);
-        for block in texels.blocks[number * group..].iter().take(group) {
-            let span = block.start..block.start + block.length;
-            let points = [
-                &texels.x[span.clone()],
-                &texels.y[span.clone()],
-                &texels.z[span],
-            ];
-            let values = &flux[channels * block.start..][..channels * block.length];
-            sums.add(&basis, points, |c| {
-                &values[c * block.length..][..block.length]
-            });
-        }
-        sums.finish(part);
-    };
-    interrupt::part(0.0, 1.0, || {
-        threads::rows(&mut parts, per, texels.x.len() * (order + 1), work);
-    });
-    basis::add_parts(&parts, per)
+    let all = texels.blocks.len().max(1) as f64;
+    let mut done = 0;
+    let mut sheets = Vec::with_capacity(texels.sheets.len() * per);
+    for blocks in &texels.sheets {
+        let mut parts = vec![0.0; blocks.len().div_ceil(GROUP) * per];
+        let points = blocks.len() * LANES * LANES * 4;
+        let work = |number: usize, part: &mut [f64]| {
+            let mut sums = basis::Sums::new(order, channels);
+            for &block in blocks[number * GROUP..].iter().take(GROUP) {
+                let block = &texels.blocks[block];
+                let values = &flux[channels * block.start..][..channels * block.length];
+                sums.add(&basis, texels.directions(block), |c| {
+                    &values[c * block.length..][..block.length]
+                });
+            }
+            sums.finish(part);
+        };
+        let here = [done, done + blocks.len()].map(|blocks| blocks as f64 / all);
+        interrupt::part(here[0], here[1], || {
+            threads::rows(&mut parts, per, points * (order + 1), work);
+        });
+        done += blocks.len();
+        sheets.extend(basis::add_parts(&parts, per));
+    }
+    add_sheets(&sheets, per)
+}
+
+/// The order of the fit of an image of so many texels that hold a value.
+pub fn order_of_fit(order: usize, texels: usize) -> usize {
+    let wide = order + 2;
+    if 4 * count(wide) <= texels {
+        wide
+    } else {
+        order
+    }
 }
 
 /// The equations of a fit.
@@ -65,13 +81,20 @@ impl Normal {
     /// Those of texels that lie anywhere.
     pub fn moments_of(texels: &Texels, order: usize) -> Normal {
         let n = texels.weight.iter().filter(|w| **w > 0.0).count();
-        let wide = order + 2;
-        let high = if 4 * count(wide) <= n { wide } else { order };
+        let high = order_of_fit(order, n);
         let moments = texels.moments(high, || {
             // In the same blocks, one row each: a constant image.
             interrupt::part(0.5, 1.0, || sums(texels, &texels.weight, 1, 2 * high))
         });
         Normal { high, moments }
+    }
+
+    /// Those of these moments, up to twice the order of the fit.
+    pub fn of_moments(high: usize, moments: Vec<f64>) -> Normal {
+        Normal {
+            high,
+            moments: Arc::new(moments),
+        }
     }
 
     /// Those of texels on rings.
@@ -102,7 +125,8 @@ impl Normal {
 
 /// The sums of an image, and the equations of their fit.
 pub struct Sums {
-    normal: Normal,
+    /// The equations.
+    pub normal: Normal,
     /// Σ w L Y up to the order of the fit.
     pub right: Vec<f64>,
 }

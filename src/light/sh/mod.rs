@@ -17,6 +17,7 @@
 //! Where the coverage is a part of the sphere, the rest is black and the sums are plain.
 
 mod adjoint;
+pub(crate) mod apart;
 pub(crate) mod basis;
 pub mod conventions;
 mod count;

@@ -1,6 +1,6 @@
 //! Images whose texels lie on rings: evenly spaced latitudes and longitudes.
 //!
-//! Along a ring, Σ f cos mφ and Σ f sin mφ; across the rings, Fejér's first rule where they lie at (j + ½)π/H, and
+//! Along a ring, Σ f cos mφ and Σ f sin mφ, sheet by sheet ([`crate::light::patches`]); across the rings, Fejér's first rule where they lie at (j + ½)π/H, and
 //! Clenshaw and Curtis's where they lie at jπ/(H - 1), poles included (Waldvogel 2006 for both). With the weights
 //! w_j = (2/H) (1 - 2 Σ cos(2kθ_j)/(4k² - 1)) the sum over H rings is exact for all
 //! polynomials of cos θ of a degree below H; the exact solid angles of the rings are not, and leak. But they are what light
@@ -19,12 +19,16 @@ use crate::kernel::SimdWork;
 use crate::kernel::tile::{TILE, Tile, TuplesMut};
 use crate::kernel::{interrupt, threads};
 use crate::light::integrate::add_lanes;
-use crate::light::patches::LANES;
+use crate::light::patches::{LANES, SHEET, SIDE};
 use crate::map::Map;
 use crate::map::verbs::DecodeTile;
 use crate::number::real::Real;
 use fearless_simd::{Simd, SimdBase, f64x8};
 use std::f64::consts::PI;
+use std::ops::Range;
+
+/// Columns of a sheet, which are summed by themselves.
+const ALONG: usize = SIDE * SHEET;
 
 /// Angles at (2k + offset)/(2 parts) of a turn, or of half a turn across the rings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,21 +177,42 @@ impl Rings {
         weights: &[f64],
     ) -> Vec<f64> {
         let channels = image.channels();
-        let h = self.across.n;
-        let parts = order + 1;
+        let per = (order + 1) * 2 * channels;
         // For each ring, m, part (cosine, sine) and channel.
-        let mut fourier = vec![0.0; h * parts * 2 * channels];
+        let mut fourier = vec![0.0; self.across.n * per];
         let tables = Tables::new(self.along, order);
-        let points = image.texels().len() * parts / 4;
+        let points = image.texels().len() * (order + 1) / 4;
         let work = |ring: usize, out: &mut [f64]| {
-            let w = self.along.n;
-            let texels = &image.texels()[ring * w * channels..][..w * channels];
-            tables.sums(texels, channels, out);
+            let mut part = vec![0.0; per];
+            for first in (0..self.along.n).step_by(ALONG) {
+                let columns = first..(first + ALONG).min(self.along.n);
+                tables.sums(image, ring, columns, &mut part);
+                out.iter_mut().zip(&part).for_each(|(sum, x)| *sum += x);
+            }
         };
         interrupt::part(0.0, 1.0, || {
-            threads::rows(&mut fourier, parts * 2 * channels, points, work);
+            threads::rows(&mut fourier, per, points, work);
         });
         self.sum(&fourier, channels, order, weights)
+    }
+
+    /// The Fourier sums of some rings over some columns, from one sheet: for each ring, m, part and channel. Those of a ring are the
+    /// sums of its sheets from the first column on.
+    pub fn fourier_of<T: Texel>(
+        &self,
+        image: &ImageView<'_, T>,
+        order: usize,
+        rings: Range<usize>,
+        columns: Range<usize>,
+    ) -> Vec<f64> {
+        let per = (order + 1) * 2 * image.channels();
+        let mut fourier = vec![0.0; rings.len() * per];
+        let tables = Tables::new(self.along, order);
+        let points = rings.len() * columns.len() * per / 8;
+        threads::rows(&mut fourier, per, points, |ring, out| {
+            tables.sums(image, rings.start + ring, columns.clone(), out);
+        });
+        fourier
     }
 
     /// The same of a constant 1.
@@ -201,7 +226,7 @@ impl Rings {
     }
 
     /// The coefficients from the Fourier sums of each ring.
-    fn sum(&self, fourier: &[f64], channels: usize, order: usize, weights: &[f64]) -> Vec<f64> {
+    pub fn sum(&self, fourier: &[f64], channels: usize, order: usize, weights: &[f64]) -> Vec<f64> {
         let (h, parts) = (self.across.n, order + 1);
         let padded = h.next_multiple_of(LANES);
         let (mut z, mut power) = (vec![0.0; padded], vec![0.0; padded]);
@@ -257,16 +282,27 @@ impl Tables {
         }
     }
 
-    fn sums<T: Texel>(&self, image: &[T], channels: usize, out: &mut [f64]) {
-        let padded = self.n.next_multiple_of(LANES);
+    /// The sums of a ring over some columns, which begin at whole lanes.
+    fn sums<T: Texel>(
+        &self,
+        image: &ImageView<'_, T>,
+        ring: usize,
+        columns: Range<usize>,
+        out: &mut [f64],
+    ) {
+        let channels = image.channels();
+        let texels = &image.texels()[(ring * self.n + columns.start) * channels..];
+        let padded = columns.len().next_multiple_of(LANES);
         let mut values = vec![0.0; padded * channels];
         for (c, row) in values.chunks_exact_mut(padded).enumerate() {
-            for (value, texel) in row.iter_mut().zip(image[c..].iter().step_by(channels)) {
+            let own = texels[c..].iter().step_by(channels);
+            for (value, texel) in row.iter_mut().zip(own).take(columns.len()) {
                 *value = texel.load().to_f64();
             }
         }
         let mut sums = [[0.0; LANES]; 6];
-        for (m, [cos, sin]) in self.rows.iter().enumerate() {
+        for (m, tables) in self.rows.iter().enumerate() {
+            let [cos, sin] = tables.each_ref().map(|t| &t[columns.start..][..padded]);
             let out = &mut out[m * 2 * channels..][..2 * channels];
             let mut first = 0;
             while first < channels {

@@ -1,0 +1,160 @@
+"""Measure the conversion of a file larger than its memory; write a part of BENCHMARKS.md.
+
+    python benches/large.py                   # 65536×32768, 25 GB of disk; rewrites the section
+    python benches/large.py --width 131072    # 100 GB
+    python benches/large.py --quick           # a smoke test with a small file, printed only
+
+A BigTIFF of 8 bits in tiles becomes the faces of a cube by `spheremap convert --memory`, and,
+beside it, an image of as many texels by the plain resize of libvips, which knows no sphere. Each
+runs in a process of its own, from file to file, in turn. Counted are the memory that no file backs,
+of which the largest of many looks is taken, and the time of all its threads beside that on the
+clock.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+from measure import machine, publish, say, table
+
+BEGIN, END = "<!-- large: written by benches/large.py -->", "<!-- large: end -->"
+TILE = 256
+# Looks at a process's memory, in seconds.
+EVERY = 0.05
+
+# Both kernels are bilinear, antialiased where they make smaller.
+VIPS = """
+import sys, pyvips
+source, target, scale = sys.argv[1], sys.argv[2], float(sys.argv[3])
+image = pyvips.Image.new_from_file(source, access="sequential")
+image.resize(scale, kernel="linear").tiffsave(target, tile=True, bigtiff=True)
+"""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a process took."""
+
+    wall: float
+    cpu: float
+    memory: int
+
+
+def source(path: Path, width: int) -> None:
+    """Write a latlong in tiles, not compressed: waves, so that no two tiles are alike."""
+    height = width // 2
+    spec = oiio.ImageSpec(width, height, 3, "uint8")
+    spec.tile_width = spec.tile_height = TILE
+    spec.attribute("compression", "none")
+    out = oiio.ImageOutput.create(str(path))
+    # Its size makes it a BigTIFF.
+    if not out.open(str(path), spec):
+        raise OSError(out.geterror())
+    u = np.arange(width, dtype=np.float32)[:, None] * np.float32(2 * math.pi / width)
+    across = np.sin(u * np.array([3, 50, 400], np.float32))
+    for top in range(0, height, TILE):
+        rows = min(TILE, height - top)
+        v = np.arange(top, top + rows, dtype=np.float32)[:, None] * np.float32(math.pi / height)
+        down = np.cos(v * np.array([2, 60, 500], np.float32))
+        band = ((across * down[:, None] + 1) * 127.5).astype(np.uint8)
+        if not out.write_tiles(0, width, top, top + rows, 0, 1, band):
+            raise OSError(out.geterror())
+    out.close()
+
+
+def run(command: list[str]) -> Run:
+    """Run a command and look at its memory as it goes."""
+    start, most = time.perf_counter(), 0
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    while True:
+        done, status, used = os.wait4(process.pid, os.WNOHANG)
+        if done:
+            break
+        most = max(most, anonymous(process.pid))
+        time.sleep(EVERY)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise subprocess.CalledProcessError(process.returncode, command)
+    return Run(time.perf_counter() - start, used.ru_utime + used.ru_stime, most)
+
+
+def anonymous(process: int) -> int:
+    """Return the bytes of a process that no file backs."""
+    try:
+        text = Path(f"/proc/{process}/status").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return 0
+    for line in text.splitlines():
+        if line.startswith("RssAnon"):
+            return int(line.split()[1]) << 10
+    return 0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--width", type=int, default=65536)
+    parser.add_argument("--memory", default="512M")
+    parser.add_argument("--folder", type=Path, help="where there is room")
+    parser.add_argument("--remark", default="", help="what to say of the machine")
+    args = parser.parse_args()
+    width = 2048 if args.quick else args.width
+    side = width // 4
+    texels = 6 * side * side
+    with tempfile.TemporaryDirectory(dir=args.folder, prefix="spheremap-large-") as name:
+        folder = Path(name)
+        path = folder / "source.tif"
+        source(path, width)
+        size = path.stat().st_size
+        say(f"a source of {size / 1e9:.1f} GB")
+        to_faces = [
+            *("--from", "latlong", "--to", "cube", "--layout", "faces", "--size", str(side)),
+            *("--memory", args.memory, "--compression", "none"),
+        ]  # fmt: skip
+        command = [sys.executable, "-m", "spheremap.cli", "convert", str(path)]
+        ours = run([*command, str(folder / "out_{face}.tif"), *to_faces])
+        for face in folder.glob("out_*.tif"):
+            face.unlink()
+        say(f"ours: {ours}")
+        # As many texels, of the source's aspect.
+        scale = math.sqrt(texels / (width * width / 2))
+        theirs = run([sys.executable, "-c", VIPS, str(path), str(folder / "v.tif"), str(scale)])
+        say(f"libvips: {theirs}")
+    rows = [
+        [
+            what,
+            f"{r.wall:.0f} s",
+            f"{r.cpu:.0f} s",
+            f"{texels / r.cpu / 1e6:.1f}",
+            f"{r.memory / (1 << 20):.0f} MiB",
+        ]
+        for what, r in (
+            (f"`convert --memory {args.memory}` to 6 faces of {side}²", ours),
+            ("libvips: `resize(kernel='linear')` to as many texels", theirs),
+        )
+    ]
+    remark = args.remark and f", {args.remark}"
+    text = [
+        BEGIN,
+        "## Files larger than memory",
+        f"A BigTIFF of {width}×{width // 2}, 3 channels of 8 bits in tiles, {size / 1e9:.1f} GB, "
+        f"from file to file; {machine()}{remark}. Time of all threads, and the most memory that no "
+        "file backs. The resize knows no sphere, and its image has one face.",
+        table(["work", "clock", "threads", "Mtexel per CPU second", "memory"], rows),
+        END,
+    ]  # fmt: skip
+    publish(text, args.quick)
+
+
+if __name__ == "__main__":
+    main()

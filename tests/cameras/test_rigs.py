@@ -267,6 +267,9 @@ def test_pixels_go_from_view_to_view(moved, centers):
     back = b.pixels_to(exact, a.projection, a.size, centers=centers)
     # A few hundred roundings of pixels up to 640.
     assert np.abs(back - xy[seen]).max() < 1e-9
+    for wrong in (3.0, [1, 2, 3]):
+        with pytest.raises(ValueError, match=r"`xy` to have shape \(..., 2\)"):
+            b.pixels_to(wrong, a.projection, a.size)
 
 
 def test_pixels_of_a_panorama_are_in_its_world():

@@ -123,7 +123,7 @@ class View:
         [300.0, 100.0]
         """
         other = resolve(src).in_world_of(self.projection)
-        d = pixels_to_directions(as_doubles(xy, "xy"), other, size, centers=centers)
+        d = pixels_to_directions(_places(xy), other, size, centers=centers)
         return directions_to_pixels(d, self.projection, self.size, centers=centers)
 
     def pixels_to(
@@ -162,7 +162,7 @@ class View:
         [256.0, 128.0]
         """
         other = resolve(dst).in_world_of(self.projection)
-        d = pixels_to_directions(as_doubles(xy, "xy"), self.projection, self.size, centers=centers)
+        d = pixels_to_directions(_places(xy), self.projection, self.size, centers=centers)
         return directions_to_pixels(d, other, size, centers=centers)
 
 
@@ -249,6 +249,14 @@ class Rig:
         return [
             convert(image, src, view.projection, size=view.size, **options) for view in self.views
         ]
+
+
+def _places(xy: ArrayLike) -> NDArray[np.float64]:
+    """Return pixels in float64: in float32, as OpenCV has keypoints, they would lose digits."""
+    found = as_doubles(xy, "xy")
+    if found.ndim == 0 or found.shape[-1] != 2:
+        raise ValueError(f"Expected `xy` to have shape (..., 2), got {found.shape}.")
+    return found
 
 
 def picture_path(view: View, frame: str) -> str:

@@ -45,6 +45,7 @@ ProjectionName: TypeAlias = Literal[
     "camera_unified",
     "camera_double_sphere",
     "camera_eucm",
+    "camera_fov",
 ]
 
 ConventionName: TypeAlias = Literal[
@@ -53,6 +54,7 @@ ConventionName: TypeAlias = Literal[
     "bimg",
     "blender",
     "cmft",
+    "colmap",
     "d3d",
     "debevec",
     "directxtex-h-cross",
@@ -188,6 +190,7 @@ QualifiedName: TypeAlias = Literal[
     "latlong:babylonjs",
     "latlong:playcanvas",
     "latlong:hugin",
+    "latlong:colmap",
     "angular:ffmpeg",
     "equisolid:ffmpeg",
     "stereographic:ffmpeg",

@@ -128,4 +128,5 @@ projections! {
     camera_unified::CameraUnified,
     camera_double_sphere::CameraDoubleSphere,
     camera_eucm::CameraEucm,
+    camera_fov::CameraFov,
 }

@@ -39,6 +39,10 @@ def test_opencv(tmp_path, suffix):
     is_camera(sm.cameras.read(path)[0], [1.2, *D[:4]], "unified")
     store(path, **both, distortion_coefficients=np.zeros(5))
     is_camera(sm.cameras.read(path)[0], None, "pinhole")
+    # As calibrateCamera gives them for CALIB_RATIONAL_MODEL: prism and tilt are there, and zero.
+    long = np.concatenate([D, [0.1, 0.02, 0.003], np.zeros(6)])
+    store(path, **both, distortion_coefficients=long)
+    is_camera(sm.cameras.read(path)[0], long[:8], "brown_conrady")
     store(path, **both, distortion_coefficients=np.arange(12) / 1e3)
     with pytest.raises(ValueError, match="thin prism"):
         sm.cameras.read(path)
@@ -74,6 +78,59 @@ def test_colmap(tmp_path, binary):
         (folder / name).unlink(missing_ok=True)
     cameras = {view.name: view for view in sm.cameras.read(folder)}
     is_camera(cameras["9"], D[:4], "brown_conrady")
+
+
+NUMBERS = {
+    "SIMPLE_PINHOLE": [700, 640, 360],
+    "PINHOLE": [700, 710, 641, 352],
+    "SIMPLE_RADIAL": [700, 640, 360, -0.1],
+    "RADIAL": [700, 640, 360, -0.1, 0.03],
+    "OPENCV": [700, 710, 641, 352, -0.1, 0.03, 1e-3, -2e-3],
+    "OPENCV_FISHEYE": [400, 410, 641, 352, 0.02, -0.01, 0.003, -0.0005],
+    "FULL_OPENCV": [700, 710, 641, 352, -0.1, 0.03, 1e-3, -2e-3, 0.01, 0.02, -0.01, 0.002],
+    "FOV": [700, 710, 641, 352, 0.9],
+    "SIMPLE_RADIAL_FISHEYE": [400, 640, 360, 0.02],
+    "RADIAL_FISHEYE": [400, 640, 360, 0.02, -0.003],
+    "SIMPLE_DIVISION": [700, 640, 360, -0.2],
+    "DIVISION": [700, 710, 641, 352, -0.2],
+    "SIMPLE_FISHEYE": [400, 640, 360],
+    "FISHEYE": [400, 410, 641, 352],
+    "EUCM": [700, 710, 641, 352, 0.6, 1.1],
+    "EQUIRECTANGULAR": [1280, 640],
+}
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_colmaps_models_are_read_as_colmap_writes_them(tmp_path, binary):
+    """Each model, by its name in text and by its number in binary, and written again."""
+    theirs = pycolmap.Reconstruction()
+    for k, (name, numbers) in enumerate(NUMBERS.items(), 1):
+        height = 640 if name == "EQUIRECTANGULAR" else 720
+        theirs.add_camera_with_trivial_rig(
+            pycolmap.Camera(model=name, width=1280, height=height, params=numbers, camera_id=k)
+        )
+    (theirs.write_binary if binary else theirs.write_text)(str(tmp_path))
+    for name in ("images.txt", "images.bin", "frames.txt", "frames.bin"):
+        (tmp_path / name).unlink(missing_ok=True)
+    d = np.random.default_rng(504).normal(size=(4000, 3))
+    d[:, 2] = np.abs(d[:, 2]) + 0.5
+    rig = sm.cameras.read(tmp_path)
+    assert len(rig) == len(NUMBERS)
+    for view in rig:
+        camera = theirs.cameras[int(view.name)]
+        xy = sm.directions_to_pixels(d, view.camera, view.size)
+        seen = ~np.isnan(xy[:, 0])
+        assert seen.sum() > 1000
+        # As the issue asks: a few hundred roundings of numbers up to 1280.
+        assert np.abs(xy[seen] - np.asarray(camera.img_from_cam(d[seen]))).max() < 1e-9
+    posed = [sm.cameras.View(v.name, v.camera, v.size, np.eye(3)) for v in rig]
+    sm.cameras.write(sm.cameras.Rig(tuple(posed)), tmp_path / "ours", format="colmap")
+    again = pycolmap.Reconstruction(str(tmp_path / "ours"))
+    for image in again.images.values():
+        was = theirs.cameras[int(image.name.split("/")[0])]
+        both = [np.asarray(c.img_from_cam(d)) for c in (image.camera, was)]
+        # As above; some are written as others that are the same.
+        assert np.nanmax(np.abs(both[0] - both[1])) < 1e-9
 
 
 def test_colmap_models_without_a_formula_are_named(tmp_path):
@@ -145,9 +202,14 @@ def test_kalibr(tmp_path):
     for view, want in ((rig[1], first), (rig[2], first + np.array([1, 0, 0]))):
         # A dozen roundings of numbers below 4.
         assert np.abs((point - view.position) @ view.pose - want).max() < 1e-14
-    path.write_text(CHAIN.replace("radtan", "fov"))
-    with pytest.raises(ValueError, match="pinhole-fov"):
+    path.write_text(CHAIN.replace("omni", "spherical"))
+    with pytest.raises(ValueError, match="spherical-radtan"):
         sm.cameras.read(path)
+    path.write_text(
+        CHAIN.replace("radtan", "fov").replace("[-0.1, 0.03, 0.001, -0.002]", "[0.9]")
+        .replace("omni", "pinhole").replace("[1.2, ", "[")
+    )  # fmt: skip
+    is_camera(sm.cameras.read(path)[0], [0.9], "fov")
 
 
 ROS = """\
@@ -174,6 +236,41 @@ def test_ros(tmp_path):
     is_camera(view, D, "brown_conrady")
     path.write_text(ROS.replace("plumb_bob", "thin_prism"))
     with pytest.raises(ValueError, match="thin_prism"):
+        sm.cameras.read(path)
+
+
+# As rostopic echo and ros2 topic echo print it.
+MESSAGE = """\
+header:
+  stamp: {sec: 12, nanosec: 5}
+  frame_id: left_optical
+height: 720
+width: 1280
+distortion_model: plumb_bob
+D: [-0.1, 0.03, 0.001, -0.002, 0.01]
+K: [700.5, 0.0, 639.25, 0.0, 701.5, 358.75, 0.0, 0.0, 1.0]
+R: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+P: [700.5, 0.0, 639.25, 0.0, 0.0, 701.5, 358.75, 0.0, 0.0, 0.0, 1.0, 0.0]
+binning_x: 0
+---
+"""
+
+
+def test_ros_messages(tmp_path):
+    path = tmp_path / "info.yaml"
+    for text in (MESSAGE, MESSAGE.replace("D:", "d:").replace("K:", "k:")):
+        path.write_text(text)
+        (view,) = sm.cameras.read(path)
+        assert view.name == "left_optical"
+        is_camera(view, D, "brown_conrady")
+    lines = MESSAGE.splitlines()
+    path.write_text(
+        "\n".join("K: [0, 0, 0, 0, 0, 0, 0, 0, 0]" if x[0] == "K" else x for x in lines)
+    )
+    with pytest.raises(ValueError, match="K of zeros"):
+        sm.cameras.read(path)
+    path.write_text(MESSAGE.replace("K:", "L:"))
+    with pytest.raises(ValueError, match="CameraInfo"):
         sm.cameras.read(path)
 
 

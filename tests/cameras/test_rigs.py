@@ -165,7 +165,8 @@ def test_what_is_written_is_read(moved, tmp_path, format):
     name = {"colmap": "cameras.txt", "nerfstudio": "transforms.json"}[format]
     for path in [tmp_path / name, *([tmp_path] if format == "colmap" else [])]:
         back = sm.cameras.read(path)
-        assert [view.name for view in back] == [f"{view.name}/a.jpg" for view in moved]
+        beside = "images/" if format == "nerfstudio" else ""
+        assert [view.name for view in back] == [f"{beside}{view.name}/a.jpg" for view in moved]
         for a, b in zip(moved, back, strict=True):
             assert a.size == b.size
             # Quaternions and pixels by half a pixel: a few ε of numbers up to 10 and 640.
@@ -229,8 +230,58 @@ def test_a_rig_is_of_views_that_can_be_written(moved, tmp_path):
     plain = sm.cameras.View("a", moved[0].camera, (480, 640))
     with pytest.raises(ValueError, match="'a' has none"):
         sm.cameras.write(sm.cameras.Rig((plain,)), tmp_path, format="colmap")
-    eucm = sm.camera((200, 200, 100, 100), (200, 200), distortion=[0.6, 1.1], model="eucm")
-    odd = sm.cameras.Rig((sm.cameras.View("a", eucm, (200, 200), np.eye(3)),))
+    lens = sm.camera((200, 200, 100, 100), (200, 200), distortion=[0.2, 0.6], model="double_sphere")
+    odd = sm.cameras.Rig((sm.cameras.View("a", lens, (200, 200), np.eye(3)),))
     for format in ("colmap", "nerfstudio"):
-        with pytest.raises(ValueError, match="camera_eucm"):
+        with pytest.raises(ValueError, match="camera_double_sphere"):
             sm.cameras.write(odd, tmp_path / "odd", format=format)
+
+
+def test_a_rig_that_moved_is_written_without_poses(moved, tmp_path):
+    masks = [np.ones(view.size, bool) for view in moved]
+    frames = ["a.jpg", "b.jpg"]
+    sm.cameras.write(moved, tmp_path, format="colmap", frame=frames, masks=masks)
+    assert {path.name for path in tmp_path.iterdir()} == {"rig_config.json", "masks"}
+    (rig,) = pycolmap.read_rig_config(str(tmp_path / "rig_config.json"))
+    assert len(rig.cameras) == len(moved)
+    assert len(list(tmp_path.glob("masks/*/?.jpg.png"))) == 2 * len(moved)
+    with pytest.raises(ValueError, match="one `frame` for nerfstudio"):
+        sm.cameras.write(moved, tmp_path, format="nerfstudio", frame=frames)
+    with pytest.raises(ValueError, match="at least one file name"):
+        sm.cameras.write(moved, tmp_path, format="colmap", frame=[])
+
+
+@pytest.mark.parametrize("centers", ["half", "integer"])
+def test_pixels_go_from_view_to_view(moved, centers):
+    a, b = moved[0], moved[2]
+    xy = np.random.default_rng(504).uniform(0, 1, (2000, 2)) * [640, 480]
+    there = b.pixels_from(xy.astype(np.float32), a.projection, a.size, centers=centers)
+    assert there.dtype == np.float64
+    d = sm.pixels_to_directions(xy, a.projection, a.size, centers=centers)
+    want = sm.directions_to_pixels(d, b.projection, b.size, centers=centers)
+    seen = ~np.isnan(want[:, 0])
+    assert 0 < seen.sum() < len(xy)
+    # float32 rounds pixels up to 640 to 3e-5.
+    assert np.abs(there[seen] - want[seen]).max() < 1e-4
+    exact = b.pixels_from(xy, a.projection, a.size, centers=centers)[seen]
+    back = b.pixels_to(exact, a.projection, a.size, centers=centers)
+    # A few hundred roundings of pixels up to 640.
+    assert np.abs(back - xy[seen]).max() < 1e-9
+    for wrong in (3.0, [1, 2, 3]):
+        with pytest.raises(ValueError, match=r"`xy` to have shape \(..., 2\)"):
+            b.pixels_to(wrong, a.projection, a.size)
+
+
+def test_pixels_of_a_panorama_are_in_its_world():
+    """What is ahead and up in a panorama is so in the rig, as `convert` cuts it."""
+    rig = sm.cameras.rig(64, fov=90, overlap=0)
+    for name in ("latlong", "latlong:blender", "latlong:colmap", "latlong:unreal"):
+        panorama = np.zeros((128, 256))
+        panorama[40, 150] = 1
+        views = rig.convert(panorama, name)
+        for view, picture in zip(rig, views, strict=True):
+            x, y = view.pixels_from([150.5, 40.5], name, (128, 256))
+            if np.isnan(x):
+                assert picture.max() < 0.5
+            else:
+                assert picture[int(y), int(x)] > 0.2

@@ -380,6 +380,7 @@ LENS = np.zeros((8, 8, 3), np.uint8)
     ("images", "cameras", "options", "text"),
     [
         ([LENS], [BACK, BACK], {}, "got 1 for 2 cameras"),
+        ([LENS, LENS], BACK, {}, "got 2 for 1 camera; of one lens `back_to_back`"),
         ([LENS, RAW], [BACK, BACK], {}, "as wide as high"),
         ([LENS, LENS[..., :2]], [BACK, BACK], {}, "as many channels"),
         ([LENS, LENS.astype(np.float32)], [BACK, BACK], {}, "of one dtype"),

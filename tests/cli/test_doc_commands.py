@@ -53,6 +53,17 @@ def prepare(folder: Path, line: str) -> None:
         else:
             p = ("latlong", "octahedral")[k]
             io.write(folder / name, sm.convert(sky, "latlong", p, size=64), projection=p)
+    if " views " in line or " stitch " in line:
+        (folder / "panoramas").mkdir()
+        for k in range(2):
+            io.write(folder / "panoramas" / f"{k}.jpg", np.full((64, 128, 3), 99, np.uint8))
+        io.write(folder / "raw.jpg", np.full((64, 128, 3), 99, np.uint8))
+        rig = sm.cameras.rig(16, n=6)
+        sm.cameras.write(rig, folder / "scene", format="colmap")
+        for view in rig:
+            place = folder / "scene" / "images" / view.name / "0001.png"
+            place.parent.mkdir(parents=True)
+            io.write(place, np.full((16, 16, 3), 99, np.uint8))
     if " batch " in line:
         (folder / "in" / "day").mkdir(parents=True)
         io.write(folder / "in" / "day" / "sky.exr", sky)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+import warnings
 
 import cv2
 import numpy as np
@@ -30,6 +31,7 @@ CAMERAS = [
     ("unified", [1.4, -0.15, 0.03, 1e-3, -5e-4]),
     ("double_sphere", [-0.2, 0.6]),
     ("eucm", [0.6, 1.1]),
+    ("fov", [0.9]),
 ]
 each_camera = pytest.mark.parametrize(("model", "distortion"), CAMERAS)
 # A few hundred roundings of numbers up to 1280: ε of it is 3e-13.
@@ -104,6 +106,13 @@ def test_kannala_brandt_is_opencvs_fisheye(distortion):
         ("OPENCV_FISHEYE", [400, 410, 641, 352, 0.02, -0.01, 0.003, -0.0005]),
         ("SIMPLE_RADIAL_FISHEYE", [400, 640, 360, 0.02]),
         ("RADIAL_FISHEYE", [400, 640, 360, 0.02, -0.003]),
+        ("FOV", [700, 710, 641, 352, 0.9]),
+        ("SIMPLE_FISHEYE", [400, 640, 360]),
+        ("FISHEYE", [400, 410, 641, 352]),
+        ("EUCM", [700, 710, 641, 352, 0.6, 1.1]),
+        ("SIMPLE_DIVISION", [700, 640, 360, -0.2]),
+        ("DIVISION", [700, 710, 641, 352, -0.2]),
+        ("DIVISION", [700, 710, 641, 352, 0]),
     ],
 )
 def test_models_are_colmaps(name, numbers):
@@ -116,6 +125,39 @@ def test_models_are_colmaps(name, numbers):
     assert ahead.mean() > 0.8
     there = np.asarray(theirs.img_from_cam(d[ahead]))
     assert np.abs(there - xy[ahead]).max() < PIXEL
+
+
+def test_a_panorama_is_a_camera_of_colmaps():
+    size = (640, 1280)
+    camera = colmap.from_model("EQUIRECTANGULAR", size, [1280.0, 640.0])
+    assert camera == sm.projection("latlong:colmap")
+    theirs = pycolmap.Camera(model="EQUIRECTANGULAR", width=1280, height=640, params=[1280, 640])
+    d = np.random.default_rng(404).normal(size=(20_000, 3))
+    there = np.asarray(theirs.img_from_cam(d))
+    assert np.abs(sm.directions_to_pixels(d, camera, size) - there).max() < PIXEL
+    for numbers in ([1280.0, 639.0], []):
+        with pytest.raises(ValueError, match="whole panorama"):
+            colmap.from_model("EQUIRECTANGULAR", size, numbers)
+
+
+def test_omnidirectional_is_opencvs_name_of_unified():
+    xi, d = 1.4, [-0.15, 0.03, 1e-3, -5e-4]
+    camera = sm.camera(K, SIZE, distortion=[xi, *d], model="omnidirectional")
+    assert camera == sm.camera(K, SIZE, distortion=[xi, *d], model="unified")
+
+
+@pytest.mark.parametrize("omega", [0.01, 0.9, 2.0, 3.0])
+def test_fov_sees_behind_itself_as_the_formula_does(omega):
+    camera = sm.camera((100, 100, 399.5, 399.5), (800, 800), distortion=[omega], model="fov")
+    d = np.random.default_rng(405).normal(size=(20_000, 3))
+    d /= np.linalg.norm(d, axis=-1, keepdims=True)
+    h = np.hypot(d[:, 0], d[:, 1])
+    r = np.arctan2(2 * math.tan(omega / 2) * h, d[:, 2]) / omega
+    want = 399.5 + 100 * r[:, None] * d[:, :2] / h[:, None]
+    xy = to_pixels(d, camera, (800, 800))
+    seen = ~np.isnan(xy[:, 0])
+    assert seen.mean() > 0.3
+    assert np.abs(xy[seen] - want[seen]).max() < PIXEL
 
 
 def test_unified_as_the_paper_prints_it():
@@ -177,6 +219,7 @@ FOLDING = [
     ("unified", [1.5, -0.1, 0.02, 1e-3, -1e-3], (0.5, 0.5, 0.0, 0.0)),
     ("double_sphere", [-0.2, 0.6], (0.25, 0.3, 0.0, 0.1)),
     ("eucm", [0.6, 1.1], (0.2, 0.3, 0.45, 0.0)),
+    ("fov", [1.5], (0.2, 0.25, 0.1, 0.0)),
 ]
 each_fold = pytest.mark.parametrize(("model", "distortion", "sensor"), FOLDING)
 
@@ -290,7 +333,14 @@ def test_a_camera_looks_ahead_in_every_world():
         ((K, SIZE), {"distortion": [1]}, "to have 0 numbers"),
         ((K, SIZE), {"distortion": [1], "model": "brown_conrady"}, "0 or 4 or 5 or 8 numbers"),
         ((K, SIZE), {"model": "unified"}, "1 or 5 numbers"),
-        ((K, SIZE), {"model": "fov"}, "`model` to be one of"),
+        ((K, SIZE), {"model": "spherical"}, "`model` to be one of"),
+        ((K, SIZE), {"model": "fisheye"}, "got 'fisheye'; here it is 'kannala_brandt'"),
+        ((K, SIZE), {"distortion": [-0.1, 0, 0, 0]}, "are of `model` 'brown_conrady'"),
+        (
+            (K, SIZE),
+            {"distortion": [0.0] * 8 + [0.1, 0, 0, 0], "model": "brown_conrady"},
+            "thin prism",
+        ),
         ((K, (0, 5)), {}, "positive"),
         ((-K, SIZE), {}, "0, 0, 1"),
         (((-1, 1, 1, 1), SIZE), {}, "`fx`"),
@@ -301,3 +351,38 @@ def test_what_is_wrong_is_told(arguments, options, text):
         sm.camera(*arguments, **options)
     with pytest.raises(TypeError, match="height and a width"):
         sm.camera(K, 720)
+
+
+def test_coefficients_of_a_prism_that_is_none():
+    """OpenCV's calibrateCamera gives 14 numbers with CALIB_RATIONAL_MODEL, six of them 0."""
+    for count in (12, 14):
+        long = sm.camera(K, SIZE, distortion=BROWN[2] + [0.0] * (count - 8), model="brown_conrady")
+        assert long == sm.camera(K, SIZE, distortion=BROWN[2], model="brown_conrady")
+
+
+def test_a_size_of_width_and_height_is_warned_of():
+    with pytest.warns(UserWarning, match=r"did you mean \(720, 1280\)"):
+        sm.camera(K, (1280, 720))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sm.camera(K, SIZE)
+        # Of a square nothing can be told, nor where the principal point is far off either way.
+        sm.camera((500, 500, 255.5, 255.5), (512, 512))
+        sm.camera((500, 500, 100, 30), (480, 640))
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "error"),
+    [
+        ("perspective", {"fx": 500}, ValueError),
+        ("perspective", {"K": K}, TypeError),
+        ("camera_pinhole", {"fx": 500}, ValueError),
+        ("kannala_brandt", {"fx": 500, "k1": 0.1}, ValueError),
+    ],
+)
+def test_who_has_pixels_is_told_of_camera(name, parameters, error):
+    with pytest.raises(error, match=r"[^.]; `sm.camera\(K, size\)` makes the projection"):
+        sm.projection(name, **parameters)
+    with pytest.raises(ValueError, match="did you mean 'fov'") as other:
+        sm.projection("perspective", fovv=3)
+    assert "sm.camera" not in str(other.value)

@@ -83,6 +83,7 @@ LATLONG = {
     "healpy": (0.5 - np.arctan2(Y, X) / (2 * PI), 0.5 - np.arcsin(Z) / PI),
     # v = (sin theta sin phi, cos theta, sin theta cos phi), with theta = pi/2 - y/distance.
     "hugin": (0.5 + np.arctan2(X, Z) / (2 * PI), 0.5 + (PI / 2 - acos(Y)) / PI),
+    "colmap": (np.arctan2(X, Z) / (2 * PI) + 0.5, np.arctan2(Y, np.hypot(X, Z)) / PI + 0.5),
 }
 # pbrt, v4: azimuth runs from +x, its u = 0 is the row's first texel.
 GRIDS = {
@@ -111,6 +112,7 @@ GRIDS = {
     "babylonjs": "centers",
     "playcanvas": "centers",
     "hugin": "centers",
+    "colmap": "centers",
     "healpy": "corners",
 }
 AXES = {
@@ -136,6 +138,7 @@ AXES = {
     "babylonjs": "+x -y +z",
     "playcanvas": "-x -y +z",
     "hugin": "+x +y +z",
+    "colmap": "+x +y +z",
     "healpy": "-y -z +x",
 }
 

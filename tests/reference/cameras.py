@@ -87,6 +87,11 @@ def _ellipsoid(theta: Array, k: Parameters) -> Array:
     return np.where(depth > 0, x / depth, np.nan)
 
 
+def _stretched(theta: Array, k: Parameters) -> Array:
+    omega = np.asarray(k.get("omega", 0.9), theta.dtype)
+    return np.arctan2(2 * np.tan(omega / 2) * np.sin(theta), np.cos(theta)) / omega
+
+
 RADIAL = {
     "camera_pinhole": Radial(_plane),
     "camera_brown_conrady": Radial(_plane),
@@ -94,6 +99,7 @@ RADIAL = {
     "camera_unified": Radial(_mei),
     "camera_double_sphere": Radial(_two_spheres),
     "camera_eucm": Radial(_ellipsoid),
+    "camera_fov": Radial(_stretched),
 }
 DISTORTED = ("camera_brown_conrady", "camera_unified")
 

@@ -45,3 +45,20 @@ def gains(parts: np.ndarray, ratios: np.ndarray) -> np.ndarray:
                 right[i] -= part * ratio
     system[n, :n] = system[:n, n] = 1
     return np.exp(np.linalg.solve(system, right)[:n])
+
+
+def gopro_columns(u: float, sidewidth: int, blendwidth: int) -> tuple[float, float, float]:
+    """Return where an outer face's u is in both halves of a track, and how much the right counts.
+
+    As MAX2sphere has it, whose blend width is half of what both lenses see.
+    """
+    duv = blendwidth / sidewidth
+    left = 2 * (0.5 - duv) * u
+    right = 2 * (0.5 - duv) * (u - 0.5) + 0.5 + duv
+    if left <= 0.5 - 2 * duv:
+        alpha = 0.0
+    elif right >= 0.5 + 2 * duv:
+        alpha = 1.0
+    else:
+        alpha = (left - 0.5 + 2 * duv) / (2 * duv)
+    return left * sidewidth, right * sidewidth, alpha

@@ -6,9 +6,21 @@ from .files import read, write
 from .lenses import back_to_back
 from .masking import masks
 from .stitching import stitch
+from .tracks import gopro
 from .views import Rig, View
 
-__all__ = ["Rig", "View", "back_to_back", "gains", "masks", "read", "rig", "stitch", "write"]
+__all__ = [
+    "Rig",
+    "View",
+    "back_to_back",
+    "gains",
+    "gopro",
+    "masks",
+    "read",
+    "rig",
+    "stitch",
+    "write",
+]
 
 
 def __dir__() -> list[str]:

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..map.cameras import COEFFICIENTS, PIXEL_CENTER, camera, matrix
+from ..map.named import projection
 from .quaternions import from_matrix, to_matrix
 from .views import Rig, View
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -37,7 +38,16 @@ MODELS: dict[str, tuple[int, str, tuple[str, ...]]] = {
     "FULL_OPENCV": (2, "brown_conrady", ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")),
     "SIMPLE_RADIAL_FISHEYE": (1, "kannala_brandt", ("k1",)),
     "RADIAL_FISHEYE": (1, "kannala_brandt", ("k1", "k2")),
+    "FOV": (2, "fov", ("omega",)),
+    "SIMPLE_FISHEYE": (1, "kannala_brandt", ()),
+    "FISHEYE": (2, "kannala_brandt", ()),
+    "EUCM": (2, "eucm", ("alpha", "beta")),
+    "SIMPLE_DIVISION": (1, "division", ("k",)),
+    "DIVISION": (2, "division", ("k",)),
 }
+# Its numbers are a width and a height.
+PANORAMA = "EQUIRECTANGULAR"
+LATLONG = "latlong:colmap"
 # By the number that stands for them in cameras.bin, those that `camera` does not have among them.
 NUMBERS = (
     "SIMPLE_PINHOLE",
@@ -51,15 +61,28 @@ NUMBERS = (
     "SIMPLE_RADIAL_FISHEYE",
     "RADIAL_FISHEYE",
     "THIN_PRISM_FISHEYE",
+    "RAD_TAN_THIN_PRISM_FISHEYE",
+    "SIMPLE_DIVISION",
+    "DIVISION",
+    "SIMPLE_FISHEYE",
+    "FISHEYE",
+    "EUCM",
+    PANORAMA,
 )
 
 
 def from_model(name: str, size: tuple[int, int], numbers: list[float]) -> Projection:
     """Return the camera of a COLMAP model with its numbers."""
+    if name == PANORAMA:
+        if numbers != [size[1], size[0]]:
+            raise ValueError(
+                f"Expected {PANORAMA} {size[1]} {size[0]} of a whole panorama, got {numbers}."
+            )
+        return projection(LATLONG)
     if name not in MODELS:
         raise ValueError(
-            f"Expected a camera model among {', '.join(MODELS)}, got {name!r}, which has no "
-            "formula here."
+            f"Expected a camera model among {', '.join((*MODELS, PANORAMA))}, got {name!r}, which "
+            "has no formula here."
         )
     focals, model, names = MODELS[name]
     if len(numbers) != focals + 2 + len(names):
@@ -69,6 +92,8 @@ def from_model(name: str, size: tuple[int, int], numbers: list[float]) -> Projec
     focal, rest = numbers[:focals], numbers[focals:]
     k = (focal[0], focal[-1], rest[0] - PIXEL_CENTER, rest[1] - PIXEL_CENTER)
     given = dict(zip(names, rest[2:], strict=True))
+    if model == "division":
+        return _division(k, size, given["k"], name)
     if model == "pinhole":
         return camera(k, size)
     count = next(
@@ -78,8 +103,24 @@ def from_model(name: str, size: tuple[int, int], numbers: list[float]) -> Projec
     return camera(k, size, distortion=distortion, model=model)  # type: ignore[arg-type]
 
 
+def _division(k: tuple[float, ...], size: tuple[int, int], bend: float, name: str) -> Projection:
+    """Return the camera whose rays are (a, b, 1 + bend (a² + b²)).
+
+    Source: Fitzgibbon 2001, Simultaneous linear estimation of multiple view geometry and lens
+    distortion. Solved for a and b that is 2 (x, y)/(z + √(z² - 4 bend (x² + y²))): of a barrel, the
+    enhanced unified model with alpha ½ and beta -4 bend.
+    """
+    if bend > 0:
+        raise ValueError(f"Expected `k` of {name} to be at most 0, got {bend:g}.")
+    if bend == 0:
+        return camera(k, size)
+    return camera(k, size, distortion=[0.5, -4 * bend], model="eucm")
+
+
 def to_model(made: Projection, size: tuple[int, int]) -> tuple[str, list[float]]:
     """Return the COLMAP model of a camera and its numbers."""
+    if made == projection(LATLONG):
+        return PANORAMA, [float(size[1]), float(size[0])]
     fx, fy, cx, cy = matrix(made, size) if made.name.startswith("camera_") else (0.0,) * 4
     pixels = [fx, fy, cx + PIXEL_CENTER, cy + PIXEL_CENTER]
     c = made.parameters
@@ -93,9 +134,13 @@ def to_model(made: Projection, size: tuple[int, int]) -> tuple[str, list[float]]
         return (
             ("FULL_OPENCV", [*pixels, *first, *more]) if any(more) else ("OPENCV", pixels + first)
         )
+    if made.name == "camera_fov":
+        return "FOV", [*pixels, c["omega"]]
+    if made.name == "camera_eucm":
+        return "EUCM", [*pixels, c["alpha"], c["beta"]]
     raise ValueError(
-        "Expected cameras with a model of COLMAP's (pinhole, brown_conrady, kannala_brandt), "
-        f"got {made.name!r}."
+        "Expected cameras with a model of COLMAP's (pinhole, brown_conrady, kannala_brandt, fov, "
+        f"eucm, or {LATLONG!r}), got {made.name!r}."
     )
 
 
@@ -163,9 +208,10 @@ def _binary_cameras(data: bytes) -> Iterator[tuple[int, Described]]:
         key, number, width, height = struct.unpack_from("<IiQQ", data, at)
         at += 24
         name = NUMBERS[number] if 0 <= number < len(NUMBERS) else f"number {number}"
-        if name not in MODELS:
-            from_model(name, (height, width), [])
-        numbers = MODELS[name][0] + 2 + len(MODELS[name][2])
+        if name in MODELS:
+            numbers = MODELS[name][0] + 2 + len(MODELS[name][2])
+        else:
+            numbers = 2 if name == PANORAMA else 0
         yield (
             key,
             _described(name, width, height, list(struct.unpack_from(f"<{numbers}d", data, at))),
@@ -185,8 +231,11 @@ def _binary_images(data: bytes) -> Iterator[tuple[int, list[float], list[float],
         yield key, pose[:4], pose[4:], name
 
 
-def write(rig: Rig, folder: Path, frame: str, masked: bool) -> None:
-    """Write cameras.txt, images.txt, points3D.txt and rig_config.json, which name no masks."""
+def write(rig: Rig, folder: Path, frames: Sequence[str]) -> None:
+    """Write rig_config.json and, of one frame, cameras.txt, images.txt and points3D.txt."""
+    _write(folder / "rig_config.json", [json.dumps([{"cameras": _sensors(rig)}], indent=2)])
+    if len(frames) > 1:
+        return
     cameras: dict[str, int] = {}
     numbers = []
     for view in rig:
@@ -206,10 +255,9 @@ def write(rig: Rig, folder: Path, frame: str, masked: bool) -> None:
     for k, (view, number) in enumerate(zip(rig, numbers, strict=True), 1):
         turn, shift = _world_to_camera(view)
         pose = " ".join(map(repr, [*from_matrix(turn), *shift.tolist()]))
-        images += [f"{k} {pose} {number} {view.name}/{frame}", ""]
+        images += [f"{k} {pose} {number} {view.name}/{frames[0]}", ""]
     _write(folder / "images.txt", images)
     _write(folder / "points3D.txt", ["# POINT3D_ID X Y Z R G B ERROR TRACK[]"])
-    _write(folder / "rig_config.json", [json.dumps([{"cameras": _sensors(rig)}], indent=2)])
 
 
 def _sensors(rig: Rig) -> list[dict[str, object]]:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Curve: TypeAlias = Literal["srgb", "linear"]
 
-__all__ = ["Curve", "coded", "gains", "gains_of"]
+__all__ = ["Curve", "coded", "gains", "gains_of", "light_of_codes"]
 
 # Rows of the panorama in which overlaps are compared.
 COMPARED = 256
@@ -124,7 +124,7 @@ def _seen_light(picture: Picture, curve: str) -> NDArray[Any]:
     pixels = picture.pixels
     height, width = pixels.shape[:2]
     found = np.empty((height, width, 3), exact(pixels.dtype))
-    codes = _light_of_codes(pixels.dtype, curve) if pixels.dtype.kind == "u" else None
+    codes = light_of_codes(pixels.dtype, curve) if pixels.dtype.kind == "u" else None
 
     def work(rows: slice) -> None:
         weight = picture.weights.rows(rows.start, rows.stop)
@@ -145,7 +145,7 @@ def _seen_light(picture: Picture, curve: str) -> NDArray[Any]:
     return found
 
 
-def _light_of_codes(dtype: np.dtype[Any], curve: str) -> NDArray[np.float32]:
+def light_of_codes(dtype: np.dtype[Any], curve: str) -> NDArray[np.float32]:
     """Return the light of each integer, from 0 to 1."""
     most = np.iinfo(dtype).max
     values = np.arange(most + 1) / most

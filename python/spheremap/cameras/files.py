@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from .._scalars import as_text
+from .._scalars import as_items, as_text
 from . import colmap, nerfstudio, opencv, yaml_files
 from .masking import expect_masks, write_mask
 from .views import Rig, mask_path
@@ -28,7 +28,7 @@ READERS: dict[str, Callable[[Path], Rig]] = {
     "ros": yaml_files.read_ros,
     "nerfstudio": nerfstudio.read,
 }
-WRITERS = {"colmap": colmap.write, "nerfstudio": nerfstudio.write}
+WRITTEN = ("colmap", "nerfstudio")
 
 
 def read(path: str | os.PathLike[str], /, *, format: FileFormat | None = None) -> Rig:
@@ -39,7 +39,8 @@ def read(path: str | os.PathLike[str], /, *, format: FileFormat | None = None) -
     path : path
         OpenCV's YAML or XML, COLMAP's ``cameras.txt`` or ``.bin`` or the folder that holds it
         (poses come from ``images.txt`` or ``.bin`` beside it), Kalibr's camchain, ROS's
-        CameraInfo as ``camera_calibration`` writes it, or nerfstudio's ``transforms.json``.
+        CameraInfo as ``camera_calibration`` writes it or ``rostopic echo`` prints it, or
+        nerfstudio's ``transforms.json``.
         Kalibr's and ROS's need PyYAML.
     format : str, optional
         ``"opencv"``, ``"colmap"``, ``"kalibr"``, ``"ros"`` or ``"nerfstudio"``; by default it is
@@ -84,7 +85,7 @@ def write(
     /,
     *,
     format: WrittenFormat,
-    frame: str = "0001.png",
+    frame: str | Sequence[str] = "0001.png",
     masks: Sequence[ArrayLike] | None = None,
 ) -> None:
     """Write a rig for structure from motion or splats.
@@ -95,11 +96,14 @@ def write(
         The cameras, with their poses.
     path : path
         A folder, which is made. COLMAP's gets ``cameras.txt``, ``images.txt``, an empty
-        ``points3D.txt`` and ``rig_config.json``, nerfstudio's ``transforms.json``.
+        ``points3D.txt`` and ``rig_config.json``, nerfstudio's ``transforms.json``. The pictures
+        belong into its folder ``images``, which is COLMAP's ``image_path``.
     format : {"colmap", "nerfstudio"}
         The program.
-    frame : str, optional
-        The file name of each view's picture, in a folder of the view's name: ``view00/0001.png``.
+    frame : str or sequence of str, optional
+        The file name of each view's picture, in a folder of the view's name:
+        ``images/view00/0001.png``. Several are of a rig that moved: where to is what COLMAP finds,
+        so it gets ``rig_config.json`` alone; nerfstudio needs it known.
     masks : sequence of array_like of bool, optional
         A mask of each view, as `spheremap.cameras.masks` makes them. They are written as
         ``masks/view00/0001.png.png``, white where pixels count: ``masks`` is COLMAP's
@@ -108,8 +112,8 @@ def write(
     Raises
     ------
     ValueError, TypeError
-        For a view without a pose, a camera that the program has no model for, and masks of other
-        sizes.
+        For a view without a pose, a camera that the program has no model for, masks of other
+        sizes, and several frames for nerfstudio.
     OSError
         If it cannot be written.
 
@@ -121,12 +125,12 @@ def write(
     ...     sm.cameras.write(sm.cameras.rig(512, n=8), folder, format="nerfstudio")
     ...     text = (pathlib.Path(folder) / "transforms.json").read_text()
     >>> json.loads(text)["frames"][0]["file_path"]
-    'view00/0001.png'
+    'images/view00/0001.png'
     """
     if not isinstance(rig, Rig):
         raise TypeError(f"Expected `rig` to be a Rig, got {type(rig).__name__}.")
-    if as_text(format, "format") not in WRITERS:
-        raise ValueError(f"Expected `format` to be one of {', '.join(WRITERS)}, got {format!r}.")
+    if as_text(format, "format") not in WRITTEN:
+        raise ValueError(f"Expected `format` to be one of {', '.join(WRITTEN)}, got {format!r}.")
     for view in rig:
         if view.pose is None:
             raise ValueError(
@@ -135,14 +139,26 @@ def write(
     names = [view.name for view in rig]
     if len(set(names)) < len(names):
         raise ValueError("Expected the views of `rig` to have names of their own, got one twice.")
-    frame = as_text(frame, "frame")
+    frames = [frame] if isinstance(frame, str) else as_items(frame, "frame", "file names")
+    frames = [as_text(name, "frame") for name in frames]
+    if not frames:
+        raise ValueError("Expected at least one file name in `frame`, got none.")
+    if format == "nerfstudio" and len(frames) > 1:
+        raise ValueError(
+            "Expected one `frame` for nerfstudio, whose file says where each picture was taken, "
+            f"got {len(frames)}."
+        )
     folder = _path(path)
     shapes = None if masks is None else expect_masks(masks, rig)
     folder.mkdir(parents=True, exist_ok=True)
-    WRITERS[format](rig, folder, frame, shapes is not None)
+    if format == "colmap":
+        colmap.write(rig, folder, frames)
+    else:
+        nerfstudio.write(rig, folder, frames[0], shapes is not None)
     if shapes is not None:
         for view, mask in zip(rig, shapes, strict=True):
-            write_mask(folder / mask_path(view, frame), mask)
+            for name in frames:
+                write_mask(folder / mask_path(view, name), mask)
 
 
 def _path(path: object) -> Path:
@@ -172,7 +188,7 @@ def _format(path: Path) -> FileFormat:
     if suffix in (".yaml", ".yml"):
         if "distortion_coeffs" in start and "camera_model" in start:
             return "kalibr"
-        if "camera_matrix" in start:
+        if "camera_matrix" in start or "distortion_model" in start:
             return "ros"
     if suffix == ".txt" and "CAMERA_ID" in start:
         return "colmap"

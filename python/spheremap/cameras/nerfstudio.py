@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .colmap import from_model, to_model
-from .views import Rig, View, mask_path
+from .views import Rig, View, mask_path, picture_path
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -82,7 +82,7 @@ def write(rig: Rig, folder: Path, frame: str, masked: bool) -> None:
         fx, fy, cx, cy = numbers[:4]
         height, width = view.size
         entry: dict[str, Any] = {
-            "file_path": f"{view.name}/{frame}",
+            "file_path": picture_path(view, frame),
             "camera_model": "OPENCV_FISHEYE" if model == "OPENCV_FISHEYE" else "OPENCV",
             "w": width,
             "h": height,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..map.cameras import COEFFICIENTS, camera
+from ..map.cameras import camera
 from .views import Rig, View
 
 if TYPE_CHECKING:
@@ -71,31 +71,18 @@ def read(path: Path) -> Rig:
         elif len(given) == 0 or not given.any():
             model, given = "pinhole", given[:0]
         else:
-            model, given = "brown_conrady", _without_prism(given)
-        counts = COEFFICIENTS[model][1]
-        if len(given) not in counts:
-            raise ValueError(
-                f"Expected {' or '.join(map(str, counts))} distortion coefficients of a {model} "
-                f"camera in {path.name!r}, got {len(given)}."
-            )
+            model = "brown_conrady"
         size = (height, width)
         if len(found[matrix]) != 9:
             raise ValueError(f"Expected 9 numbers of {matrix!r}, got {len(found[matrix])}.")
-        made = camera(found[matrix].reshape(3, 3), size, distortion=given, model=model)  # type: ignore[arg-type]
+        try:
+            made = camera(found[matrix].reshape(3, 3), size, distortion=given, model=model)  # type: ignore[arg-type]
+        except ValueError as error:
+            raise ValueError(f"{path.name!r}, {matrix}: {error}") from None
         views.append(View(name, made, size))
     if not views:
         raise ValueError(f"Expected a `camera_matrix` of OpenCV in {path.name!r}, got none.")
     return Rig(tuple(views))
-
-
-def _without_prism(given: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return k1 to k6, and refuse what comes behind unless it is zero."""
-    if given[8:].any():
-        raise ValueError(
-            "Expected distortion coefficients up to k6, got s1 to s4 (thin prism) or a tilt, which "
-            "have no formula here."
-        )
-    return given[:8]
 
 
 def _yaml(text: str) -> dict[str, NDArray[np.float64]]:

@@ -121,7 +121,7 @@ def pictures_of(
     if len(given) != count:
         raise ValueError(
             f"Expected `images` to hold a picture for each camera, got {len(given)} for {count} "
-            "cameras."
+            + ("camera; of one lens `back_to_back` makes two." if count == 1 else "cameras.")
         )
     angles = _each(fov, count, "fov")
     covers = _each(masks, count, "masks")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from .._arrays import as_doubles, as_rotation
 from .._scalars import as_items, as_text
+from ..map import directions_to_pixels, pixels_to_directions
 from ..map.named import resolve
 from ..resample import convert
 
@@ -16,10 +17,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
+    from .._arrays import Size
     from .._projection import Projection
     from ..map.named import ProjectionLike
 
-__all__ = ["Rig", "View", "mask_path"]
+__all__ = ["Rig", "View", "mask_path", "picture_path"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +73,97 @@ class View:
     def projection(self) -> Projection:
         """The camera with its pose: its directions are those of the rig's world."""
         return self.camera if self.pose is None else self.camera.turned(self.pose)
+
+    def pixels_from(
+        self,
+        xy: ArrayLike,
+        /,
+        src: ProjectionLike,
+        size: Size,
+        *,
+        centers: Literal["half", "integer"] = "half",
+    ) -> NDArray[np.floating[Any]]:
+        """Return where this view sees what lies at pixels of another image.
+
+        Parameters
+        ----------
+        xy : array_like, shape (..., 2)
+            Pixels of the other image, such as keypoints: x to the right, y down.
+        src : Projection or str
+            Its projection: a panorama's, or another view's `projection`. Worlds are matched, as
+            `convert` does.
+        size : int or tuple of int
+            Its size, as for `spheremap.convert`.
+        centers : {"half", "integer"}
+            Whether the center of the first pixel counts (0.5, 0.5), as COLMAP has it, or (0, 0),
+            as OpenCV has it: in `xy` and in the result.
+
+        Returns
+        -------
+        ndarray of float64, shape (..., 2)
+            Pixels of this view, NaN for what it does not see. Everything is far away.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As `spheremap.pixels_to_directions`.
+
+        See Also
+        --------
+        View.pixels_to : The way back.
+
+        Examples
+        --------
+        >>> import spheremap as sm
+        >>> rig = sm.cameras.rig(400, fov=90)
+        >>> xy = rig[4].pixels_from([300.0, 100.0], "latlong", (256, 512))
+        >>> xy.round(2).tolist()
+        [319.88, 116.57]
+        >>> rig[4].pixels_to(xy, "latlong", (256, 512)).round(9).tolist()
+        [300.0, 100.0]
+        """
+        other = resolve(src).in_world_of(self.projection)
+        d = pixels_to_directions(_places(xy), other, size, centers=centers)
+        return directions_to_pixels(d, self.projection, self.size, centers=centers)
+
+    def pixels_to(
+        self,
+        xy: ArrayLike,
+        /,
+        dst: ProjectionLike,
+        size: Size,
+        *,
+        centers: Literal["half", "integer"] = "half",
+    ) -> NDArray[np.floating[Any]]:
+        """Return where another image has what lies at pixels of this view.
+
+        Parameters
+        ----------
+        xy : array_like, shape (..., 2)
+            Pixels of this view, such as keypoints: x to the right, y down.
+        dst, size, centers
+            The other image, as for `pixels_from`.
+
+        Returns
+        -------
+        ndarray of float64, shape (..., 2), or (..., 3) for an array of faces
+            Pixels of the other image, NaN for what it does not show.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As `spheremap.pixels_to_directions`.
+
+        Examples
+        --------
+        >>> import spheremap as sm
+        >>> view = sm.cameras.rig(400, fov=90, overlap=0)[1]
+        >>> view.pixels_to([200.0, 200.0], "latlong", (256, 512)).round(9).tolist()
+        [256.0, 128.0]
+        """
+        other = resolve(dst).in_world_of(self.projection)
+        d = pixels_to_directions(_places(xy), self.projection, self.size, centers=centers)
+        return directions_to_pixels(d, other, size, centers=centers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +249,19 @@ class Rig:
         return [
             convert(image, src, view.projection, size=view.size, **options) for view in self.views
         ]
+
+
+def _places(xy: ArrayLike) -> NDArray[np.float64]:
+    """Return pixels in float64: in float32, as OpenCV has keypoints, they would lose digits."""
+    found = as_doubles(xy, "xy")
+    if found.ndim == 0 or found.shape[-1] != 2:
+        raise ValueError(f"Expected `xy` to have shape (..., 2), got {found.shape}.")
+    return found
+
+
+def picture_path(view: View, frame: str) -> str:
+    """Return where a picture of the view lies in a folder that holds COLMAP's or nerfstudio's."""
+    return f"images/{view.name}/{frame}"
 
 
 def mask_path(view: View, frame: str) -> str:

@@ -24,6 +24,7 @@ KALIBR = {
     ("pinhole", "none"): ("pinhole", 0),
     ("pinhole", "radtan"): ("brown_conrady", 0),
     ("pinhole", "equidistant"): ("kannala_brandt", 0),
+    ("pinhole", "fov"): ("fov", 0),
     ("omni", "none"): ("unified", 1),
     ("omni", "radtan"): ("unified", 1),
     ("eucm", "none"): ("eucm", 2),
@@ -80,22 +81,33 @@ def _kalibr_camera(entry: dict[str, Any]) -> tuple[Any, tuple[int, int]]:
 
 
 def read_ros(path: Path) -> Rig:
-    """Read a CameraInfo."""
+    """Read a CameraInfo: the file of camera_calibration, or the message as it is printed."""
     info = _load(path)
     try:
-        size = (int(info["image_height"]), int(info["image_width"]))
-        k = np.asarray(info["camera_matrix"]["data"], float).reshape(3, 3)
-        given = [float(x) for x in info["distortion_coefficients"]["data"]]
+        if "camera_matrix" in info:
+            size = (int(info["image_height"]), int(info["image_width"]))
+            numbers = info["camera_matrix"]["data"]
+            given = [float(x) for x in info["distortion_coefficients"]["data"]]
+        else:
+            # Of ROS 1 and of ROS 2.
+            size = (int(info["height"]), int(info["width"]))
+            numbers = info["K"] if "K" in info else info["k"]
+            given = [float(x) for x in (info["D"] if "D" in info else info["d"])]
+        k = np.asarray(numbers, float).reshape(3, 3)
         name = str(info.get("distortion_model", "plumb_bob"))
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"Expected ROS's CameraInfo, got {path.name!r}: {error!r}.") from error
     if name not in ROS:
         raise ValueError(
             f"Expected a distortion model among {', '.join(ROS)}, got {name!r}, which has no "
             "formula here."
         )
+    if not k.any():
+        raise ValueError(f"Expected a calibrated camera in {path.name!r}, got a K of zeros.")
     made = camera(k, size, distortion=given, model=ROS[name])  # type: ignore[arg-type]
-    return Rig((View(str(info.get("camera_name", "camera")), made, size),))
+    header = info.get("header")
+    frame = header.get("frame_id") if isinstance(header, dict) else None
+    return Rig((View(str(info.get("camera_name") or frame or "camera"), made, size),))
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -107,7 +119,8 @@ def _load(path: Path) -> dict[str, Any]:
         ) from None
     text = path.read_text(encoding="utf-8")
     try:
-        loaded = yaml.safe_load(text)
+        # A message that is printed is followed by a line that begins the next one.
+        loaded = next(yaml.safe_load_all(text), None)
     except yaml.YAMLError as error:
         raise ValueError(f"Expected YAML in {path.name!r}, got a file that is none.") from error
     if not isinstance(loaded, dict):

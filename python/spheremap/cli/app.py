@@ -52,6 +52,22 @@ COMMANDS = {
             "spheremap ball ball.exr -o sky.exr --metal Cr --preview rims.png",
         ),
     ),
+    "views": Command(
+        "views",
+        (
+            "spheremap views panoramas -o scene --n 12 --size 1600 --masks --photographer 35",
+            "spheremap views pano.jpg -o splats --fov 90 --format nerfstudio",
+        ),
+    ),
+    "stitch": Command(
+        "stitch",
+        (
+            "spheremap stitch raw.jpg -o pano.jpg --cameras 'dual_fisheye(fov=200)'",
+            "spheremap stitch a.png b.png -o pano.png --cameras camchain.yaml --fov 195 "
+            "--match-exposure",
+            "spheremap stitch scene/images -o pano.jpg --cameras scene --blend bands",
+        ),
+    ),
     "view": Command(
         "view",
         (

@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
 from .._arrays import as_doubles
 from .._scalars import as_text, as_whole
-from .named import projection
+from .named import made
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from .._projection import Projection
 
 __all__ = ["COEFFICIENTS", "PIXEL_CENTER", "CameraModel", "camera", "matrix"]
 
 CameraModel: TypeAlias = Literal[
-    "pinhole", "brown_conrady", "kannala_brandt", "unified", "double_sphere", "eucm"
+    "pinhole",
+    "brown_conrady",
+    "kannala_brandt",
+    "unified",
+    "omnidirectional",
+    "double_sphere",
+    "eucm",
+    "fov",
 ]
 
 # In the order of `distortion`, and how many of them may be left out at the end.
@@ -29,8 +37,30 @@ COEFFICIENTS: dict[str, tuple[tuple[str, ...], tuple[int, ...]]] = {
     "brown_conrady": (("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"), (0, 4, 5, 8)),
     "kannala_brandt": (("k1", "k2", "k3", "k4"), (0, 4)),
     "unified": (("xi", "k1", "k2", "p1", "p2"), (1, 5)),
+    "omnidirectional": (("xi", "k1", "k2", "p1", "p2"), (1, 5)),
     "double_sphere": (("xi", "alpha"), (2,)),
     "eucm": (("alpha", "beta"), (2,)),
+    "fov": (("omega",), (1,)),
+}
+# OpenCV's name of what the paper calls unified.
+FORMULAS = {"omnidirectional": "unified"}
+# What other programs call these models.
+ELSEWHERE = {
+    "perspective": "pinhole",
+    "opencv": "brown_conrady",
+    "radtan": "brown_conrady",
+    "plumb_bob": "brown_conrady",
+    "rational_polynomial": "brown_conrady",
+    "fisheye": "kannala_brandt",
+    "opencv_fisheye": "kannala_brandt",
+    "equidistant": "kannala_brandt",
+    "equi": "kannala_brandt",
+    "kb": "kannala_brandt",
+    "kb4": "kannala_brandt",
+    "mei": "unified",
+    "omni": "unified",
+    "omnidir": "omnidirectional",
+    "ds": "double_sphere",
 }
 
 # Where the center of the first pixel is counted: whole numbers are centers.
@@ -65,11 +95,13 @@ def camera(
 
         - ``"pinhole"``: none.
         - ``"brown_conrady"``: k1, k2, p1, p2[, k3[, k4, k5, k6]], `distCoeffs` of OpenCV's
-          ``calibrateCamera``.
+          ``calibrateCamera``, whose thin prism and tilt behind them have to be 0.
         - ``"kannala_brandt"``: k1, k2, k3, k4, D of ``cv2.fisheye``.
-        - ``"unified"``: xi[, k1, k2, p1, p2], xi and D of ``cv2.omnidir``.
+        - ``"unified"``, OpenCV's ``"omnidirectional"``: xi[, k1, k2, p1, p2], xi and D of
+          ``cv2.omnidir``.
         - ``"double_sphere"``: xi, alpha.
         - ``"eucm"``: alpha, beta.
+        - ``"fov"``: omega, in radians.
     model : str, optional
         One of these.
 
@@ -84,9 +116,15 @@ def camera(
     ValueError, TypeError
         For an unknown model, another count of coefficients, a skew, or numbers out of range.
 
+    Warns
+    -----
+    UserWarning
+        Where the principal point is near the middle of the image only if `size` is width and
+        height.
+
     Notes
     -----
-    Formulas: [1]_ to [6]_.
+    Formulas: [1]_ to [7]_.
 
     .. [1] Hartley and Zisserman 2004, Multiple View Geometry, section 6.1.
     .. [2] Brown 1966, Decentering Distortion of Lenses, in OpenCV's letters.
@@ -94,6 +132,7 @@ def camera(
     .. [4] Mei and Rives 2007, Single View Point Omnidirectional Camera Calibration.
     .. [5] Usenko, Demmel and Cremers 2018, The Double Sphere Camera Model.
     .. [6] Khomutenko, Garcia and Martinet 2016, An Enhanced Unified Camera Model.
+    .. [7] Devernay and Faugeras 2001, Straight Lines Have to Be Straight, eq. 13 and 14.
 
     Examples
     --------
@@ -110,21 +149,40 @@ def camera(
     [904.235, 447.745]
     """
     if as_text(model, "model") not in COEFFICIENTS:
-        raise ValueError(f"Expected `model` to be one of {', '.join(COEFFICIENTS)}, got {model!r}.")
+        here = ELSEWHERE.get(model.lower())
+        raise ValueError(
+            f"Expected `model` to be one of {', '.join(COEFFICIENTS)}, got {model!r}"
+            + (f"; here it is {here!r}." if here else ".")
+        )
     fx, fy, cx, cy = _pixels(K)
     height, width = _shape(size)
+    if _is_middle(cx, height, cy, width) and not _is_middle(cx, width, cy, height):
+        warnings.warn(
+            f"`size` is height and width, got {(height, width)}, and the principal point "
+            f"({cx:g}, {cy:g}) is near the middle of {height} x {width} pixels; did you mean "
+            f"{(width, height)}?",
+            stacklevel=2,
+        )
     names, counts = COEFFICIENTS[model]
     given = np.zeros(0) if distortion is None else as_doubles(distortion, "distortion").ravel()
+    if model == "brown_conrady":
+        given = _without_prism(given)
     if len(given) not in counts:
         wanted = " or ".join(map(str, counts))
         listed = f" ({', '.join(names)})" if names else ""
+        hint = (
+            "; those of OpenCV's `calibrateCamera` are of `model` 'brown_conrady', those of its "
+            "`fisheye` of 'kannala_brandt'."
+            if model == "pinhole"
+            else "."
+        )
         raise ValueError(
             f"Expected `distortion` of {model!r} to have {wanted} numbers{listed}, "
-            f"got {len(given)}."
+            f"got {len(given)}{hint}"
         )
     coefficients: dict[str, Any] = {name: float(c) for name, c in zip(names, given, strict=False)}
-    return projection(
-        f"camera_{model}",
+    return made(
+        f"camera_{FORMULAS.get(model, model)}",
         axes="+x +y +z",
         world="+x -y +z",
         fx=fx / width,
@@ -134,6 +192,18 @@ def camera(
         aspect=width / height,
         **coefficients,
     )
+
+
+def _without_prism(given: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return k1 to k6 of 12 or 14 coefficients, and refuse what comes behind unless it is zero."""
+    if len(given) not in (12, 14):
+        return given
+    if given[8:].any():
+        raise ValueError(
+            "Expected distortion coefficients up to k6, got s1 to s4 (thin prism) or a tilt, which "
+            "have no formula here."
+        )
+    return given[:8]
 
 
 def matrix(camera: Projection, size: tuple[int, int]) -> tuple[float, float, float, float]:
@@ -146,6 +216,11 @@ def matrix(camera: Projection, size: tuple[int, int]) -> tuple[float, float, flo
         (p["cx"] + 0.5) * width - PIXEL_CENTER,
         (p["cy"] + 0.5) * height - PIXEL_CENTER,
     )
+
+
+def _is_middle(cx: float, width: int, cy: float, height: int) -> bool:
+    """Tell whether a principal point is as near to the middle as most lenses have it."""
+    return abs(cx / width - 0.5) < 0.1 and abs(cy / height - 0.5) < 0.1
 
 
 def _pixels(given: Any) -> tuple[float, ...]:

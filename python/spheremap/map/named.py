@@ -21,6 +21,9 @@ __all__ = ["conventions", "projection"]
 # What is done where the worlds of two maps differ.
 Worlds: TypeAlias = Literal["match", "literal"]
 
+# What people who have a camera in pixels say of it.
+PIXELS = frozenset({"K", "fx", "fy", "f", "focal", "focal_length", "width", "height"})
+
 # Only names that resolved get in, so it cannot grow beyond the registry.
 _named: dict[str, Projection] = {}
 
@@ -40,6 +43,11 @@ def use_class(made: type[Projection]) -> None:
     """Make projections of this class."""
     global _class
     _class = made
+
+
+def made(name: str, **options: Any) -> Projection:
+    """Return a projection by its name, its parameters and what else `projection` takes."""
+    return _made(_class, name, **options)
 
 
 def resolve(
@@ -162,16 +170,23 @@ def projection(  # type: ignore[misc]
     """
     if not isinstance(name, str):
         raise TypeError(f"Expected the name of a projection, got {type(name).__name__}.")
-    return _made(
-        _class,
-        name,
-        convention=convention,
-        axes=axes,
-        grid=grid,
-        layout=layout,
-        world=world,
-        **parameters,
-    )
+    try:
+        return made(
+            name,
+            convention=convention,
+            axes=axes,
+            grid=grid,
+            layout=layout,
+            world=world,
+            **parameters,
+        )
+    except (TypeError, ValueError) as error:
+        if PIXELS.isdisjoint(parameters):
+            raise
+        said = str(error).rstrip(".")
+        raise type(error)(
+            f"{said}; `sm.camera(K, size)` makes the projection of a camera from pixels"
+        ) from None
 
 
 class Conventions(Rows):

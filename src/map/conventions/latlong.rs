@@ -265,4 +265,14 @@ pub const TABLE: &[Convention] = &[
         version: "Hugin, b345d9d",
         ..programs::HUGIN
     },
+    Convention {
+        kind: "latlong",
+        name: "colmap",
+        axes: "+x +y +z",
+        note: "The camera model EQUIRECTANGULAR; pixels count from the corner of the first, and a pose takes the world to it.",
+        source: "COLMAP, sensor/models.h, EquirectangularCameraModel",
+        version: "pycolmap 4.2.1",
+        known: Known::Run,
+        ..programs::COLMAP
+    },
 ];

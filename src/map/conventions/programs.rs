@@ -95,6 +95,10 @@ pub(super) const FFMPEG: Convention = program(
 );
 pub(super) const HUGIN: Convention =
     program(World::new("-y", "+z", false), "the middle of its panoramas");
+pub(super) const COLMAP: Convention = program(
+    World::new("-y", "+z", false),
+    "a camera looks along +z, with +x to the right and +y down",
+);
 pub(super) const PY360CONVERT: Convention = program(
     World::new("+y", "+z", true),
     "a view that is not turned looks along +z, with +x to the right",

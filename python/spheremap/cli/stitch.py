@@ -1,0 +1,200 @@
+"""The subcommand `spheremap stitch`: views, or both lenses of a 360 camera, as one panorama."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+import typer
+
+import spheremap as sm
+from spheremap import io
+from spheremap.cli import existing, files, picture
+from spheremap.cli.lengths import texels
+from spheremap.cli.options import (
+    AnyAspect,
+    ColorSpace,
+    NoClobber,
+    Rotation,
+    World,
+    finite,
+)
+from spheremap.cli.picture import Picture
+from spheremap.cli.terminal import UsageError, as_usage, check_projection, progress
+from spheremap.io.images import STORED, TEXTURES
+from spheremap.io.tonemap import Curve
+from spheremap.map.flat import flat
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def stitch(
+    sources: Annotated[
+        list[Path], typer.Argument(metavar="IN...", help="The pictures, or a folder of them.")
+    ],
+    target: Annotated[Path, typer.Option("--output", "-o", metavar="OUT", help="The panorama.")],
+    cameras: Annotated[
+        str,
+        typer.Option(
+            "--cameras",
+            metavar="NAME|FILE",
+            help="The lens, as 'dual_fisheye(fov=200)' or 'angular(fov=200)', or the file of a "
+            "calibration program, or the folder of COLMAP's.",
+        ),
+    ],
+    to: Annotated[str, typer.Option("--to", metavar="NAME", help="Projection of OUT.")] = "latlong",
+    size: Annotated[
+        str | None,
+        typer.Option(metavar="N", help="Height of a latlong, side of a square or face, as 2k."),
+    ] = None,
+    blend: Annotated[
+        Literal["feather", "bands", "nearest"],
+        typer.Option(help="How pictures go over into each other."),
+    ] = "feather",
+    match_exposure: Annotated[
+        bool, typer.Option("--match-exposure", help="Make all as bright where they overlap.")
+    ] = False,
+    fov: Annotated[
+        float | None,
+        typer.Option(metavar="DEG", help="How wide the lens of a calibration sees, across."),
+    ] = None,
+    mask: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FILE", help="One for each picture; black does not count."),
+    ] = None,
+    rotate: Rotation = (0.0, 0.0, 0.0),
+    world: World = "match",
+    tonemap: Annotated[
+        Curve, typer.Option(help="How light becomes integers; none cuts at 1.")
+    ] = "none",
+    exposure: Annotated[
+        float, typer.Option(metavar="STOPS", callback=finite, help="How much brighter light is.")
+    ] = 0.0,
+    colorspace: ColorSpace = None,
+    any_aspect: AnyAspect = False,
+    no_clobber: NoClobber = False,
+) -> None:
+    """Join views, or the pictures of a 360 camera's lenses, into one panorama.
+
+    Of two pictures and one lens the second looks backward. Pictures are those of the views of a
+    file by their names, or else by their order.
+    """
+    check_projection(to)
+    if target.suffix.lower() in TEXTURES:
+        raise UsageError(f"--output is an image, got {str(target)!r}")
+    with as_usage():
+        dst = flat(to)
+    io.check_target(target)
+    if no_clobber:
+        existing.refuse_existing([target])
+    seen, paths = _matched(cameras, sources)
+    if target.resolve() in [path.resolve() for path in [*paths, *(mask or ())]]:
+        raise UsageError(f"--output would replace {str(target)!r}, which is needed")
+    if mask and len(mask) != len(paths):
+        raise UsageError(f"--mask is needed once for each of {len(paths)} pictures")
+    start = time.perf_counter()
+    with progress() as step:
+        loaded = []
+        for path in paths:
+            step(f"reading {path.name}")
+            loaded.append(picture.without_alpha(picture.load(path, color_space=colorspace)))
+        masks = [_counts(picture.load(path)) for path in mask or ()]
+        suffix = target.suffix.lower()
+        kinds, own = STORED[suffix], loaded[0].pixels.dtype.name
+        depth = own if own in kinds else "float32" if "float32" in kinds else "uint8"
+        if _are_light(loaded, depth):
+            loaded = [picture.as_light(one) for one in loaded]
+        elif tonemap != "none" or exposure:
+            raise UsageError("--tonemap and --exposure do nothing where integers stay integers")
+        images: Any = [one.pixels for one in loaded]
+        step("stitching")
+        with step.listening():
+            image, weight = sm.cameras.stitch(
+                images[0] if isinstance(seen, sm.Projection) else images,
+                seen,
+                dst,
+                size=texels("--size", size) if size else None,
+                blend=blend,
+                exposure="match" if match_exposure else None,
+                masks=masks or None,
+                fov=fov,
+                rotation=sm.rotation(*rotate) if any(rotate) else None,
+                world=world,
+                any_aspect=any_aspect,
+                return_weight=True,
+            )
+        step(f"writing {target.name}")
+        joined = replace(loaded[0], pixels=np.nan_to_num(image, copy=False), metadata={})
+        stored = picture.as_stored(joined, depth, suffix, tonemap=tonemap, exposure=exposure)
+        picture.save(target, stored, compression=None, projection=files.noted(to, dst))
+    height, width = image.shape[:2]
+    count = f"{len(paths)} picture{'s' if len(paths) > 1 else ''}"
+    print(
+        f"{target}: {files.described(dst)}, {width} x {height}, "
+        f"covers {_covered(weight, dst):.1%}; {count} in {time.perf_counter() - start:.1f} s"
+    )
+
+
+def _matched(cameras: str, sources: list[Path]) -> tuple[Any, list[Path]]:
+    """Return the cameras as `stitch` takes them, and the picture of each."""
+    if not Path(cameras).exists():
+        if "/" in cameras or Path(cameras).suffix.lower() in (".txt", ".bin", ".json", ".yaml"):
+            raise FileNotFoundError(f"no such file: {cameras!r}")
+        check_projection(cameras)
+        lens = sm.projection(cameras)
+        if len(sources) == 1:
+            return (lens if lens.name == "dual_fisheye" else [lens]), sources
+        if len(sources) > 2 or lens.name == "dual_fisheye":
+            raise UsageError(f"--cameras {cameras!r} is of one picture, got {len(sources)}")
+        return sm.cameras.back_to_back(lens), sources
+    rig = sm.cameras.read(cameras)
+    paths = _pictures(rig, sources)
+    if all(view.pose is not None for view in rig):
+        return rig, paths
+    if len(rig) > 2 or len(paths) != 2:
+        raise UsageError(f"{cameras!r} does not say where its cameras look")
+    return sm.cameras.back_to_back(*(view.camera for view in rig)), paths
+
+
+def _pictures(rig: sm.cameras.Rig, sources: list[Path]) -> list[Path]:
+    """Return the pictures of a rig's views in their order."""
+    if len(sources) == 1 and sources[0].is_dir():
+        folder = sources[0]
+        found = [folder / view.name for view in rig]
+        missing = [path for path in found if not path.is_file()]
+        if missing:
+            raise FileNotFoundError(f"no such file: {str(missing[0])!r}, a view of the cameras")
+        return found
+    named = [
+        next((path for path in sources if path.as_posix().endswith(view.name)), None)
+        for view in rig
+    ]
+    by_name = [path for path in named if path is not None]
+    if len(set(by_name)) == len(rig):
+        return by_name
+    if len(sources) not in (len(rig), 2 if len(rig) == 1 else len(rig)):
+        raise UsageError(f"there are {len(rig)} cameras and {len(sources)} pictures")
+    return sources
+
+
+def _are_light(loaded: list[Picture], depth: str) -> bool:
+    """Tell whether pictures are to be mixed as light."""
+    if depth.startswith("float") or any(one.is_light for one in loaded):
+        return True
+    return any(one.color_space != picture.SRGB for one in loaded)
+
+
+def _counts(mask: Picture) -> NDArray[np.bool_]:
+    pixels = picture.without_alpha(mask).pixels
+    most = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
+    return np.asarray(pixels.mean(-1) > 0.5 * most)
+
+
+def _covered(weight: NDArray[np.float32], dst: sm.Projection) -> float:
+    """Return the part of what OUT holds that some picture shows."""
+    area = sm.solid_angle(dst, weight.shape, any_aspect=True)
+    return float(area[weight > 0].sum() / area.sum())

@@ -70,6 +70,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "spheremap"
 html_baseurl = ""
 html_static_path = ["_static"]
+templates_path = ["templates"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
@@ -77,6 +78,7 @@ html_show_sphinx = False
 html_sidebars: dict[str, list[str]] = {"index": [], "gallery": [], "speed": []}
 html_theme_options: dict[str, Any] = {
     "navbar_align": "left",
+    "navbar_persistent": ["search-field"],
     "header_links_before_dropdown": 8,
     "show_prev_next": False,
     "show_nav_level": 1,

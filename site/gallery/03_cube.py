@@ -1,7 +1,7 @@
 """A skybox, as a cross.
 
-With these axes it reads as seen from inside; OpenGL's faces, the default, are mirrored. Without a layout
-it is an array of six images, and `"cube:unity"` is a program's own.
+With these axes it reads as seen from inside; OpenGL's faces, the default, are mirrored. Without a
+layout it is an array of six images, and `"cube:unity"` is a program's own.
 """
 
 import spheremap as sm

@@ -12,10 +12,12 @@ import os
 import subprocess
 import sys
 import tempfile
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import spheremap as sm
+from PIL import Image
 from spheremap import io
 from spheremap.cli.sky import radiance
 
@@ -57,13 +59,17 @@ def section(program: Path, source: Source) -> str:
     text = program.read_text(encoding="utf-8")
     title, _, says = (ast.get_docstring(ast.parse(text)) or "").partition("\n\n")
     code = text.split('"""', 2)[2].strip()
-    source.write(f"gallery/{program.stem}.png", run(program, source))
+    # All of them are on one page, which is to stay small.
+    small = BytesIO()
+    with Image.open(BytesIO(run(program, source))) as picture:
+        picture.convert("RGB").save(small, "WEBP", quality=90)
+    source.write(f"gallery/{program.stem}.webp", small.getvalue())
     says = " ".join(says.split())
     return "\n\n".join(
         [
             f"## {title.rstrip('.')}",
             says,
-            f"![{title.rstrip('.')}](gallery/{program.stem}.png)",
+            f"![{title.rstrip('.')}](gallery/{program.stem}.webp)",
             f"```python\n{code}\n```",
         ]
     )

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
+from PIL import Image
+
+# A picture that is worth to be packed anew.
+LARGE = 100_000
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -26,7 +31,10 @@ class Source:
 
     def copy(self, path: Path, place: str) -> Path:
         """Put a file of the checkout at a place."""
-        return self.write(place, path.read_bytes())
+        data = path.read_bytes()
+        if path.suffix == ".png" and len(data) > LARGE:
+            data = packed(data)
+        return self.write(place, data)
 
     def forget_others(self) -> None:
         """Remove what an earlier build has left and this one has not made."""
@@ -36,6 +44,14 @@ class Source:
                     path.rmdir()
             elif path not in self.made:
                 path.unlink()
+
+
+def packed(data: bytes) -> bytes:
+    """Return a PNG with the same pixels in fewer bytes."""
+    target = io.BytesIO()
+    with Image.open(io.BytesIO(data)) as picture:
+        picture.save(target, "PNG", optimize=True)
+    return min(data, target.getvalue(), key=len)
 
 
 def toctree(entries: list[str]) -> str:

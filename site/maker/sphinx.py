@@ -41,9 +41,25 @@ def find_name(app: Sphinx, env: Any, node: nodes.Element, content: nodes.Node) -
     return None
 
 
+def name_toggles(app: Sphinx, page: str, template: str, context: Any, doctree: Any) -> None:
+    """Give what folds the table of contents a name, which the theme leaves out."""
+    make = context.get("generate_toctree_html")
+    if make is None:
+        return
+
+    def named(kind: str, *given: Any, **options: Any) -> Any:
+        made = make(kind, *given, **options)
+        if not isinstance(made, str):
+            return made
+        return made.replace("<summary><span", '<summary aria-label="Pages below"><span')
+
+    context["generate_toctree_html"] = named
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Tell it."""
     app.connect("config-inited", find_static)
     app.connect("doctree-read", load_pictures_late)
     app.connect("missing-reference", find_name)
+    app.connect("html-page-context", name_toggles, priority=900)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -55,15 +55,6 @@ pygments_style = "a11y-high-contrast-light"
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
-# What -W lets pass, each with its reason.
-suppressed_warnings: dict[str, str] = {
-    # A program's own words, such as GLSL that is abridged by an ellipsis, are no language's.
-    "misc.highlighting_failure": "blocks that are abridged",
-    # The program that a notebook was written with is not asked for.
-    "mystnb.unknown_mime_type": "widgets have a picture beside them",
-}
-suppress_warnings = list(suppressed_warnings)
-
 # --- The look
 
 html_theme = "pydata_sphinx_theme"

@@ -48,7 +48,8 @@ myst_heading_anchors = 6
 # The text of notebooks keeps no outputs: they are made here, and again when a cell has changed.
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
-nb_execution_timeout = 300
+# A machine may be slow; what hangs is seen.
+nb_execution_timeout = -1
 nb_merge_streams = True
 nb_number_source_lines = False
 pygments_style = "a11y-high-contrast-light"

@@ -49,9 +49,9 @@ def name_toggles(app: Sphinx, page: str, template: str, context: Any, doctree: A
 
     def named(kind: str, *given: Any, **options: Any) -> Any:
         made = make(kind, *given, **options)
-        if not isinstance(made, str):
+        if kind != "sidebar":
             return made
-        return made.replace("<summary><span", '<summary aria-label="Pages below"><span')
+        return str(made).replace("<summary><span", '<summary aria-label="Pages below"><span')
 
     context["generate_toctree_html"] = named
 

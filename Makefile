@@ -36,7 +36,7 @@ SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell fin
 
 .PHONY: help demo test test-slow test-printed system-packages test-minimal test-minimal-crates test-languages test-torch test-jax test-browser test-programs test-checked test-sanitized test-valgrind fuzz fuzz-rust quick lint lint-rust lint-python lint-generated \
 	lint-house lint-floors lint-tree lint-spelling lint-tolerances \
-	lint-licenses lint-workflows lint-actions msrv bench docs wheel wheels wheel-x86-64 wheel-aarch64 check-wheels \
+	lint-licenses lint-workflows lint-actions msrv bench docs site test-site wheel wheels wheel-x86-64 wheel-aarch64 check-wheels \
 	fetch-aarch64 test-aarch64 fetch-old-glibc test-old-glibc test-sdist clean distclean develop FORCE
 
 help:
@@ -61,6 +61,7 @@ help:
 	@echo "make msrv    the oldest Rust that Cargo.toml promises still builds it (needs rustup)"
 	@echo "make bench   speed against memcpy, a C loop and other libraries; rewrites BENCHMARKS.md"
 	@echo "make docs    regenerate the tables and pictures of the documentation"
+	@echo "make site    build the documentation's pages into $(SITE)/html, without a network; make test-site checks them"
 	@echo "make wheel   build the abi3 wheel of this machine into $(DIST)/"
 	@echo "make wheels  those for Linux on x86-64 and aarch64, of any glibc since 2014 (make fetch-aarch64 helps)"
 	@echo "make check-wheels  what other programs say of what lies in $(DIST)/"
@@ -303,6 +304,22 @@ docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/generate_names.py
 	"$(BIN)/python" tools/generate_docs.py
 	"$(BIN)/python" tools/generate_packing.py
+
+# What Sphinx reads and keeps lies there as well, so that a second build makes what has changed.
+SITE ?= build/site
+SITE_DEPS := $(VENV)/.site-$(KEY)
+SITE_ARGS ?=
+
+$(SITE_DEPS): | $(BIN)/python
+	$(call install-group,--group site)
+
+site: $(BUILT) $(SITE_DEPS)
+	PYTHONPATH="$(CURDIR)/python" "$(BIN)/python" site/build.py "$(SITE)" $(SITE_ARGS)
+
+# Links, sizes, what has a page, and, by Chromium and axe-core (npm), who can read them.
+test-site: site $(DEV_DEPS)
+	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group browser
+	SPHEREMAP_SITE="$(abspath $(SITE))/html" "$(BIN)/python" -m pytest -m programs --no-skips tests/site
 
 wheel: $(RUN_DEPS)
 	"$(BIN)/maturin" build --release --interpreter "$(BIN)/python" --out "$(DIST)"

@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "architecture.md"
 BEGIN = "<!-- tree: held to the disk by tools/lint_tree.py -->"
 END = "<!-- end of tree -->"
-ROOTS = ("src", "python/spheremap", "tests", "docs", "benches", "tools")
+ROOTS = ("src", "python/spheremap", "tests", "docs", "benches", "tools", "site")
 COLUMN = 27
 
 

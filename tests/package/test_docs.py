@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -62,6 +63,21 @@ def test_the_links_lead_somewhere(page: Path) -> None:
         if anchor:
             lines = target.read_text(encoding="utf-8").splitlines()
             assert anchor in {heading(x) for x in lines if x.startswith("#")}, link
+
+
+def test_a_package_index_gets_links_that_hold_there() -> None:
+    """Pictures by their bytes, other files by the page that shows them, and places in the page."""
+    absolute = runpy.run_path(str(ROOT / "tools" / "absolute_links.py"))["absolute"]
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    made = absolute(text, "https://example.org/a/b", "v1")
+    assert len(LINK.findall(made)) == len(LINK.findall(text))
+    for before, after in zip(LINK.findall(text), LINK.findall(made), strict=True):
+        relative = "://" not in before and not before.startswith("#")
+        kind = "raw" if before.endswith(".png") else "blob"
+        assert after == (f"https://example.org/a/b/{kind}/v1/{before}" if relative else before)
+    assert absolute("[a](#b) [c](https://d) ![e](f.png)", "https://x/y/", "z") == (
+        "[a](#b) [c](https://d) ![e](https://x/y/raw/z/f.png)"
+    )
 
 
 @pytest.mark.parametrize(

@@ -215,7 +215,7 @@ def lights(
     -----
     Any projection will do: texels are counted, whole, into a grid of latitude and longitude with
     as many cells, at most 512×1024, and regions are rectangles of that. A light stands at the
-    centroid of its region's luminance. The variance is ∑ L ω |d - centroid|², d on the sphere.
+    centroid of its region's luminance. The variance is ``∑ L ω |d - centroid|²``, d on the sphere.
 
     References
     ----------

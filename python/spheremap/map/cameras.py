@@ -124,7 +124,7 @@ def camera(
 
     Notes
     -----
-    Formulas: [1]_ to [7]_.
+    Formulas: [1]_, [2]_, [3]_, [4]_, [5]_, [6]_, [7]_.
 
     .. [1] Hartley and Zisserman 2004, Multiple View Geometry, section 6.1.
     .. [2] Brown 1966, Decentering Distortion of Lenses, in OpenCV's letters.

@@ -119,8 +119,8 @@ def quantize(directions: Tensor, name: str | Packing, /, rounding: str = "precis
     Notes
     -----
     The gradient is straight through (Bengio, Léonard and Courville 2013, Estimating or Propagating
-    Gradients Through Stochastic Neurons): that of d/|d|, which is what is packed. The true one is
-    zero almost everywhere.
+    Gradients Through Stochastic Neurons): that of ``d/|d|``, which is what is packed. The true one
+    is zero almost everywhere.
 
     Examples
     --------

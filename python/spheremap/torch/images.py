@@ -9,7 +9,8 @@ import torch
 
 from .. import light
 from ..resample import linear
-from . import _gathers, _images
+from . import _gathers, _images, _verbs
+from ._moving import Moving, now
 from ._operators import has_kernel, in_float
 from ._specs import map_of, spec_of, split_rotation, turned_back, whole
 
@@ -27,7 +28,7 @@ def sample(
     image: Tensor,
     directions: Tensor,
     /,
-    projection: ProjectionLike,
+    projection: ProjectionLike | Moving,
     *,
     filter: str = "bilinear",
     axes: str | None = None,
@@ -88,15 +89,16 @@ def sample(
     (torch.Size([3, 1]), 3.0)
     """
     turn, fixed = split_rotation(rotation)
-    spec = spec_of(projection, axes, fixed)
-    return _looked_up(image, directions, spec, turn, filter, float(fill), any_aspect)
+    moving = projection.seen(axes, fixed) if isinstance(projection, Moving) else None
+    spec = spec_of(projection, axes, fixed) if moving is None else moving.spec
+    return _looked_up(image, directions, spec, turn, filter, float(fill), any_aspect, moving)
 
 
 def convert(
     image: Tensor,
     /,
-    src: ProjectionLike,
-    dst: ProjectionLike,
+    src: ProjectionLike | Moving,
+    dst: ProjectionLike | Moving,
     *,
     size: Size | None = None,
     rotation: Any | None = None,
@@ -150,18 +152,28 @@ def convert(
     """
     turn, fixed = split_rotation(rotation)
     data = in_float(image, "image")
-    if turn is not None and (torch.is_grad_enabled() and turn.requires_grad):
+    moves = [one for one in (src, dst) if isinstance(one, Moving)]
+    turns = turn is not None and torch.is_grad_enabled() and turn.requires_grad
+    if turns or any(one.wants_gradient for one in moves):
         if filter != "bilinear" or antialias:
             raise ValueError(
-                "Gradients flow to `rotation` with filter='bilinear' and antialias=False alone."
+                "Gradients flow to `rotation` and to parameters of maps with filter='bilinear' and "
+                "antialias=False alone."
             )
-        source, grid = turned_grid(src, dst, size, whole(image.shape), world, any_aspect)
+        moving = src.seen(None, fixed) if isinstance(src, Moving) else None
+        seen = spec_of(src, None, fixed) if moving is None else moving.spec
+        shape = whole(image.shape)
+        source, grid = turned_grid(map_of(seen), now(dst), size, shape, world, any_aspect)
         directions = grid.to(device=data.device, dtype=data.dtype)
-        found = _looked_up(image, directions, source, turn, filter, float(fill), any_aspect)
+        if isinstance(dst, Moving):
+            target = dst.in_world_of(source) if world == "match" else dst
+            directions = target.decode(_verbs.encode(directions, target.spec))
+        found = _looked_up(image, directions, source, turn, filter, float(fill), any_aspect, moving)
         # (channels, faces, rows, columns), as values of directions come.
         extra = image.ndim - _axes(source, whole(image.shape), any_aspect)
         faces = extra > 0 and grid.ndim == 4
         return (found.movedim(extra - 1, -3) if faces else found).contiguous()
+    src, dst = now(src), now(dst)
     if turn is not None:
         fixed = turn.detach().cpu().numpy()
     return _linear(
@@ -260,6 +272,7 @@ def _looked_up(
     filter: str,
     fill: float,
     any_aspect: bool,
+    moving: Moving | None = None,
 ) -> Tensor:
     data = in_float(image, "image")
     looked = in_float(directions, "directions").to(data.dtype)
@@ -268,6 +281,9 @@ def _looked_up(
     if turn is not None:
         looked = turned_back(looked, turn)
     axes = _axes(spec, whole(image.shape), any_aspect)
+    if moving is not None:
+        spec = moving.rest()
+        looked = _verbs.decode(moving.encode(looked), spec)
     shape = whole(_first(data, axes).shape[-axes:])
     rule = None if has_kernel(data) or filter != "bilinear" else _gathers.rule(spec, shape)
     if rule == "rectangle":

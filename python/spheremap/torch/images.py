@@ -72,9 +72,9 @@ def sample(
     along the edges of a cube's faces, whose weights are found by looking up.
 
     The gradient of directions is that of bilinear lookups: constant along each axis between four
-    texels, and of one side on the lines between centers. Maps of one rectangular image have it
-    (latlong, octahedral, equal_area, perspective, ...); of faces and disks it is an error. Outside
-    the coverage nothing changes: it is zero.
+    texels, and of one side on the lines between centers. At rims and at the edges of faces, where
+    a lookup has rules of its own, it is a difference of lookups. Outside the coverage nothing
+    changes: it is zero.
 
     On other devices than the CPU bilinear lookups are gathers. Those in cubes mix what graphics
     hardware mixes beside edges, and have a gradient of directions too.
@@ -117,9 +117,9 @@ def convert(
     src, dst, size, filter, antialias, world, any_aspect
         As for `spheremap.convert`.
     rotation : Tensor, array_like or an object with ``.as_matrix()``, optional
-        As for `spheremap.convert`, of shape (3, 3). Gradients flow to a tensor, with
-        ``filter="bilinear", antialias=False`` from the maps that `sample` names; else a tensor
-        that wants one is an error.
+        As for `spheremap.convert`, of shape (3, 3). Gradients flow to a tensor, and
+        to the parameters of `src` and `dst` that are tensors, with ``filter="bilinear",
+        antialias=False``; with others a tensor that wants one is an error.
     fill : float
         As for `spheremap.convert`.
 

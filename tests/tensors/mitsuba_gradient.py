@@ -1,4 +1,4 @@
-"""Run by test_tensor_peers.py, apart: mitsuba's envmap in directions, and the gradient of its texels.
+"""Run by test_tensor_peers.py, apart: mitsuba's envmap, and the gradient of its texels.
 
 python mitsuba_gradient.py given.npz found.npz
 """

@@ -237,6 +237,8 @@ def test_operators_are_as_torch_wants_them() -> None:
         (torch.ops.spheremap.sample.default, (x, d, "latlong", "bilinear", 0.0)),
         (torch.ops.spheremap.linear.default, (x, key)),
         (torch.ops.spheremap.linear_adjoint.default, (random((6, 2, 2, 2), 1), key)),
+        (torch.ops.spheremap.linear_planes.default, (random((2, 3, 4, 8), 1), key)),
+        (torch.ops.spheremap.linear_planes_adjoint.default, (random((2, 6, 3, 2, 2), 1), key)),
     ]
     for operator, given in calls:
         with warnings.catch_warnings():

@@ -9,7 +9,7 @@ import torch
 
 from .. import light
 from ..resample import linear
-from . import _gathers, _images, _verbs
+from . import _gathers, _images, _planes, _verbs
 from ._moving import Moving, now
 from ._operators import has_kernel, in_float
 from ._specs import map_of, spec_of, split_rotation, turned_back, whole
@@ -303,6 +303,8 @@ def _linear(image: Tensor, axes: int, key: str, made: int) -> Tensor:
     Of a result the channels are where torch has them.
     """
     data = in_float(image, "image")
+    if has_kernel(data) and _planes.are_planes(data):
+        return _of_planes(data, axes, key).to(image.dtype)
     gathers = None if has_kernel(data) else _gathers.gathers_of(key, str(data.device))
     if gathers is None:
         found = _images.linear(_last(data, axes), key).movedim(-1, 0)
@@ -310,6 +312,15 @@ def _linear(image: Tensor, axes: int, key: str, made: int) -> Tensor:
         target, fill = _target(key)
         found = _gathers.gathered(_flat(data, axes), gathers, fill).unflatten(1, target)
     return _as_before(with_channels(_back(image, axes)(found), made), image)
+
+
+def _of_planes(data: Tensor, axes: int, key: str) -> Tensor:
+    """Return what a key makes of an image that lies in memory as torch has it."""
+    extra = data.ndim - axes
+    one = data if extra else data.unsqueeze(-3)
+    found = _planes.linear(one if extra == 2 else one.unsqueeze(0), key)
+    few = found if extra == 2 else found.squeeze(0)
+    return few if extra else few.squeeze(-3)
 
 
 def channels_first(

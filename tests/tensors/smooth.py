@@ -14,12 +14,12 @@ WHOLE = [
 ]
 
 
-def smooth(case: str, count: int) -> tuple[Array, Array, Array]:
+def smooth(case: str | sm.Projection, count: int) -> tuple[Array, Array, Array]:
     """Return directions that a map covers, their places and the numbers of their faces.
 
     Away from creases, rims and poles: what lies a thousandth of the image around is smooth.
     """
-    p = sm.projection(case)
+    p = sm.projection(case) if isinstance(case, str) else case
     d = random_directions(400, 3)
     uv = p.encode(d)
     near = [uv]

@@ -49,6 +49,10 @@ class Conversion:
         made = linear_of(self.key)
         return made.source if self.is_adjoint else made.target
 
+    def tangent(self, image: jax.Array, *given: Any) -> jax.Array:
+        """Nothing else is given."""
+        raise AssertionError
+
     def run(self, image: Any) -> Any:
         """Do it by the kernel, or by its matrix transposed."""
         made = linear_of(self.key)
@@ -96,6 +100,17 @@ class Seen:
         """Return the shape of the result without channels."""
         return self.image if self.is_adjoint else tuple(directions.shape[:-1])
 
+    def tangent(self, image: jax.Array, directions: jax.Array, along: jax.Array) -> jax.Array:
+        """Return how lookups change: by the slopes between texels."""
+        if self.filter != "bilinear" or self.is_adjoint:
+            raise NotImplementedError(
+                "`sample` has a derivative by directions where it is bilinear, and no second one."
+            )
+        slopes = _sums.apply(Slopes(self.spec, self.image), image, directions)
+        of_uv = jax.jvp(lambda d: _verbs.encode(d, self.spec), (directions,), (along,))[1]
+        by_u, by_v = (of_uv[..., k : k + 1].astype(image.dtype) for k in range(2))
+        return slopes[0] * by_u + slopes[1] * by_v
+
     def run(self, image: Any, directions: Any) -> Any:
         """Look up, or give back to the texels."""
         if not self.is_adjoint:
@@ -105,6 +120,43 @@ class Seen:
         columns = image.reshape(-1, image.shape[-1])
         found = made.adjoint(columns, directions.reshape(-1, 3), self.filter)
         return found.reshape(*self.image, -1)
+
+    def traced(self, image: jax.Array, directions: jax.Array) -> jax.Array:
+        """Ask the kernels from the device."""
+        return _sums.called(self, image, directions)
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """The derivatives of bilinear lookups by u and v, two for each direction."""
+
+    spec: str
+    image: tuple[int, ...]
+
+    @property
+    def adjoint(self) -> Slopes:
+        """There is none: second derivatives are an error."""
+        raise NotImplementedError("`sample` has no second derivative by directions.")
+
+    @property
+    def plain(self) -> Slopes:
+        """The same."""
+        return self
+
+    def shape(self, directions: Any) -> tuple[int, ...]:
+        """Return the shape of the result without channels."""
+        return (2, *directions.shape[:-1])
+
+    def tangent(self, image: jax.Array, *given: Any) -> jax.Array:
+        """There is none."""
+        raise NotImplementedError("`sample` has no second derivative by directions.")
+
+    def run(self, image: Any, directions: Any) -> Any:
+        """Return slopes of lookups by the kernels."""
+        made = lookups(self.spec, self.image)
+        columns = image.reshape(-1, image.shape[-1])
+        found = made.slopes(columns, directions.reshape(-1, 3))
+        return found.reshape(*self.shape(directions), -1)
 
     def traced(self, image: jax.Array, directions: jax.Array) -> jax.Array:
         """Ask the kernels from the device."""

@@ -32,6 +32,9 @@ class Rule(Protocol):
     def shape(self, *given: Any) -> tuple[int, ...]:
         """Return the shape of the result without channels."""
 
+    def tangent(self, image: jax.Array, *given: Any) -> jax.Array:
+        """Return how the result changes with what else is given: these, and how they change."""
+
     def run(self, image: Any, *given: Any) -> Any:
         """Do it by the kernels, on arrays of NumPy."""
 
@@ -82,14 +85,13 @@ def _batched(given: tuple[Any, ...], axes: tuple[Any, ...], *, rule: Rule) -> tu
 
 def _forward(primals: tuple[Any, ...], tangents: tuple[Any, ...], *, rule: Rule) -> tuple[Any, Any]:
     result = apply(rule, *primals)
+    terms = []
+    if not isinstance(tangents[0], ad.Zero):
+        terms.append(apply(rule.plain, tangents[0], *primals[1:]))
     if any(not isinstance(tangent, ad.Zero) for tangent in tangents[1:]):
-        raise NotImplementedError(
-            "`sample` has a derivative by directions where it is bilinear, in images that are one "
-            "rectangle. `convert` other images to 'latlong' or 'octahedral'."
-        )
-    if isinstance(tangents[0], ad.Zero):
-        return result, ad.Zero.from_primal_value(result)
-    return result, apply(rule.plain, tangents[0], *primals[1:])
+        along = [ad.instantiate_zeros(tangent) for tangent in tangents[1:]]
+        terms.append(rule.tangent(*primals, *along))
+    return result, sum(terms[1:], terms[0]) if terms else ad.Zero.from_primal_value(result)
 
 
 def _transposed(gradient: Any, *given: Any, rule: Rule) -> list[Any]:

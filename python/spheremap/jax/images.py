@@ -69,7 +69,8 @@ def sample(
     ...) are gathers, with gradients of the image and of directions; the latter are constant along
     each axis between four texels, and of one side on the lines between centers. Lookups in faces
     and disks, and by other filters, are the library's own, called from the compiled program: their
-    gradient of the image is the exact adjoint, that of directions is an error.
+    gradient of the image is the exact adjoint. Bilinear ones have that of directions too; at rims
+    and at the edges of faces it is a difference of lookups.
 
     Examples
     --------

@@ -34,6 +34,10 @@ if TYPE_CHECKING:
 # Lookups whose numbers stay in a core's cache.
 _BLOCK = 1 << 15
 
+# How far apart two lookups are whose difference is a slope, in texels: its square, and what is
+# rounded over it, are both near 1e-11.
+_STEP = 1e-5
+
 
 @dataclass(frozen=True)
 class Lookups:
@@ -167,6 +171,52 @@ class Lookups:
         # Lookup by lookup: no sum waits for another, and the order is theirs.
         held = weights.T.astype(gradient.dtype, copy=False)
         found: Floats = held @ np.ascontiguousarray(gradient)
+        return found
+
+    def slopes(self, image: Floats, directions: Floats) -> Floats:
+        """Return the derivatives (2, n, channels) of lookups in texels (texels, channels).
+
+        They are by u and by v of the place of each direction. At rims and at the edges of faces,
+        where lookups have rules of their own, they are differences of two lookups.
+        """
+        out = np.zeros((2, len(directions), image.shape[1]), image.dtype)
+        inner, index, _ = self._inside(directions)
+        within = np.flatnonzero(inner)
+        if len(within):
+            _, x, y = self._four(directions[within])
+            a, b, c, d = image[index[:, within]]
+            x, y = x[:, None], y[:, None]
+            (scale_u, _), (scale_v, _) = self.places
+            out[0, within] = ((b - a) * (1 - y) + (d - c) * y) * scale_u
+            out[1, within] = ((c - a) * (1 - x) + (d - b) * x) * scale_v
+        rest = np.flatnonzero(~inner)
+        if len(rest):
+            out[:, rest] = self._differences(image, directions[rest])
+        # Nothing changes where everything is `fill`.
+        return np.nan_to_num(out, copy=False)
+
+    def _differences(self, image: Floats, directions: Floats) -> NDArray[np.float64]:
+        """Return what `slopes` does, of lookups to both sides along two tangents."""
+        d = directions.astype(np.float64)
+        d /= np.linalg.norm(d, axis=-1, keepdims=True)
+        # Any vector that is not along the direction.
+        other = np.eye(3)[np.abs(np.nan_to_num(d)).argmin(axis=-1)]
+        first = np.cross(d, other)
+        first /= np.linalg.norm(first, axis=-1, keepdims=True)
+        second = np.cross(d, first)
+        step = _STEP / max(self.shape[-2:])
+        around = [d, *(d + sign * step * t for t in (first, second) for sign in (1, -1))]
+        texels = image.astype(np.float64).reshape(*self.shape, -1)
+        options: dict[str, Any] = {"fill": np.nan, "any_aspect": True}
+        here, *seen = sample(texels, np.stack(around), self.p, **options)
+        columns = type(self.p).jacobian(self.p, type(self.p).encode(self.p, d))
+        found = np.zeros((2, *here.shape))
+        for tangent, ahead, behind in ((first, *seen[:2]), (second, *seen[2:])):
+            central = (ahead - behind) / (2 * step)
+            # Beside the end of the coverage there is one side.
+            sided = np.where(np.isnan(ahead), here - behind, ahead - here) / step
+            slope = np.where(np.isnan(central), sided, central)
+            found += slope * np.einsum("nk,nkj->jn", tangent, columns)[..., None]
         return found
 
     def _inside(self, directions: Floats) -> tuple[NDArray[np.bool_], Places, Floats]:

@@ -13,7 +13,7 @@ except ImportError:
 
 from . import light, packing, sh
 from .images import convert, integrate, pad, sample
-from .maps import decode, density, directions, encode, jacobian, reflect
+from .maps import decode, density, directions, encode, jacobian, projection, reflect
 
 __all__ = [
     "convert",
@@ -26,6 +26,7 @@ __all__ = [
     "light",
     "packing",
     "pad",
+    "projection",
     "reflect",
     "sample",
     "sh",

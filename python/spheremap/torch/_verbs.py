@@ -67,7 +67,7 @@ def _batched(operator: str) -> Callable[..., tuple[Tensor, int]]:
     return batched
 
 
-def _times(matrix: Tensor, gradient: Tensor) -> Tensor:
+def times(matrix: Tensor, gradient: Tensor) -> Tensor:
     """Return the gradient that flows back through a matrix (..., m, n), none of it where none came.
 
     A place outside the valid image has NaN for a matrix.
@@ -76,13 +76,13 @@ def _times(matrix: Tensor, gradient: Tensor) -> Tensor:
     return torch.where(rows == 0, 0.0, rows * matrix).sum(-2)
 
 
-def _in_image(numbers: Tensor) -> Tensor:
+def in_image(numbers: Tensor) -> Tensor:
     """Return u and v of places, without the face."""
     # A slice that is the whole is no view that the older vmap of `torch.autograd` knows.
     return numbers if numbers.shape[-1] == 2 else numbers[..., :2]
 
 
-def _padded(columns: Tensor, uv: Tensor) -> Tensor:
+def padded_places(columns: Tensor, uv: Tensor) -> Tensor:
     """Return derivatives by u and v as those by all numbers of a place: faces do not change."""
     missing = uv.shape[-1] - columns.shape[-1]
     return torch.nn.functional.pad(columns, (0, missing))
@@ -170,11 +170,11 @@ def encode_tangent(directions: Tensor, spec: str, tangent: Tensor) -> Tensor:
 def _encode_reverse(
     wanted: Any, directions: Tensor, spec: str, uv: Tensor, gradient: Tensor
 ) -> tuple[Tensor]:
-    return (encode_gradient(directions, _in_image(gradient), spec),)
+    return (encode_gradient(directions, in_image(gradient), spec),)
 
 
 def _encode_forward(directions: Tensor, spec: str, uv: Tensor, tangent: Tensor) -> Tensor:
-    return _padded(_Inverse(directions, uv, spec).tangent(tangent), uv)
+    return padded_places(_Inverse(directions, uv, spec).tangent(tangent), uv)
 
 
 def _place_rules(
@@ -193,15 +193,15 @@ def _place_rules(
             parts = gradient.unbind(-1)
             pair = [_dot(of[..., k].unbind(-1), parts) for k in range(2)]
             none = (gradient == 0).all(-1, keepdim=True)
-            return (_padded(torch.where(none, 0.0, torch.stack(pair, dim=-1)), uv),)
+            return (padded_places(torch.where(none, 0.0, torch.stack(pair, dim=-1)), uv),)
         for _ in range(axes - 1):
             of, last = of.flatten(-3, -2), last.flatten(-2, -1)
         if axes == 0:
             of, last = of.unsqueeze(-2), last.unsqueeze(-1)
-        return (_padded(_times(of, last), uv),)
+        return (padded_places(times(of, last), uv),)
 
     def forward(uv: Tensor, spec: str, result: Tensor, tangent: Tensor) -> Tensor:
-        along = _in_image(tangent)
+        along = in_image(tangent)
         for _ in range(axes):
             along = along.unsqueeze(-2)
         return (slope(uv, spec) * along).sum(-1)

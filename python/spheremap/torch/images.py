@@ -9,7 +9,8 @@ import torch
 
 from .. import light
 from ..resample import linear
-from . import _gathers, _images
+from . import _gathers, _images, _planes, _verbs
+from ._moving import Moving, now
 from ._operators import has_kernel, in_float
 from ._specs import map_of, spec_of, split_rotation, turned_back, whole
 
@@ -27,7 +28,7 @@ def sample(
     image: Tensor,
     directions: Tensor,
     /,
-    projection: ProjectionLike,
+    projection: ProjectionLike | Moving,
     *,
     filter: str = "bilinear",
     axes: str | None = None,
@@ -71,9 +72,9 @@ def sample(
     along the edges of a cube's faces, whose weights are found by looking up.
 
     The gradient of directions is that of bilinear lookups: constant along each axis between four
-    texels, and of one side on the lines between centers. Maps of one rectangular image have it
-    (latlong, octahedral, equal_area, perspective, ...); of faces and disks it is an error. Outside
-    the coverage nothing changes: it is zero.
+    texels, and of one side on the lines between centers. At rims and at the edges of faces, where
+    a lookup has rules of its own, it is a difference of lookups. Outside the coverage nothing
+    changes: it is zero.
 
     On other devices than the CPU bilinear lookups are gathers. Those in cubes mix what graphics
     hardware mixes beside edges, and have a gradient of directions too.
@@ -88,15 +89,16 @@ def sample(
     (torch.Size([3, 1]), 3.0)
     """
     turn, fixed = split_rotation(rotation)
-    spec = spec_of(projection, axes, fixed)
-    return _looked_up(image, directions, spec, turn, filter, float(fill), any_aspect)
+    moving = projection.seen(axes, fixed) if isinstance(projection, Moving) else None
+    spec = spec_of(projection, axes, fixed) if moving is None else moving.spec
+    return _looked_up(image, directions, spec, turn, filter, float(fill), any_aspect, moving)
 
 
 def convert(
     image: Tensor,
     /,
-    src: ProjectionLike,
-    dst: ProjectionLike,
+    src: ProjectionLike | Moving,
+    dst: ProjectionLike | Moving,
     *,
     size: Size | None = None,
     rotation: Any | None = None,
@@ -115,9 +117,9 @@ def convert(
     src, dst, size, filter, antialias, world, any_aspect
         As for `spheremap.convert`.
     rotation : Tensor, array_like or an object with ``.as_matrix()``, optional
-        As for `spheremap.convert`, of shape (3, 3). Gradients flow to a tensor, with
-        ``filter="bilinear", antialias=False`` from the maps that `sample` names; else a tensor
-        that wants one is an error.
+        As for `spheremap.convert`, of shape (3, 3). Gradients flow to a tensor, and
+        to the parameters of `src` and `dst` that are tensors, with ``filter="bilinear",
+        antialias=False``; with others a tensor that wants one is an error.
     fill : float
         As for `spheremap.convert`.
 
@@ -150,18 +152,28 @@ def convert(
     """
     turn, fixed = split_rotation(rotation)
     data = in_float(image, "image")
-    if turn is not None and (torch.is_grad_enabled() and turn.requires_grad):
+    moves = [one for one in (src, dst) if isinstance(one, Moving)]
+    turns = turn is not None and torch.is_grad_enabled() and turn.requires_grad
+    if turns or any(one.wants_gradient for one in moves):
         if filter != "bilinear" or antialias:
             raise ValueError(
-                "Gradients flow to `rotation` with filter='bilinear' and antialias=False alone."
+                "Gradients flow to `rotation` and to parameters of maps with filter='bilinear' and "
+                "antialias=False alone."
             )
-        source, grid = turned_grid(src, dst, size, whole(image.shape), world, any_aspect)
+        moving = src.seen(None, fixed) if isinstance(src, Moving) else None
+        seen = spec_of(src, None, fixed) if moving is None else moving.spec
+        shape = whole(image.shape)
+        source, grid = turned_grid(map_of(seen), now(dst), size, shape, world, any_aspect)
         directions = grid.to(device=data.device, dtype=data.dtype)
-        found = _looked_up(image, directions, source, turn, filter, float(fill), any_aspect)
+        if isinstance(dst, Moving):
+            target = dst.in_world_of(source) if world == "match" else dst
+            directions = target.decode(_verbs.encode(directions, target.spec))
+        found = _looked_up(image, directions, source, turn, filter, float(fill), any_aspect, moving)
         # (channels, faces, rows, columns), as values of directions come.
         extra = image.ndim - _axes(source, whole(image.shape), any_aspect)
         faces = extra > 0 and grid.ndim == 4
         return (found.movedim(extra - 1, -3) if faces else found).contiguous()
+    src, dst = now(src), now(dst)
     if turn is not None:
         fixed = turn.detach().cpu().numpy()
     return _linear(
@@ -260,6 +272,7 @@ def _looked_up(
     filter: str,
     fill: float,
     any_aspect: bool,
+    moving: Moving | None = None,
 ) -> Tensor:
     data = in_float(image, "image")
     looked = in_float(directions, "directions").to(data.dtype)
@@ -268,6 +281,9 @@ def _looked_up(
     if turn is not None:
         looked = turned_back(looked, turn)
     axes = _axes(spec, whole(image.shape), any_aspect)
+    if moving is not None:
+        spec = moving.rest()
+        looked = _verbs.decode(moving.encode(looked), spec)
     shape = whole(_first(data, axes).shape[-axes:])
     rule = None if has_kernel(data) or filter != "bilinear" else _gathers.rule(spec, shape)
     if rule == "rectangle":
@@ -287,6 +303,8 @@ def _linear(image: Tensor, axes: int, key: str, made: int) -> Tensor:
     Of a result the channels are where torch has them.
     """
     data = in_float(image, "image")
+    if has_kernel(data) and _planes.are_planes(data):
+        return _of_planes(data, axes, key).to(image.dtype)
     gathers = None if has_kernel(data) else _gathers.gathers_of(key, str(data.device))
     if gathers is None:
         found = _images.linear(_last(data, axes), key).movedim(-1, 0)
@@ -294,6 +312,15 @@ def _linear(image: Tensor, axes: int, key: str, made: int) -> Tensor:
         target, fill = _target(key)
         found = _gathers.gathered(_flat(data, axes), gathers, fill).unflatten(1, target)
     return _as_before(with_channels(_back(image, axes)(found), made), image)
+
+
+def _of_planes(data: Tensor, axes: int, key: str) -> Tensor:
+    """Return what a key makes of an image that lies in memory as torch has it."""
+    extra = data.ndim - axes
+    one = data if extra else data.unsqueeze(-3)
+    found = _planes.linear(one if extra == 2 else one.unsqueeze(0), key)
+    few = found if extra == 2 else found.squeeze(0)
+    return few if extra else few.squeeze(-3)
 
 
 def channels_first(

@@ -1,0 +1,130 @@
+"""What is linear in an image, of images as torch has them in memory: planes, one for each channel.
+
+Kernels take channels last. To turn a whole image takes longer than to convert it; so these operators
+take planes and turn blocks of texels, which stay in a core's cache, of a few images at a time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+
+from .._threads import on_all_threads
+from ..resample.linear import Linear, linear_of, without_fill
+from ._operators import define
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from torch import Tensor
+
+    Floats = NDArray[np.floating[Any]]
+    # Images in one, their faces, channels, texels of a face.
+    Planes = NDArray[np.floating[Any]]
+
+# So many texels are turned at a time, and images of so many channels together.
+_BLOCK = 1 << 12
+_CHANNELS = 16
+
+
+def are_planes(image: Tensor) -> bool:
+    """Tell whether an image lies in memory plane by plane."""
+    return image.is_contiguous()
+
+
+def _shape(sides: tuple[int, ...], like: Tensor) -> tuple[int, ...]:
+    """Return the shape of images (N, C, H, W) or (N, F, C, H, W) of these sides."""
+    return (like.shape[0], *sides[:-2], like.shape[-3], *sides[-2:])
+
+
+def _planes(images: Tensor) -> Planes:
+    found: Planes = images.numpy()
+    count, channels = found.shape[0], found.shape[-3]
+    return found.reshape(count, -1, channels, math.prod(found.shape[-2:]))
+
+
+def _blocks(planes: Planes) -> list[tuple[int, slice]]:
+    _, faces, _, texels = planes.shape
+    starts = range(0, texels, _BLOCK)
+    return [(face, slice(k, min(k + _BLOCK, texels))) for face in range(faces) for k in starts]
+
+
+def _turned(planes: Planes) -> Floats:
+    """Return texels (faces and texels, images and channels)."""
+    count, faces, channels, texels = planes.shape
+    out = np.empty((faces, texels, count, channels), planes.dtype)
+
+    def work(block: tuple[int, slice]) -> None:
+        face, some = block
+        out[face, some] = planes[:, face, :, some].transpose(2, 0, 1)
+
+    on_all_threads(work, _blocks(planes))
+    return out.reshape(faces * texels, count * channels)
+
+
+def _turn_back(columns: Floats, planes: Planes) -> None:
+    """Fill planes with texels."""
+    count, faces, channels, texels = planes.shape
+    given = columns.reshape(faces, texels, count, channels)
+
+    def work(block: tuple[int, slice]) -> None:
+        face, some = block
+        planes[:, face, :, some] = given[face, some].transpose(1, 2, 0)
+
+    on_all_threads(work, _blocks(planes))
+
+
+def _by_few(run: Callable[[Floats], Floats], images: Tensor, target: tuple[int, ...]) -> Tensor:
+    given = images.detach().contiguous()
+    source = _planes(given)
+    # NumPy asks for large pages, and torch does not: half of the time goes into touching new ones.
+    out = np.empty(_shape(target, given), source.dtype)
+    made = _planes(torch.from_numpy(out))
+    each = max(1, _CHANNELS // max(given.shape[-3], 1))
+    for first in range(0, given.shape[0], each):
+        some = slice(first, first + each)
+        _turn_back(run(_turned(source[some])), made[some])
+    return torch.from_numpy(out)
+
+
+def _linear(images: Tensor, key: str) -> Tensor:
+    made: Linear = linear_of(key)
+    return _by_few(lambda columns: made.run(columns.reshape(*made.source, -1)), images, made.target)
+
+
+def _adjoint(gradient: Tensor, key: str) -> Tensor:
+    made = linear_of(key)
+    return _by_few(made.matrix.adjoint, gradient, made.source)
+
+
+def _batched(operator: str) -> Callable[..., tuple[Tensor, int]]:
+    """Return a rule: more images."""
+
+    def batched(in_dims: tuple[int | None, ...], images: Tensor, key: str) -> tuple[Tensor, int]:
+        assert in_dims[0] is not None
+        several = images.movedim(in_dims[0], 0)
+        found = getattr(torch.ops.spheremap, operator)(several.flatten(0, 1), key)
+        return found.unflatten(0, several.shape[:2]), 0
+
+    return batched
+
+
+linear: Callable[..., Tensor] = define(
+    "linear_planes(Tensor images, str key) -> Tensor",
+    kernel=_linear,
+    fake=lambda images, key: images.new_empty(_shape(linear_of(key).target, images)),
+    batched=_batched("linear_planes"),
+    reverse=lambda wanted, images, key, result, gradient: (adjoint(gradient, key),),
+    forward=lambda images, key, result, tangent: linear(tangent, without_fill(key)),
+)
+adjoint: Callable[..., Tensor] = define(
+    "linear_planes_adjoint(Tensor gradient, str key) -> Tensor",
+    kernel=_adjoint,
+    fake=lambda gradient, key: gradient.new_empty(_shape(linear_of(key).source, gradient)),
+    batched=_batched("linear_planes_adjoint"),
+    reverse=lambda wanted, gradient, key, result, again: (linear(again, without_fill(key)),),
+    forward=lambda gradient, key, result, tangent: adjoint(tangent, key),
+)

@@ -12,12 +12,13 @@ const FOV = [15, 340];
 // Beyond it a perspective becomes a little planet.
 const WIDEST_PERSPECTIVE = 170;
 const COMPARISONS = ["first", "second", "split", "difference", "signed", "blink"];
-const LOCATED = 64;
+const POINTS = 1024;
 const DEGREE = Math.PI / 180;
 const KEYS = [
     ["arrows", "turn (with Shift further)"], ["+ −", "closer, wider"], ["Home", "first view"],
     ["[ ]", "darker, brighter"], ["f", "false color in stops"], ["i", "isolines of stops"],
-    ["c", "clipping"], ["g", "graticule"], ["a", "axes"], ["p", "next screen"],
+    ["c", "clipping"], ["g", "graticule"], ["a", "axes"], ["v", "what is not held"], ["d", "density"],
+    ["t", "Tissot's circles"], ["s", "seams"], ["p", "next screen"],
     ["b", "beside a flat map"], ["x", "the other image"],
 ];
 
@@ -91,6 +92,10 @@ function compiled(gl, fragment) {
 const placed = (name, source, faces) =>
     `vec3 ${name}(vec3 d) { return ${faces > 1 ? `${source}(d)` : `vec3(${source}(d), 0.0)`}; }\n`;
 
+// Places in an image as a person reads them, and steradians per unit of du dv.
+const ownOf = ({ own, own_faces }) => [own, placed("own_place", "own_encode", own_faces),
+    `float own_solid(vec3 uvf) { return own_density(${own_faces > 1 ? "uvf" : "uvf.xy"}); }`].join("\n");
+
 class Painter {
     constructor(canvas, scene) {
         const gl = canvas.getContext("webgl2", { antialias: false, alpha: false });
@@ -118,19 +123,33 @@ class Painter {
         }
     }
 
+    // Directions that are placed on screens: a texture, which has room for all.
+    mark(directions) {
+        const { gl } = this;
+        this.marks = directions.length;
+        if (!this.marks) return;
+        const rows = Math.ceil(this.marks / POINTS), words = new Float32Array(4 * POINTS * rows);
+        directions.forEach((d, k) => words.set(d, 4 * k));
+        this.points ??= gl.createTexture();
+        gl.activeTexture(gl.TEXTURE0);
+        gl.bindTexture(gl.TEXTURE_2D, this.points);
+        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+        gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, POINTS, rows, 0, gl.RGBA, gl.FLOAT, words);
+    }
+
     // What a pair of images, a screen and a task (PICK, LOCATE or none) is drawn by.
-    program(first, second, screen, task = "") {
-        const key = [first, second, screen, task].join("|");
+    program(first, second, screen, task = "", density = false) {
+        const key = [first, second, screen, task, density].join("|");
         if (!this.programs.has(key)) {
             const { images, screens, globe, body } = this.scene;
             const parts = ["#version 300 es", task && `#define ${task}`, screens[screen].text];
             parts.push(screens[screen].edge ? "bool screen_holds(vec2 uv) { return true; }"
                 : "bool screen_holds(vec2 uv) { return screen_valid(uv); }");
             if (task === "PICK") {
-                const { own, own_faces, lookup, lookup_faces } = images[first];
-                parts.push(own, placed("own_place", "own_encode", own_faces),
-                    lookup.replaceAll("imageN", "image0"), placed("image0_place", "image0_encode", lookup_faces),
-                    `float own_solid(vec3 uvf) { return own_density(${own_faces > 1 ? "uvf" : "uvf.xy"}); }`);
+                const { lookup, lookup_faces } = images[first];
+                parts.push(ownOf(images[first]), lookup.replaceAll("imageN", "image0"),
+                    placed("image0_place", "image0_encode", lookup_faces));
             } else if (!task) {
                 parts.push(globe);
                 for (const [k, which] of [first, second].entries()) {
@@ -140,6 +159,7 @@ class Painter {
                         placed(`image${k}_place`, `image${k}_encode`, lookup_faces));
                 }
                 if (second !== null) parts.push("#define SECOND");
+                if (density) parts.push("#define DENSITY", ownOf(images[first]));
             }
             parts.push(body);
             this.programs.set(key, compiled(this.gl, parts.join("\n")));
@@ -157,7 +177,7 @@ class Painter {
     picture(view, look, samples) {
         const { gl, scene } = this;
         const second = look.comparison === "first" || scene.images.length < 2 ? null : look.second;
-        const made = this.program(look.first, second, view.screen);
+        const made = this.program(look.first, second, view.screen, "", look.density);
         const { places } = made;
         gl.useProgram(made.program);
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -183,6 +203,10 @@ class Painter {
         gl.uniform1i(places.isolines, look.isolines);
         gl.uniform1i(places.clipping, look.clipping);
         gl.uniform1f(places.graticule, look.graticule);
+        gl.uniform1i(places.valid, look.valid);
+        gl.uniform1i(places.seams, look.seams);
+        gl.uniform2fv(places.tissot, look.tissot ? scene.tissot : [0, 1]);
+        if (look.density) gl.uniform1f(places.mean_density, scene.images[look.first].mean_density);
         gl.uniform3fv(places.outside, scene.outside);
         gl.uniform3fv(places.missing, scene.missing);
         gl.uniform1i(places.samples, samples);
@@ -190,7 +214,7 @@ class Painter {
     }
 
     // Numbers that a program writes, by their bits: integers can be drawn to everywhere.
-    numbers(made, view, columns, targets, prepare) {
+    numbers(made, view, [columns, rows], targets, prepare) {
         const { gl } = this;
         const frame = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
@@ -198,7 +222,7 @@ class Painter {
         for (let k = 0; k < targets; k++) {
             const buffer = gl.createRenderbuffer();
             gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
-            gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA32UI, columns, 1);
+            gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA32UI, columns, rows);
             gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.RENDERBUFFER, buffer);
             buffers.push(buffer);
         }
@@ -206,12 +230,12 @@ class Painter {
         gl.useProgram(made.program);
         this.aim(made, view);
         prepare(made.places);
-        gl.viewport(0, 0, columns, 1);
+        gl.viewport(0, 0, columns, rows);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         const found = buffers.map((_, k) => {
-            const bits = new Uint32Array(4 * columns);
+            const bits = new Uint32Array(4 * columns * rows);
             gl.readBuffer(gl.COLOR_ATTACHMENT0 + k);
-            gl.readPixels(0, 0, columns, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, bits);
+            gl.readPixels(0, 0, columns, rows, gl.RGBA_INTEGER, gl.UNSIGNED_INT, bits);
             return new Float32Array(bits.buffer);
         });
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -223,22 +247,24 @@ class Painter {
     // What a pixel of the canvas sees, counted from the lower left corner.
     pick(view, which, x, y) {
         const made = this.program(which, null, view.screen, "PICK");
-        const [sight, own, apart] = this.numbers(made, view, 1, 3, (places) => {
+        const [sight, own, apart] = this.numbers(made, view, [1, 1], 3, (places) => {
             this.gl.uniform2f(places.at, x, y);
         });
         const place = ([u, v, face]) => ({ u, v, face });
         return { direction: [...sight.slice(0, 3)], held: sight[3] > 0, density: own[3], own: place(own), apart: place(apart) };
     }
 
-    // Where directions lie on a screen: parts of the viewport from its upper left corner, or NaN.
-    locate(view, directions) {
+    // Where the marked directions lie on a screen: parts of the viewport from its upper left corner, or NaN.
+    locate(view) {
+        const { gl } = this;
         const made = this.program(0, null, view.screen, "LOCATE");
-        const [found] = this.numbers(made, view, LOCATED, 1, (places) => {
-            const points = new Float32Array(3 * LOCATED);
-            points.set(directions.flat());
-            this.gl.uniform3fv(places.points, points);
+        const size = [POINTS, Math.ceil(this.marks / POINTS)];
+        const [found] = this.numbers(made, view, size, 1, (places) => {
+            gl.activeTexture(gl.TEXTURE0);
+            gl.bindTexture(gl.TEXTURE_2D, this.points);
+            gl.uniform1i(places.points, 0);
         });
-        return directions.map((_, k) => [found[4 * k], found[4 * k + 1]]);
+        return found;
     }
 }
 
@@ -311,11 +337,12 @@ export function mount(root, scene) {
         "aria-describedby": "spheremap-keys",
     });
     const labels = made("div", { class: "labels", "aria-hidden": "true" });
+    const drawn = Object.assign(made("div"), { innerHTML: '<svg class="lines" aria-hidden="true"></svg>' }).firstChild;
     const legend = made("div", { class: "legend", role: "img" });
     const message = made("p", { class: "message", role: "alert", hidden: true });
     const readout = made("output", { class: "readout", "aria-live": "off", "aria-label": "Under the pointer" });
     const said = made("p", { class: "said", "aria-live": "polite" });
-    const stage = made("div", { class: "stage" }, [canvas, labels, legend, message]);
+    const stage = made("div", { class: "stage" }, [canvas, drawn, labels, legend, message]);
     const change = (changes) => { set(changes); };
     const names = Object.keys(scene.screens);
     const controls = [
@@ -328,6 +355,10 @@ export function mount(root, scene) {
         flag("Clipping", "c", () => look.clipping, (clipping) => change({ clipping })),
         flag("Graticule", "g", () => look.graticule > 0, (on) => change({ graticule: on ? start.graticule || 30 : 0 })),
         flag("Axes", "a", () => look.axes, (axes) => change({ axes })),
+        flag("Not held", "v", () => look.valid, (valid) => change({ valid })),
+        flag("Density", "d", () => look.density, (density) => change({ density })),
+        flag("Tissot", "t", () => look.tissot, (tissot) => change({ tissot })),
+        flag("Seams", "s", () => look.seams, (seams) => change({ seams })),
     ];
     if (several) {
         const images = scene.images.map((image, k) => [String(k), image.name]);
@@ -368,20 +399,62 @@ export function mount(root, scene) {
         drawLabels();
     }
 
+    // What is placed on the sphere, in the order of their directions.
+    const placedOn = () => {
+        const names = Object.entries(AXES).map(([text, of]) => ({ text, direction: homeOf(of) }));
+        return { names, points: [...names, ...scene.marks, ...scene.lights].map((one) => one.direction).concat(...scene.lines.map((line) => line.points)) };
+    };
+
     function drawLabels() {
         labels.replaceChildren();
-        const marks = [...(look.axes ? Object.entries(AXES).map(([text, of]) => ({ text, direction: homeOf(of) })) : []), ...scene.marks];
-        if (!marks.length) return;
+        drawn.replaceChildren();
+        const { names } = placedOn();
+        const named = [...names, ...scene.marks], first = look.axes ? 0 : names.length;
+        if (!look.axes && painter.marks === names.length) return;
+        const part = (x) => x >= 0 && x <= 1;
         for (const view of views()) {
-            for (let k = 0; k < marks.length; k += LOCATED) {
-                const some = marks.slice(k, k + LOCATED);
-                painter.locate(view, some.map((mark) => mark.direction)).forEach(([x, y], j) => {
-                    if (!(x >= 0 && x <= 1 && y >= 0 && y <= 1)) return;
-                    const left = (100 * (view.rect[0] + x * view.rect[2])) / canvas.width;
-                    labels.append(made("span", { text: some[j].text, style: `left:${left}%;top:${100 * y}%` }));
-                });
+            const found = painter.locate(view);
+            const [left, , width] = view.rect.map((side) => (100 * side) / canvas.width);
+            const stand = (text, k, style = "", kind = "") => {
+                const x = found[4 * k], y = found[4 * k + 1];
+                if (!part(x) || !part(y)) return;
+                labels.append(made("span", { text, class: kind, style: `left:${left + x * width}%;top:${100 * y}%;${style}` }));
+            };
+            scene.lights.forEach(({ size, color, sun }, k) => {
+                const across = sun ? 26 : Math.max(5, 20 * size);
+                stand("", named.length + k, `width:${across}px;height:${across}px;${sun ? "" : `background:${color}`}`, sun ? "sun" : "light");
+            });
+            for (let k = first; k < named.length; k++) stand(named[k].text, k);
+            let k = named.length + scene.lights.length;
+            for (const { text, points } of scene.lines) {
+                drawLine(found.subarray(4 * k, 4 * (k + points.length)), view, text);
+                k += points.length;
             }
         }
+    }
+
+    // A line of places, in pieces: none over a seam of the screen. Its name stands where it starts.
+    function drawLine(found, view, text) {
+        const [left, , width] = view.rect.map((side) => (side / canvas.width) * canvas.clientWidth), height = canvas.clientHeight;
+        let path = "", before = null, start = null;
+        for (let k = 0; k < found.length; k += 4) {
+            const here = [found[k], found[k + 1]];
+            // Far outside the picture a line is none.
+            if (!(Math.max(...here.map((x) => Math.abs(x - 0.5))) < 8)) { before = null; continue; }
+            const jumps = before && Math.max(...here.map((x, i) => Math.abs(x - before[i]))) > 0.25;
+            const [x, y] = [left + here[0] * width, here[1] * height].map((p) => p.toFixed(1));
+            path += `${before && !jumps ? "L" : "M"}${x} ${y}`;
+            if (!start && here.every((p) => p >= 0 && p <= 1)) start = [x, y];
+            before = here;
+        }
+        if (!path) return;
+        for (const kind of ["halo", "stroke"]) {
+            const element = document.createElementNS(drawn.namespaceURI, "path");
+            element.setAttribute("d", path);
+            element.setAttribute("class", kind);
+            drawn.append(element);
+        }
+        if (text && start) labels.append(made("span", { text, class: "name", style: `left:${start[0]}px;top:${start[1]}px` }));
     }
 
     // From the first image's world, which a person reads, to the page's, and back.
@@ -389,13 +462,16 @@ export function mount(root, scene) {
     const worldOf = (d) => [0, 1, 2].map((i) => [0, 1, 2].reduce((sum, j) => sum + scene.world[i][j] * d[j], 0));
 
     function drawLegend() {
-        const on = look.false_color && look.comparison !== "signed";
+        const on = look.density || (look.false_color && look.comparison !== "signed");
         legend.hidden = !on;
         if (!on) return;
+        const ends = [8, 4, 0, -4, -8];
+        const words = look.density ? ends.map((s) => `× ${s < 0 ? `1/${2 ** (-s / 2)}` : 2 ** (s / 2)}`)
+            : ends.map((s) => `${s > 0 ? "+" : ""}${s}: ${tail(2 ** (s - look.exposure)).replace(/\.0+$/, "")}`);
         const colors = scene.ramp.map((c) => `rgb(${c.map((x) => Math.round(255 * x)).join(" ")})`);
-        legend.setAttribute("aria-label", "Colors of luminance, in stops of 1 at this exposure");
+        legend.setAttribute("aria-label", look.density ? "Colors of the solid angle of a texel, in means" : "Colors of luminance, in stops of 1 at this exposure");
         legend.replaceChildren(made("div", { class: "ramp", style: `background:linear-gradient(to top, ${colors.join(", ")})` }),
-            made("ol", {}, [8, 4, 0, -4, -8].map((s) => made("li", { text: `${s > 0 ? "+" : ""}${s}: ${tail(2 ** (s - look.exposure)).replace(/\.0+$/, "")}` }))));
+            made("ol", {}, words.map((text) => made("li", { text }))));
     }
 
     function show() {
@@ -521,6 +597,7 @@ export function mount(root, scene) {
         "+": zoom(0.9), "=": zoom(0.9), "-": zoom(1 / 0.9), "[": expose(-0.5), "]": expose(0.5),
         Home: () => { set({ yaw: start.yaw, pitch: start.pitch, fov: start.fov, zoom: 1 }); said.textContent = "first view"; },
         f: toggle("false_color", "false color"), i: toggle("isolines", "isolines"), c: toggle("clipping", "clipping"), a: toggle("axes", "axes"),
+        v: toggle("valid", "what is not held"), d: toggle("density", "density"), t: toggle("tissot", "Tissot's circles"), s: toggle("seams", "seams"),
         g: () => { set({ graticule: look.graticule ? 0 : start.graticule || 30 }); said.textContent = `graticule ${look.graticule ? "on" : "off"}`; },
         p: () => { set({ screen: names[(names.indexOf(look.screen) + 1) % names.length], zoom: 1 }); said.textContent = look.screen; },
         b: () => { set({ beside: look.beside ? "" : "latlong" }); },
@@ -545,6 +622,7 @@ export function mount(root, scene) {
         const made = new Painter(canvas, scene);
         canvas.addEventListener("webglcontextlost", () => { message.textContent = "The graphics card was lost: reload."; message.hidden = false; });
         await made.load();
+        made.mark(placedOn().points);
         painter = made;
         show();
         fitted(Math.min(devicePixelRatio, 2));
@@ -560,7 +638,7 @@ export function mount(root, scene) {
 }
 
 // A widget of anywidget: traits of the model are settings of the page, both ways.
-const SHARED = ["fov", "exposure", "curve", "false_color", "isolines", "clipping", "graticule", "axes"];
+const SHARED = ["fov", "exposure", "curve", "false_color", "isolines", "clipping", "graticule", "axes", "valid", "density", "tissot", "seams"];
 
 function render({ model, el }) {
     const root = made("div", { style: "height:520px" });

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_doubles, as_image, spatial_axes, spatial_shape
+from .._arrays import as_image, spatial_axes, spatial_shape
 from .._scalars import as_flag, as_items, as_text, as_whole
 from ..io.tonemap import Curve
 from ..io.whole import write_bytes
@@ -19,7 +19,8 @@ from ..map.named import resolve
 from ..map.variants import changed
 from ..map.verbs import rotation as turned_by
 from . import page, shaders, still
-from .look import CHECKS, as_direction, as_side, yaw_and_pitch
+from .look import CHECKS, as_side, yaw_and_pitch
+from .overlays import Overlays
 from .texels import apart, texels
 from .widget import widget
 
@@ -27,14 +28,13 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._projection import Projection
+    from ..light.sources import Light, Lights, Sun
     from ..map.named import ProjectionLike
 
 __all__ = ["Viewer", "view"]
 
 # The longer side of what a notebook keeps with its text.
 _IN_NOTEBOOKS = 2048
-# Labels of a page, which are placed one by one.
-_MOST_MARKS = 1024
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,7 @@ class Viewer:
     false_color, isolines, clipping, axes : bool
     graticule : float
         Degrees between lines; 0 for none.
+    valid, density, tissot, seams : bool
 
     Each is checked when it is set.
     """
@@ -77,13 +78,17 @@ class Viewer:
     clipping: bool
     graticule: float
     axes: bool
+    valid: bool
+    density: bool
+    tissot: bool
+    seams: bool
     max_size: int
     screen: Projection
 
     def __init__(self, shown: Shown, max_size: int, look: dict[str, Any]) -> None:
         """Start with one image; `view` checks it."""
         self._images = [shown]
-        self._marks: list[tuple[str, tuple[float, float, float]]] = []
+        self._overlays = Overlays()
         self.max_size = max_size
         for name, value in look.items():
             setattr(self, name, value)
@@ -146,7 +151,7 @@ class Viewer:
         return self
 
     def mark(self, directions: ArrayLike, /, names: Sequence[str] | str | None = None) -> Viewer:
-        """Mark directions: points of interest, or lights.
+        """Mark directions: points of interest.
 
         Parameters
         ----------
@@ -170,25 +175,106 @@ class Viewer:
         >>> import numpy as np, spheremap as sm
         >>> sky = np.ones((16, 32))
         >>> v = sm.view(sky, "latlong").mark([0, 1, 0], "zenith")
-        >>> v = v.mark([light.direction for light in sm.light.lights(sky, "latlong", count=8)])
+        >>> v = v.mark([[1, 0, 0], [-1, 0, 0]])
         """
-        given = as_doubles(directions, "directions")
-        if given.shape[-1:] != (3,) or given.ndim > 2:
-            raise ValueError(
-                f"Expected `directions` to have shape (3,) or (N, 3), got {given.shape}."
-            )
-        rows = given.reshape(-1, 3)
-        if len(rows) + len(self._marks) > _MOST_MARKS:
-            raise ValueError(f"Expected at most {_MOST_MARKS} marks, got {len(rows)} more.")
-        if names is None:
-            names = ["•"] * len(rows)
-        elif isinstance(names, str):
-            names = [names]
-        words = [as_text(name, "names") for name in as_items(names, "names", "str")]
-        if len(words) != len(rows):
-            raise ValueError(f"Expected {len(rows)} names, one a direction, got {len(words)}.")
-        places = [as_direction(row, "directions") for row in rows]
-        self._marks += list(zip(words, places, strict=True))
+        self._overlays.mark(directions, names)
+        return self
+
+    def lights(self, lights: Lights | Light | Sun | Sequence[Light | Sun], /) -> Viewer:
+        """Draw lights: disks as large and of the color that they are, and rings for suns.
+
+        Parameters
+        ----------
+        lights : Lights, Light, Sun, or a sequence of these
+            As `spheremap.light.lights` and `spheremap.light.sun` find them in the first image.
+
+        Returns
+        -------
+        Viewer
+            This one.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For what is no light, and for more than 1024 lights.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> sky = np.full((32, 64, 3), 0.2, np.float32)
+        >>> sky[8, 20] = 500
+        >>> v = sm.view(sky, "latlong").lights(sm.light.lights(sky, "latlong", count=8))
+        >>> v = v.lights(sm.light.sun(sky, "latlong"))
+        """
+        self._overlays.light(lights)
+        return self
+
+    def box(self, box: Sequence[float], /, name: str = "", *, face: int | None = None) -> Viewer:
+        """Draw the border of a rectangle of the first image, on the sphere.
+
+        Parameters
+        ----------
+        box : (float, float, float, float)
+            Left, top, right and bottom, in pixels of the image: x runs right and y down, from its
+            upper left corner.
+        name : str
+            What stands at its upper left corner.
+        face : int, optional
+            Its face, of an array of faces.
+
+        Returns
+        -------
+        Viewer
+            This one.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For what is no box, for one around which the image holds no sphere, and for more than
+            1024 lines.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> photo = np.zeros((64, 128, 3), np.uint8)
+        >>> v = sm.view(photo, "latlong").box((60, 20, 80, 40), "car")
+        """
+        first = self._images[0]
+        p = first.projection
+        shape = first.pixels.shape[: spatial_axes(p)]
+        self._overlays.box(box, name, face, p, shape)
+        return self
+
+    def outline(self, directions: ArrayLike, /, name: str = "", *, closed: bool = True) -> Viewer:
+        """Draw a line through directions, by great circles.
+
+        Parameters
+        ----------
+        directions : array_like, shape (N, 3)
+            In the world of the first image's projection; of any length.
+        name : str
+            What stands at its start.
+        closed : bool
+            Whether it comes back to its start.
+
+        Returns
+        -------
+        Viewer
+            This one.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For fewer than two directions, for two in a row that are opposite, and for more than
+            1024 lines.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> v = sm.view(np.zeros((16, 32)), "latlong")
+        >>> v = v.outline([[1, 0, 0], [0, 1, 0], [0, 0, 1]], "an octant")
+        """
+        self._overlays.outline(directions, name, as_flag(closed, "closed"))
         return self
 
     def html(self) -> str:
@@ -254,7 +340,7 @@ class Viewer:
         -------
         picture : ndarray of uint8, shape (H, W, 3)
             Gray where nothing is known of the sphere, magenta where a value is NaN. Without
-            graticule, axes, isolines and marks of clipping.
+            graticule, axes, isolines, marks of clipping, and what is drawn over images.
 
         Raises
         ------
@@ -309,7 +395,7 @@ class Viewer:
             [_record(shown, max_size) for shown in self._images],
             screens,
             world,
-            [{"text": text, "direction": (world.T @ at).tolist()} for text, at in self._marks],
+            self._overlays.records(world),
         )
 
 
@@ -329,6 +415,10 @@ def view(
     clipping: bool = False,
     graticule: float = 0.0,
     axes: bool = False,
+    valid: bool = False,
+    density: bool = False,
+    tissot: bool = False,
+    seams: bool = False,
     max_size: int = 4096,
     rotation: Any | None = None,
     any_aspect: bool = False,
@@ -371,6 +461,15 @@ def view(
         Degrees between parallels, and between meridians; 0 for none.
     axes : bool
         Whether ±x, ±y and ±z are named where they are, in the world of `projection`.
+    valid : bool
+        Whether stripes mark what the image does not hold.
+    density : bool
+        Whether colors say how much of the sphere a texel sees, beside the mean, in powers of two.
+    tissot : bool
+        Whether circles of 5 degrees are drawn every 30: what they become on a flat screen are
+        Tissot's indicatrices.
+    seams : bool
+        Whether the edges of the image and of its faces are drawn.
     max_size : int
         The longer side of a face, in texels, that a page holds: a larger image is made smaller by
         `convert`. `snapshot` looks at the image itself.
@@ -425,6 +524,10 @@ def view(
         "clipping": clipping,
         "graticule": graticule,
         "axes": axes,
+        "valid": valid,
+        "density": density,
+        "tissot": tissot,
+        "seams": seams,
     }
     return Viewer(shown, max_size, look)
 
@@ -486,6 +589,7 @@ def _record(shown: Shown, max_size: int) -> dict[str, Any]:
         "name": shown.name,
         "about": about,
         "shape": (1, *shape) if p.faces == 1 else shape,
+        "mean_density": p.covered_solid_angle / (p.used_part * p.faces),
         "grid": p.grid,
         **shaders.image(p),
         **sent.record(),

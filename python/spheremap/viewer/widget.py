@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+from .._scalars import as_flag
 from .look import CHECKS
 from .page import source
 
@@ -51,7 +52,6 @@ def _made() -> Any:
     for name in SHARED:
         kind = kinds.get(name)
         if kind is None:
-            is_flag = name in ("false_color", "isolines", "clipping", "axes")
-            kind = traitlets.Bool(False) if is_flag else traitlets.Float(0.0)
+            kind = traitlets.Bool(False) if CHECKS[name] is as_flag else traitlets.Float(0.0)
         members[name] = kind.tag(sync=True)
     return type("ViewerWidget", (anywidget.AnyWidget,), members)

@@ -52,6 +52,7 @@ def test_a_box_is_the_border_of_its_pixels(name: str) -> None:
     x, y = places[:, 0], places[:, 1]
     # Pixels of some tens, in doubles.
     on = np.abs(np.stack([x - 4, x - 12, y - 6, y - 9])).min(axis=0)
+    # The same.
     assert on.max() < 1e-9
     # Doubles again.
     assert np.allclose([np.ptp(x), np.ptp(y)], [8, 3], rtol=0, atol=1e-9)

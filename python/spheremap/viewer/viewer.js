@@ -31,7 +31,7 @@ async function unpacked(text, count, channels, wide) {
     const raw = atob(text);
     const bytes = new Uint8Array(raw.length);
     for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
     const planes = new Uint8Array(await new Response(stream).arrayBuffer());
     const words = new (wide ? Uint16Array : Uint8Array)(count * channels);
     for (let c = 0; c < channels; c++) {
@@ -52,13 +52,13 @@ function halfToNumber(bits) {
 
 // Halves with what they are in the fourth channel: 1 a value, 0 outside, -1 NaN.
 async function textureWords(image) {
-    const { faces, height, width, table } = image;
-    const count = faces * height * width;
-    const words = await unpacked(image.words, count, 3, table === null);
-    const states = image.states && (await unpacked(image.states, faces * height, width, false));
+    const { faces, height, width, channels, table } = image;
+    const count = faces * height * width, step = channels > 1 ? 1 : 0;
+    const words = await unpacked(image.words, count, channels, table === null);
+    const states = image.states && (await unpacked(image.states, count, 1, false));
     const texels = new Uint16Array(4 * count);
-    for (let i = 0, j = 0, k = 0; i < count; i++, j += 3, k += 4) {
-        for (let c = 0; c < 3; c++) texels[k + c] = table ? table[words[j + c]] : words[j + c];
+    for (let i = 0, j = 0, k = 0; i < count; i++, j += channels, k += 4) {
+        for (let c = 0, at = j; c < 3; c++, at += step) texels[k + c] = table ? table[words[at]] : words[at];
         texels[k + 3] = states ? [0, 0x3c00, 0xbc00][states[i]] : 0x3c00;
     }
     return texels;

@@ -21,7 +21,8 @@ from ..map.verbs import rotation as turned_by
 from . import page, shaders, still
 from .look import CHECKS, as_side, yaw_and_pitch
 from .overlays import Overlays
-from .texels import apart, texels
+from .reduction import reduced
+from .texels import apart, shown_channels, texels
 from .widget import widget
 
 if TYPE_CHECKING:
@@ -583,7 +584,7 @@ def _record(shown: Shown, max_size: int) -> dict[str, Any]:
     """Return what the page holds of an image."""
     p = shown.projection
     shape = shown.pixels.shape[: spatial_axes(p)]
-    sent = texels(apart(shown.pixels, p), p, max_size)
+    sent = texels(apart(reduced(shown_channels(shown.pixels, p), p, max_size), p), p)
     about = f"{p.name} of {' x '.join(map(str, shape))} texels"
     return {
         "name": shown.name,

@@ -63,6 +63,6 @@ def test_no_sun_is_lost() -> None:
     image = np.zeros((256, 512, 1), np.float32)
     image[120:136, ::7] = 1000.0
     small = reduced(image, p, 64)
-    # Near the horizon all texels are as large, to a few thousandths.
     light = [float(np.sum(x[..., 0] * p.solid_angle(x.shape[:2]))) for x in (image, small)]
+    # Near the horizon all texels are as large, to a few thousandths.
     assert light[1] == pytest.approx(light[0], rel=5e-3)

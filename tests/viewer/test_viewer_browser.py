@@ -344,6 +344,10 @@ MODEL = """async (scene) => {
         },
         on: (name, handler) => (handlers[name] ??= []).push(handler),
         off: () => {},
+        // As a kernel answers.
+        send: (asked) => {
+            if (asked.kind === "pick") window.model.set("picked", { ...asked, texel: [3, 4] });
+        },
         save_changes: () => { window.saved++; },
     };
     const el = document.createElement("div");
@@ -380,7 +384,7 @@ def test_a_widget_and_its_model_tell_each_other(chromium: Any, tmp_path: Path) -
     page.mouse.move(200, 200)
     page.wait_for_function("model.get('picked').texel")
     found = page.evaluate("model.get('picked')")
-    assert found["direction"][2] > 0.5
+    assert found["direction"][2] > 0.5 and found["image"] == 0
     page.evaluate("model.set('false_color', true)")
     assert page.locator(".legend").is_visible()
     page.close()

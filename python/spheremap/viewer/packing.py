@@ -36,7 +36,7 @@ def packed(array: NDArray[Any]) -> str:
             # The fastest level: the others gain a few percent.
             stream = zlib.compressobj(1, wbits=-15)
             end = zlib.Z_FINISH if place == planes - 1 else zlib.Z_SYNC_FLUSH
-            parts[place] = stream.compress(byte.astype(np.uint8)) + stream.flush(end)
+            parts[place] = stream.compress(byte.astype(np.uint8).tobytes()) + stream.flush(end)
 
     on_all_threads(work, range(channels))
     return base64.b64encode(b"".join(parts)).decode("ascii")

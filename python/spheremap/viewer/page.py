@@ -70,6 +70,8 @@ def scene(
         **overlays,
         "tissot": TISSOT,
         "globe": shaders.globe(),
+        # Printed for those who can ask for sharper pictures: widgets.
+        "detail": "",
         "body": source("viewer.glsl"),
         "curves": CURVES,
         "white": WHITE,

@@ -28,6 +28,11 @@ struct Grid {
 };
 uniform sampler2DArray texels[2];
 uniform Grid grids[2];
+#ifdef DETAIL
+uniform sampler2DArray details[2];  // what a perspective sees of the whole image, sharper
+uniform mat3 detail_pose[2];
+uniform vec3 detail_scale[2];       // its part of the widest lens, and its gain: 0 for none
+#endif
 uniform int comparison;     // 0 the first image, 1 the second, 2 split, 3 difference, 4 signed
 uniform float split;        // where, from the left edge, 0 to 1
 uniform float exposure;     // in stops
@@ -109,11 +114,29 @@ vec4 lookup(sampler2DArray image, Grid grid, vec3 uvf) {
     return known > 1e-6 ? vec4(light / known * grid.gain, 1.0) : vec4(0.0);
 }
 
+#ifdef DETAIL
+// What lies in the sharper picture; the fourth is -2 where that ends.
+vec4 detailed(sampler2DArray image, mat3 own, vec3 scale, vec3 d) {
+    vec2 part = 0.5 + (detail_encode(d * own) - 0.5) / scale.xy, size = vec2(textureSize(image, 0).xy);
+    vec2 edge = min(part, 1.0 - part) * size - 1.0;
+    if (scale.z == 0.0 || is_nan(part.x) || min(edge.x, edge.y) < 0.0) return vec4(0.0, 0.0, 0.0, -2.0);
+    return lookup(image, Grid(vec4(size, -0.5, -0.5), scale.z), vec3(part, 0.0));
+}
+#define SHARPER(K) \
+    if (held) { \
+        vec4 sharp = detailed(details[K], detail_pose[K], detail_scale[K], center); \
+        if (sharp.a > -1.5) return sharp; \
+    }
+#else
+#define SHARPER(K)
+#endif
+
 // What a pixel sees of an image: one lookup, or a mean where it sees more than a texel.
 #define SEEN(NAME, PLACE, K) \
     vec4 NAME(vec3 center, bool held) { \
         vec3 uvf = PLACE(center); \
         vec2 wide = fwidth(uvf.xy) * grids[K].place.xy; \
+        SHARPER(K) \
         int n = clamp(int(ceil(max(wide.x, wide.y) - 0.01)), 1, samples); \
         if (n == 1) return held ? lookup(texels[K], grids[K], uvf) : vec4(0.0); \
         vec4 sum = vec4(0.0); \

@@ -100,27 +100,56 @@ class Painter {
     constructor(canvas, scene) {
         const gl = canvas.getContext("webgl2", { antialias: false, alpha: false });
         if (!gl) throw new Error("This needs WebGL 2, which the browser does not offer.");
-        Object.assign(this, { gl, canvas, scene, programs: new Map(), textures: [], texels: [] });
+        Object.assign(this, { gl, canvas, scene, programs: new Map(), textures: [], texels: [], details: [] });
         gl.bindVertexArray(gl.createVertexArray());
     }
 
     async load() {
+        this.store(await Promise.all(this.scene.images.map(textureWords)));
+    }
+
+    // Put texels of all images in the place of those that there were.
+    store(all) {
         const { gl, scene } = this;
         const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-        for (const image of scene.images) {
+        [...this.textures, ...this.details.map((detail) => detail.texture)].forEach((texture) => gl.deleteTexture(texture));
+        Object.assign(this, { textures: [], texels: all, details: [] });
+        scene.images.forEach((image, k) => {
             if (Math.max(image.width, image.height) > most) {
                 throw new Error(`This machine's textures end at ${most} texels: save with max_size=${most - 2}.`);
             }
-            const texels = await textureWords(image);
-            const texture = gl.createTexture();
-            gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-            gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-            gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
-            gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, gl.RGBA16F, image.width, image.height, image.faces, 0,
-                gl.RGBA, gl.HALF_FLOAT, texels);
-            this.textures.push(texture);
-            this.texels.push(texels);
+            this.textures.push(this.texture([image.width, image.height, image.faces], all[k]));
+            // Where there is nothing sharper, a texture of one texel stands for it.
+            this.details.push({ texture: this.texture([1, 1, 1], null), pose: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: [1, 1, 0] });
+        });
+        const lookups = JSON.stringify(scene.images.map(({ lookup, own }) => [lookup, own]));
+        if (lookups !== this.lookups) {
+            this.programs.forEach(({ program }) => gl.deleteProgram(program));
+            this.programs.clear();
         }
+        this.lookups = lookups;
+    }
+
+    texture([width, height, layers], words) {
+        const { gl } = this;
+        const texture = gl.createTexture();
+        gl.activeTexture(gl.TEXTURE0);
+        gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+        gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, gl.RGBA16F, width, height, layers, 0, gl.RGBA, gl.HALF_FLOAT, words);
+        return texture;
+    }
+
+    // A picture by a perspective that is sharper than an image: halves of RGBA.
+    sharpen(which, { width, height, pose, scale }, words) {
+        if (!this.details[which]) return;
+        this.gl.deleteTexture(this.details[which].texture);
+        this.details[which] = { texture: this.texture([width, height, 1], words), pose, scale };
+    }
+
+    drop() {
+        this.gl.getExtension("WEBGL_lose_context")?.loseContext();
     }
 
     // Directions that are placed on screens: a texture, which has room for all.
@@ -151,7 +180,7 @@ class Painter {
                 parts.push(ownOf(images[first]), lookup.replaceAll("imageN", "image0"),
                     placed("image0_place", "image0_encode", lookup_faces));
             } else if (!task) {
-                parts.push(globe);
+                parts.push(globe, this.scene.detail ? `#define DETAIL\n${this.scene.detail}` : "");
                 for (const [k, which] of [first, second].entries()) {
                     if (which === null) continue;
                     const { lookup, lookup_faces } = images[which];
@@ -191,6 +220,16 @@ class Painter {
             gl.uniform1f(places[`grids[${k}].gain`], scene.images[which].gain);
         }
         gl.uniform1iv(places.texels, [0, second === null ? 0 : 1]);
+        if (scene.detail) {
+            const details = [look.first, second ?? look.first].map((which) => this.details[which]);
+            details.forEach(({ texture }, k) => {
+                gl.activeTexture(gl.TEXTURE2 + k);
+                gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+            });
+            gl.uniform1iv(places.details, [2, 3]);
+            gl.uniformMatrix3fv(places.detail_pose, false, details.flatMap(({ pose }) => pose));
+            gl.uniform3fv(places.detail_scale, details.flatMap(({ scale }) => scale));
+        }
         const blink = look.comparison === "blink";
         const mode = blink ? (look.blinked ? 1 : 0) : COMPARISONS.indexOf(look.comparison);
         gl.uniform1i(places.comparison, second === null ? 0 : mode);
@@ -376,7 +415,7 @@ export function mount(root, scene) {
     root.replaceChildren(stage, readout, bar, said);
 
     let painter = null, wanted = 0, quiet = 0, shrink = 1, last = 0;
-    const listeners = [], picked = [];
+    const listeners = [], picked = [], resized = [];
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
     // The viewports, the flat map to the right of the sphere.
@@ -520,7 +559,7 @@ export function mount(root, scene) {
         const other = several && (look.comparison === "second" || (look.comparison === "split" && part >= look.split) || (look.comparison === "blink" && look.blinked));
         const which = other ? look.second : look.first, image = scene.images[which];
         const { direction, held, density, own, apart } = painter.pick(view, which, x, y);
-        const result = { image: image.name, direction: held ? worldOf(direction) : null };
+        const result = { which, image: image.name, direction: held ? worldOf(direction) : null };
         if (!held || Number.isNaN(own.u)) return result;
         const [faces, height, width] = image.shape;
         const nearest = (part, texels, corners) => clamp(Math.floor(corners ? part * (texels - 1) + 0.5 : part * texels), 0, texels - 1);
@@ -540,15 +579,19 @@ export function mount(root, scene) {
         return texel[3] === 0x3c00 ? [...texel.subarray(0, 3)].map((half) => halfToNumber(half) * gain) : [NaN, NaN, NaN];
     }
 
-    function tell(left, top) {
+    function tell(left, top, clicked = false) {
         const found = pick(left, top);
-        if (found) picked.forEach((listener) => listener(found));
+        if (found) picked.forEach((listener) => listener(found, clicked));
+        read(found);
+    }
+
+    function read(found) {
         if (!found || !found.direction) { readout.textContent = "no direction"; return; }
         const parts = [`direction ${found.direction.map((x) => x.toFixed(4)).join(" ")}`];
         if (found.uv) {
             parts.push(`uv ${found.uv.map((x) => x.toFixed(5)).join(" ")}`,
                 `texel ${found.texel.join(", ")}${"face" in found ? `, face ${found.face}` : ""}`,
-                `value ${found.value ? found.value.map(tail).join(" ") : "none"}`, `${tail(found.solid_angle)} sr`);
+                `value ${found.value ? found.value.map((x) => (x === null ? "not finite" : tail(x))).join(" ") : "none"}`, `${tail(found.solid_angle)} sr`);
         } else parts.push("not in the image");
         if (several) parts.unshift(found.image);
         readout.textContent = parts.join(" · ");
@@ -578,6 +621,12 @@ export function mount(root, scene) {
         }
     });
     for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
+    let pressed = [0, 0];
+    canvas.addEventListener("pointerdown", (event) => { pressed = [event.offsetX, event.offsetY]; });
+    // A click is what ends where it began.
+    canvas.addEventListener("click", (event) => {
+        if (Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 3) tell(event.offsetX, event.offsetY, true);
+    });
     canvas.addEventListener("wheel", (event) => {
         event.preventDefault();
         set(closer(2 ** (clamp(event.deltaY, -120, 120) / 480)), true);
@@ -614,13 +663,14 @@ export function mount(root, scene) {
         event.preventDefault();
         action(event);
     });
-    if (several && !still) setInterval(() => { if (look.comparison === "blink") set({ blinked: !look.blinked }); }, 700);
-    new ResizeObserver(() => ask()).observe(canvas);
+    const blinking = several && !still && setInterval(() => { if (look.comparison === "blink") set({ blinked: !look.blinked }); }, 700);
+    const sized = new ResizeObserver(() => { ask(); resized.forEach((listener) => listener()); });
+    sized.observe(canvas);
 
     const fail = (error) => { message.textContent = error.message; message.hidden = false; throw error; };
     const ready = (async () => {
         const made = new Painter(canvas, scene);
-        canvas.addEventListener("webglcontextlost", () => { message.textContent = "The graphics card was lost: reload."; message.hidden = false; });
+        canvas.addEventListener("webglcontextlost", () => { if (gone) return; message.textContent = "The graphics card was lost: reload."; message.hidden = false; });
         await made.load();
         made.mark(placedOn().points);
         painter = made;
@@ -633,8 +683,32 @@ export function mount(root, scene) {
         const [x, y, z] = homeOf(direction), level = Math.hypot(x, z);
         set({ yaw: level > 1e-12 ? Math.atan2(-x, -z) / DEGREE : 0, pitch: Math.atan2(y, level) / DEGREE });
     }
-    return { look, set, aim, pick, draw, ready, canvas, direction: directionOf,
-        onlook: (listener) => listeners.push(listener), onpick: (listener) => picked.push(listener) };
+    // Other images, looked at in the same way. Of several that are on their way only the last comes.
+    let asked = 0, gone = false;
+    async function swap(next) {
+        const turn = ++asked;
+        await ready;
+        const texels = await Promise.all(next.images.map(textureWords));
+        if (turn !== asked || gone) return;
+        Object.assign(scene, next);
+        painter.store(texels);
+        painter.mark(placedOn().points);
+        ask();
+    }
+    // What a camera of the page sees now; null where it is no lens.
+    const seen = () => (scene.screens[lensOf(look)].edge ? { yaw: look.yaw, pitch: look.pitch, fov: look.fov,
+        size: [canvas.height, canvas.width], images: several && look.comparison !== "first" ? [look.first, look.second] : [look.first] } : null);
+    const sharpen = (which, record, words) => { painter?.sharpen(which, record, words); ask(); };
+    function dispose() {
+        gone = true;
+        clearInterval(blinking);
+        clearTimeout(quiet);
+        sized.disconnect();
+        painter?.drop();
+        painter = null;
+    }
+    return { look, set, aim, pick, draw, ready, canvas, swap, sharpen, read, dispose, seen, direction: directionOf,
+        onlook: (listener) => listeners.push(listener), onpick: (listener) => picked.push(listener), onsize: (listener) => resized.push(listener) };
 }
 
 // A widget of anywidget: traits of the model are settings of the page, both ways.
@@ -643,7 +717,7 @@ const SHARED = ["fov", "exposure", "curve", "false_color", "isolines", "clipping
 function render({ model, el }) {
     const root = made("div", { style: "height:520px" });
     el.append(root);
-    const view = mount(root, model.get("scene"));
+    const view = mount(root, structuredClone(model.get("scene")));
     let waiting = 0, busy = false;
     // Each side tells the other of changes, and not of those that it was told of.
     const alone = (work) => (...given) => {
@@ -663,15 +737,47 @@ function render({ model, el }) {
         model.set("direction", view.direction());
         save();
     }));
-    view.onpick((found) => {
-        // A message has no NaN.
-        const told = (x) => (Number.isFinite(x) ? x : null);
-        model.set("picked", { ...found, value: found.value?.map(told) ?? null });
-        save();
+    // Values are asked of the array itself, one question at a time.
+    let question = null, answering = 0;
+    const inquire = () => {
+        if (answering || !question) return;
+        model.send({ kind: "pick", ...question });
+        question = null;
+        answering = setTimeout(() => { answering = 0; inquire(); }, 60);
+    };
+    view.onpick(({ which, direction }, clicked) => {
+        if (!direction) return;
+        if (clicked) model.send({ kind: "pick", image: which, direction, clicked: true });
+        else { question = { image: which, direction }; inquire(); }
     });
-    [...SHARED, "direction"].forEach((name) => model.on(`change:${name}`, changed));
+    const answered = () => view.read(model.get("picked"));
+    // And pictures of what is seen, when it has come to rest and the last one has come.
+    let resting = 0, waited = false, seen = "";
+    const look = () => {
+        const asked = view.seen(), key = JSON.stringify(asked);
+        if (!asked || waited || key === seen || !view.canvas.isConnected) return;
+        const sent = model.get("scene").images;
+        asked.images = asked.images.filter((k) => sent[k].reduced);
+        if (!asked.images.length) return;
+        [waited, seen] = [true, key];
+        model.send({ kind: "see", ...asked });
+    };
+    const rest = () => { clearTimeout(resting); resting = setTimeout(look, 200); };
+    view.onlook(rest);
+    view.onsize(rest);
+    const heard = (said, buffers) => {
+        if (said.kind === "seen") { waited = false; rest(); }
+        if (said.kind !== "detail") return;
+        const [{ buffer, byteOffset, byteLength }] = buffers;
+        view.sharpen(said.image, said, new Uint16Array(buffer.slice(byteOffset, byteOffset + byteLength)));
+    };
+    const swapped = async () => { await view.swap(structuredClone(model.get("scene"))); seen = ""; rest(); };
+    const handlers = [["msg:custom", heard], ["change:picked", answered], ["change:scene", swapped],
+        ...[...SHARED, "direction"].map((name) => [`change:${name}`, changed])];
+    handlers.forEach(([name, handler]) => model.on(name, handler));
     changed();
-    return () => [...SHARED, "direction"].forEach((name) => model.off(`change:${name}`, changed));
+    view.ready.then(rest);
+    return () => { handlers.forEach(([name, handler]) => model.off(name, handler)); view.dispose(); };
 }
 
 export default { render };

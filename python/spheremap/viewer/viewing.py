@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from ..map.named import resolve
 from ..map.variants import changed
 from ..map.verbs import rotation as turned_by
 from . import page, shaders, still
+from .answers import Shown
 from .look import CHECKS, as_side, yaw_and_pitch
 from .overlays import Overlays
 from .reduction import reduced
@@ -36,15 +36,8 @@ __all__ = ["Viewer", "view"]
 
 # The longer side of what a notebook keeps with its text.
 _IN_NOTEBOOKS = 2048
-
-
-@dataclass(frozen=True)
-class Shown:
-    """One image with its map, its channels last."""
-
-    pixels: NDArray[Any]
-    projection: Projection
-    name: str
+# And of what a widget, which can ask for more, sends first.
+_OVERVIEW = 1024
 
 
 class Viewer:
@@ -293,23 +286,25 @@ class Viewer:
         """Return a widget for notebooks, by anywidget: ``pip install spheremap[view]``.
 
         Its traits are both ways: ``w.direction = [1, 0, 0]`` turns the view, and ``w.fov`` is what
-        the wheel has made of it. ``w.picked`` is what lies under the pointer: a dict with
-        ``direction``, ``uv``, ``texel``, ``value`` and ``solid_angle``.
+        the wheel has made of it. ``w.picked`` is what lies under the pointer and ``w.clicked`` what
+        was clicked: dicts with ``image``, ``direction``, ``uv``, ``texel``, ``value`` and
+        ``solid_angle``, and ``face`` of an array of faces. Values are those of the array itself.
+
+        ``w.show(image)`` puts another image in the place of the first: of its projection, or of the
+        one that is given, with the options of `view` that are about the image.
 
         Returns
         -------
         anywidget.AnyWidget
-            With the settings of this viewer, but for `screen`, as traits. It holds at most 2048
-            texels along a side.
+            With the settings of this viewer, but for `screen`, as traits. An overview of at most
+            1024 texels along a side is sent first, and then what is seen, as sharp as it is.
 
         Raises
         ------
         ImportError
             If anywidget is missing.
         """
-        look = {name: getattr(self, name) for name in CHECKS}
-        look["direction"] = list(self.direction)
-        return widget(self._scene(min(self.max_size, _IN_NOTEBOOKS)), look)
+        return widget(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the page of `html` to a file.
@@ -375,6 +370,18 @@ class Viewer:
 
     def _repr_html_(self) -> str:
         return page.iframe(page.page(self._scene(min(self.max_size, _IN_NOTEBOOKS))))
+
+    def _shown_in_widget(self) -> dict[str, Any]:
+        scene = self._scene(min(self.max_size, _OVERVIEW))
+        return scene | {"detail": shaders.detail()}
+
+    def _replace(self, image: ArrayLike, projection: ProjectionLike | None, options: Any) -> None:
+        """Put an image in the place of the first."""
+        before = self._images[0]
+        settings: dict[str, Any] = {"name": before.name, "rotation": None}
+        settings |= {"any_aspect": False, "channels_first": False} | options
+        p = before.projection if projection is None else projection
+        self._images[0] = _shown(image, p, **settings)
 
     def _angles(self) -> tuple[float, float]:
         return yaw_and_pitch(_world(self._images[0].projection).T @ np.array(self.direction))
@@ -584,12 +591,15 @@ def _record(shown: Shown, max_size: int) -> dict[str, Any]:
     """Return what the page holds of an image."""
     p = shown.projection
     shape = shown.pixels.shape[: spatial_axes(p)]
-    sent = texels(apart(reduced(shown_channels(shown.pixels, p), p, max_size), p), p)
+    whole = shown_channels(shown.pixels, p)
+    held = reduced(whole, p, max_size)
+    sent = texels(apart(held, p), p)
     about = f"{p.name} of {' x '.join(map(str, shape))} texels"
     return {
         "name": shown.name,
         "about": about,
         "shape": (1, *shape) if p.faces == 1 else shape,
+        "reduced": held.shape != whole.shape,
         "mean_density": p.covered_solid_angle / (p.used_part * p.faces),
         "grid": p.grid,
         **shaders.image(p),

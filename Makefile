@@ -169,7 +169,7 @@ test-programs: $(BUILT) $(DEV_DEPS)
 # the newest.
 MINIMAL ?= $(CACHE)/minimal
 MINIMAL_TESTS ?= tests/package/test_arrays.py tests/map/test_projection_object.py tests/io \
-	python/spheremap/plot.py python/spheremap/map
+	python/spheremap/plot python/spheremap/map
 test-minimal: $(BUILT)
 	"$(BIN)/python" -m venv "$(MINIMAL)"
 	"$(MINIMAL)/bin/python" -m pip install --quiet --disable-pip-version-check $$("$(BIN)/python" tools/minimal_versions.py) \

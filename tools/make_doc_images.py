@@ -285,6 +285,32 @@ def stills() -> None:
     io.write(IMAGES / "view.png", np.concatenate(rows[:-1], axis=1))
 
 
+# --- What sm.plot draws
+
+
+def figures() -> None:
+    environment = radiance(sm.directions("latlong", 512)).astype(np.float32)
+    figure = plt.figure(figsize=(11, 6.4), layout="constrained")
+    upper, lower = figure.subfigures(2, 1)
+    left, right = upper.subplots(1, 2, width_ratios=(2, 1.5))
+    sm.plot.lights(environment, "latlong", count=32, ax=left, labels=False)
+    left.set_title("lights", fontsize=9)
+    sm.plot.sh(sm.sh.project(environment, "latlong", order=3), ax=right)
+    right.set_title("sh", fontsize=9)
+    left, right = lower.subplots(1, 2, width_ratios=(1.2, 1))
+    sm.plot.packing_error("oct10", "latlong", ax=left, labels=False)
+    sm.plot.footprints("latlong", "cube", image=environment, ax=right, labels=False)
+    right.set_title("footprints", fontsize=9)
+    figure.savefig(IMAGES / "plot.png", dpi=90, facecolor="white")
+    plt.close(figure)
+
+    blender = sm.convert(environment, "latlong", "latlong:blender")
+    axes = sm.plot.compare("latlong:blender", "cube:opengl", image=blender, exposure=0.7)
+    drawn = axes[0].get_figure(root=True)
+    drawn.savefig(IMAGES / "plot-compare.png", dpi=80, facecolor="white")
+    plt.close(drawn)
+
+
 if __name__ == "__main__":
     IMAGES.mkdir(parents=True, exist_ok=True)
     projections()
@@ -292,3 +318,4 @@ if __name__ == "__main__":
     shading()
     mips()
     stills()
+    figures()

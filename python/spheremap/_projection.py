@@ -2182,6 +2182,10 @@ class Projection(_core.Projection):
         clipping: bool = False,
         graticule: float = 0.0,
         axes: bool = False,
+        valid: bool = False,
+        density: bool = False,
+        tissot: bool = False,
+        seams: bool = False,
         max_size: int = 4096,
         rotation: Any | None = None,
         any_aspect: bool = False,
@@ -2222,6 +2226,16 @@ class Projection(_core.Projection):
             Degrees between parallels, and between meridians; 0 for none.
         axes : bool
             Whether ±x, ±y and ±z are named where they are, in the world of `projection`.
+        valid : bool
+            Whether stripes mark what the image does not hold.
+        density : bool
+            Whether colors say how much of the sphere a texel sees, beside the mean, in powers of
+            two.
+        tissot : bool
+            Whether circles of 5 degrees are drawn every 30: what they become on a flat screen are
+            Tissot's indicatrices.
+        seams : bool
+            Whether the edges of the image and of its faces are drawn.
         max_size : int
             The longer side of a face, in texels, that a page holds: a larger image is made smaller
             by `convert`. `snapshot` looks at the image itself.
@@ -2270,6 +2284,10 @@ class Projection(_core.Projection):
             clipping=clipping,
             graticule=graticule,
             axes=axes,
+            valid=valid,
+            density=density,
+            tissot=tissot,
+            seams=seams,
             max_size=max_size,
             rotation=rotation,
             any_aspect=any_aspect,

@@ -27,7 +27,8 @@ def record(page: str) -> dict[str, Any]:
 
 def unpacked(text: str, shape: tuple[int, ...], dtype: type) -> np.ndarray:
     """Return what the page makes of packed words, by the same steps."""
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8)
+    # A stream without a header.
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(text), wbits=-15), np.uint8)
     planes = planes.reshape(np.dtype(dtype).itemsize, shape[-1], -1).astype(dtype)
     steps = planes[0] if len(planes) == 1 else planes[0] | planes[1] << 8
     return np.cumsum(steps, axis=1, dtype=dtype).T.reshape(shape)
@@ -35,7 +36,7 @@ def unpacked(text: str, shape: tuple[int, ...], dtype: type) -> np.ndarray:
 
 def light_of(image: dict[str, Any]) -> np.ndarray:
     """Return the light that is sent, with its border."""
-    shape = (image["faces"], image["height"], image["width"], 3)
+    shape = tuple(image[side] for side in ("faces", "height", "width", "channels"))
     if image["table"] is None:
         halves = unpacked(image["words"], shape, np.uint16)
     else:
@@ -105,7 +106,7 @@ WHOLE = [n for n in sm.projections() if sm.projection(n).used_part == 1]
 def test_four_texels_are_a_lookup_without_a_seam(name: str) -> None:
     p = sm.projection(name).in_world_of("latlong")
     image = sm.convert(SKY, "latlong", p, size=24)
-    sent = texels.texels(texels.apart(image, p), p, 4096)
+    sent = texels.texels(texels.apart(image, p), p)
     halves = sent.words.view(np.float16).astype(np.float64) * sent.gain
     d = np.random.default_rng(1).normal(size=(20_000, 3))
     uv = texels.own_faces(p).encode(d)
@@ -131,14 +132,13 @@ def test_four_texels_are_a_lookup_without_a_seam(name: str) -> None:
 def test_what_is_no_value_is_said() -> None:
     image = np.ones((16, 16, 3), np.float32)
     image[8, 8, 1] = np.nan
-    sent = texels.texels(
-        texels.apart(image, sm.projection("angular")), sm.projection("angular"), 64
-    )
+    angular = sm.projection("angular")
+    sent = texels.texels(texels.apart(image, angular), angular)
     assert sent.states is not None
     assert sent.states[0, 9, 9] == texels.MISSING
     assert sent.states[0, 1, 1] == texels.OUTSIDE
     assert sent.states[0, 5, 9] == texels.VALUE
-    assert texels.texels(np.ones((1, 4, 8, 3)), sm.projection("latlong"), 64).states is None
+    assert texels.texels(np.ones((1, 4, 8, 3)), sm.projection("latlong")).states is None
 
 
 @pytest.mark.parametrize(

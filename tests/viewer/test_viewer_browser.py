@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import pytest
 import spheremap as sm
 from browser import launched
 from spheremap import io
+from spheremap.viewer import colors
 from spheremap.viewer.page import source
 
 pytestmark = pytest.mark.programs
@@ -229,6 +231,91 @@ def test_marks_and_axes_stand_where_they_are(opened: Callable[..., Any]) -> None
     assert set(found) == {"tree", "+y"} and found["+y"][1] > 50
 
 
+def test_lines_and_lights_stand_where_they_are(opened: Callable[..., Any]) -> None:
+    light = sm.light.Light(np.array([0.3, 0.2, -1.0]), np.ones(3), 1.0)
+    viewer = sm.view(np.zeros((64, 128)), "latlong", fov=80).lights(light)
+    viewer.outline([[0, 0, -1], [0.3, 0, -1]], "way", closed=False)
+    page = opened(viewer)
+    height, width = size_of(page)
+    camera = sm.projection("perspective", fov=80, aspect=width / height)
+    script = "document.querySelector('.lines .stroke').getAttribute('d')"
+    places = np.array([part.split() for part in page.evaluate(script)[1:].split("L")], float)
+    wanted = camera.encode([[0, 0, -1.0], [0.3, 0, -1]]) * [width, height]
+    # Tenths of a pixel are written.
+    assert np.allclose(places[[0, -1]], wanted, atol=0.1)
+    style = "document.querySelector('.labels .light').getAttribute('style')"
+    left, top, across = re.findall(r"(?:left|top|width):([\d.]+)", page.evaluate(style))
+    # Percents, of float32 shaders.
+    assert np.allclose([float(left), float(top)], 100 * camera.encode(light.direction), atol=1e-3)
+    assert float(across) == 20
+    assert page.locator(".labels .name").inner_text() == "way"
+
+
+@pytest.mark.parametrize("name", ["latlong", "cube", "octahedral", "cube:ffmpeg-c3x2"])
+def test_density_has_the_colors_of_its_legend(
+    name: str, opened: Callable[..., Any], tmp_path: Path
+) -> None:
+    p = sm.projection(name)
+    viewer = sm.view(np.zeros(p.shape(16)), p, curve="none", density=True, screen="latlong")
+    page = opened(viewer)
+    seen = drawn(page, tmp_path)
+    assert page.locator(".legend li").first.inner_text() == "× 16"
+    height, width = size_of(page)
+    rows, columns = sm.projection("latlong").shape(int(64 * min(height / 64, width / 128)))
+    top, left = (height - rows) // 2, (width - columns) // 2
+    d = sm.projection("latlong").in_world_of(p).directions((rows, columns), any_aspect=True)
+    mean = p.covered_solid_angle / (p.used_part * p.faces)
+    parts = 2 * np.log2(p.density(p.encode(d)) / mean) + 8
+    ramp = np.array(colors.RAMP)
+    wanted = np.stack([np.interp(parts, np.arange(17), ramp[:, k]) for k in range(3)], axis=-1)
+    found = seen[top : top + rows, left : left + columns]
+    # Black counts for three tenths. Half a pixel beside a seam is another texel.
+    assert peak_to_noise(found, 0.7 * 255 * wanted) > LEAST
+
+
+def test_circles_have_their_share_of_the_sphere(opened: Callable[..., Any], tmp_path: Path) -> None:
+    black = np.zeros((16, 32))
+    page = opened(sm.view(black, "latlong", curve="none", tissot=True, screen="equal_area"))
+    seen = drawn(page, tmp_path)
+    map_of = (seen != 128).any(axis=-1)
+    counts = [max(3, round(12 * np.cos(np.radians(at)))) for at in range(-75, 90, 30)]
+    wanted = sum(counts) * (1 - np.cos(np.radians(5))) / 2
+    # Red of more than 50 reaches 0.85 pixels further than a circle, whose radius is 13 or so.
+    radius = np.radians(5) * np.sqrt(map_of.sum() / (4 * np.pi))
+    wanted *= (1 + 0.85 / radius) ** 2
+    # Some hundred pixels at the rim of each of forty circles.
+    assert (seen[..., 0] > 50)[map_of].mean() == pytest.approx(wanted, rel=0.02)
+
+
+def test_seams_are_where_faces_end(opened: Callable[..., Any], tmp_path: Path) -> None:
+    # The square of an octahedron ends where -z is, with a fold above it.
+    for name, fov, lines in (("cube", 120.0, 2), ("latlong", 90.0, 0), ("octahedral", 90.0, 1)):
+        p = sm.projection(name)
+        seen = drawn(
+            opened(sm.view(np.zeros(p.shape(16)), p, fov=fov, seams=True)), tmp_path
+        ).astype(int)
+        row = seen[seen.shape[0] // 2 - 40]
+        gold = (row[:, 0] > 200) & (row[:, 1] > 150) & (row[:, 2] < 100)
+        starts = np.flatnonzero(gold & ~np.roll(gold, 1))
+        assert len(starts) == lines, name
+        if lines == 2:
+            width = seen.shape[1]
+            edge = width / 2 * (1 + np.array([-1, 1]) / np.tan(np.radians(60)))
+            assert np.allclose(starts, edge, atol=2.5)  # pixels: a line is two wide
+
+
+def test_what_is_not_held_is_striped(opened: Callable[..., Any], tmp_path: Path) -> None:
+    gray = np.full((32, 32), 0.2140411, np.float32)  # 128 in sRGB
+    viewer = sm.view(gray, "angular(fov=120)", curve="none", screen="latlong")
+    # The curve of sRGB in float32, rounded.
+    assert (np.abs(drawn(opened(viewer), tmp_path).astype(int) - 128) <= 1).all()
+    viewer.valid = True
+    seen = drawn(opened(viewer), tmp_path)
+    striped = (np.abs(seen.astype(int) - 128) > 1).any(axis=-1)
+    middle = seen.shape[0] // 2
+    assert striped[middle].sum() > 100 and not striped[middle, seen.shape[1] // 2]
+
+
 def test_a_notebooks_frame_draws(chromium: Any) -> None:
     page = chromium.new_page()
     said: list[str] = []
@@ -246,6 +333,7 @@ MODEL = """async (scene) => {
     const handlers = {}, values = {
         scene, direction: [1, 0, 0], fov: 50, exposure: 1, curve: "none", false_color: false,
         isolines: false, clipping: false, graticule: 0, axes: true, picked: {},
+        valid: false, density: false, tissot: false, seams: false,
     };
     window.saved = 0;
     window.model = {
@@ -256,6 +344,10 @@ MODEL = """async (scene) => {
         },
         on: (name, handler) => (handlers[name] ??= []).push(handler),
         off: () => {},
+        // As a kernel answers.
+        send: (asked) => {
+            if (asked.kind === "pick") window.model.set("picked", { ...asked, texel: [3, 4] });
+        },
         save_changes: () => { window.saved++; },
     };
     const el = document.createElement("div");
@@ -292,7 +384,7 @@ def test_a_widget_and_its_model_tell_each_other(chromium: Any, tmp_path: Path) -
     page.mouse.move(200, 200)
     page.wait_for_function("model.get('picked').texel")
     found = page.evaluate("model.get('picked')")
-    assert found["direction"][2] > 0.5
+    assert found["direction"][2] > 0.5 and found["image"] == 0
     page.evaluate("model.set('false_color', true)")
     assert page.locator(".legend").is_visible()
     page.close()

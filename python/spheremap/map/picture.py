@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from .._projection import Projection
 
-__all__ = ["describe", "figure"]
+__all__ = ["colors", "describe", "figure"]
 
 # Pixels of a picture, its longest side without gaps, and what lies between faces.
 _AREA, _LONGEST, _GAP = 160 * 320, 540, 4
@@ -40,7 +40,7 @@ def figure(p: Projection, caption: Iterable[str], dots: Iterable[Dot] = ()) -> s
         return f"<div>{lines}</div>"
     side = shape[-1] + _GAP
     height, width = shape[-2], (shape[0] * side - _GAP if len(shape) == 3 else shape[-1])
-    data = base64.b64encode(_png(_side_by_side(_colors(p, shape)))).decode("ascii")
+    data = base64.b64encode(_png(_side_by_side(colors(p, shape)))).decode("ascii")
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
         f'viewBox="0 0 {width} {height}" role="img">',
@@ -97,7 +97,7 @@ def _shape(p: Projection) -> tuple[int, ...] | None:
     return shape if math.prod(shape) <= 16 * _AREA else None
 
 
-def _colors(p: Projection, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+def colors(p: Projection, shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Return the sphere in colors of its directions, with a graticule, as RGBA."""
     d = p.directions(shape)
     seen = np.isfinite(d[..., 0])

@@ -13,11 +13,13 @@ from .._arrays import as_doubles
 from .._scalars import as_flag, as_number, as_text
 from ..io.tonemap import CURVES
 
-__all__ = ["CHECKS", "as_direction", "as_side", "yaw_and_pitch"]
+__all__ = ["CHECKS", "TISSOT", "as_direction", "as_side", "yaw_and_pitch"]
 
 # Degrees across; beyond the widest perspective it is a little planet.
 _FOV = (15.0, 340.0)
 _STOPS = 126.0
+# Degrees: radius of the circles, and between their centers.
+TISSOT = (5.0, 30.0)
 # Sides of pictures and images, in texels.
 _SIDES = (2, 16384)
 
@@ -79,4 +81,8 @@ CHECKS: dict[str, Callable[[object, str], Any]] = {
     "clipping": as_flag,
     "graticule": _within(0.0, 90.0),
     "axes": as_flag,
+    "valid": as_flag,
+    "density": as_flag,
+    "tissot": as_flag,
+    "seams": as_flag,
 }

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..io.tonemap import CURVES, WHITE
 from . import shaders
 from .colors import MISSING, OUTSIDE, RAMP
+from .look import TISSOT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -57,7 +58,7 @@ def scene(
     images: Sequence[dict[str, Any]],
     screens: dict[str, dict[str, Any]],
     world: NDArray[Any],
-    marks: Sequence[dict[str, Any]],
+    overlays: dict[str, Any],
 ) -> dict[str, Any]:
     """Return what `mount` takes: `world` takes the page's directions to the reader's."""
     return {
@@ -66,8 +67,11 @@ def scene(
         "images": images,
         "screens": screens,
         "world": world.tolist(),
-        "marks": marks,
+        **overlays,
+        "tissot": TISSOT,
         "globe": shaders.globe(),
+        # Printed for those who can ask for sharper pictures: widgets.
+        "detail": "",
         "body": source("viewer.glsl"),
         "curves": CURVES,
         "white": WHITE,

@@ -18,7 +18,7 @@ from .texels import own_faces
 if TYPE_CHECKING:
     from .._projection import Projection
 
-__all__ = ["LENSES", "globe", "image", "screen", "screens"]
+__all__ = ["LENSES", "detail", "globe", "image", "screen", "screens"]
 
 _LANGUAGE = "glsl_es"
 # Whose world all are printed in.
@@ -72,6 +72,12 @@ def screens() -> dict[str, dict[str, Any]]:
         if name not in found and not name.startswith("camera_"):
             found[name] = screen(flat(name))
     return found
+
+
+def detail() -> str:
+    """Return `detail_encode`: the widest perspective, of which a sharper picture is a part."""
+    lens = resolve(f"perspective(fov={LENSES['perspective']:g})").in_world_of(_HOME)
+    return code(lens, _LANGUAGE, verbs=["encode"], name="detail")
 
 
 def globe() -> str:

@@ -7,9 +7,7 @@ the brightest is near the largest half.
 
 from __future__ import annotations
 
-import base64
 import math
-import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +17,14 @@ from .._arrays import spatial_axes
 from .._srgb import decoded
 from ..map.variants import changed
 from ..resample.padding import pad
-from ..resample.verbs import convert
+from .packing import packed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .._projection import Projection
 
-__all__ = ["Texels", "apart", "light", "own_faces", "texels"]
+__all__ = ["Texels", "apart", "halves", "light", "own_faces", "shown_channels", "texels"]
 
 BORDER = 1
 # What a texel is: outside the valid image, a value, or NaN in some channel.
@@ -39,8 +37,8 @@ _EXPONENT = 16
 class Texels:
     """What is sent of an image.
 
-    `words` are halves (F, H, W, 3), or places in `table`; `states` says what the texels are, or is
-    None where all are values. Light is what the halves say times `gain`.
+    `words` are halves (F, H, W, 1) or (F, H, W, 3), or places in `table`; `states` says what the
+    texels are, or is None where all are values. Light is what the halves say times `gain`.
     """
 
     words: NDArray[np.uint16] | NDArray[np.uint8]
@@ -51,8 +49,9 @@ class Texels:
 
     def record(self) -> dict[str, Any]:
         """Return what the page reads: numbers as they are, arrays packed."""
-        faces, height, width, _ = self.words.shape
+        faces, height, width, channels = self.words.shape
         return {
+            "channels": channels,
             "faces": faces,
             "height": height,
             "width": width,
@@ -60,7 +59,7 @@ class Texels:
             "place": self.place(),
             "words": packed(self.words),
             "table": None if self.table is None else self.table.tolist(),
-            "states": None if self.states is None else packed(self.states),
+            "states": None if self.states is None else packed(self.states[..., np.newaxis]),
         }
 
     def place(self) -> list[float]:
@@ -91,63 +90,41 @@ def light(pixels: NDArray[Any]) -> NDArray[np.float32]:
         values = pixels.astype(np.float32) / np.float32(np.iinfo(pixels.dtype).max)
         return decoded(values).astype(np.float32)
     with np.errstate(over="ignore", invalid="ignore"):
-        return pixels.astype(np.float32)
+        return pixels.astype(np.float32, copy=False)
+
+
+def shown_channels(pixels: NDArray[Any], p: Projection) -> NDArray[Any]:
+    """Return what is shown of an image with channels last: one channel, or three."""
+    if pixels.ndim == spatial_axes(p):
+        pixels = pixels[..., np.newaxis]
+    # Of two the second is alpha, as of four the fourth.
+    return pixels[..., : 3 if pixels.shape[-1] >= 3 else 1]
 
 
 def apart(pixels: NDArray[Any], p: Projection) -> NDArray[Any]:
     """Return an image of any layout, channels last, as faces (F, H, W, 1) or (F, H, W, 3)."""
-    if pixels.ndim == spatial_axes(p):
-        pixels = pixels[..., np.newaxis]
-    # Of two the second is alpha, as of four the fourth.
-    pixels = pixels[..., : 3 if pixels.shape[-1] >= 3 else 1]
-    faces = pad(np.ascontiguousarray(pixels), p, 0, any_aspect=True)
-    return faces if faces.ndim == 4 else faces[np.newaxis]
+    pixels = np.ascontiguousarray(shown_channels(pixels, p))
+    if p.layout not in (None, "faces"):
+        pixels = pad(pixels, p, 0, any_aspect=True)
+    return pixels if pixels.ndim == 4 else pixels[np.newaxis]
 
 
-def texels(faces: NDArray[Any], p: Projection, max_size: int) -> Texels:
-    """Return what is sent of an image whose faces are apart, at most `max_size` texels wide."""
+def texels(faces: NDArray[Any], p: Projection) -> Texels:
+    """Return what is sent of an image whose faces are apart."""
     own = own_faces(p)
-    faces = _smaller(faces, own, max_size)
     valid = _valid(faces, own)
     bordered = pad(faces if own.faces > 1 else faces[0], own, BORDER, any_aspect=True)
     bordered = bordered if own.faces > 1 else bordered[np.newaxis]
-    if bordered.shape[-1] == 1:
-        bordered = np.repeat(bordered, 3, axis=-1)
     if bordered.dtype == np.uint8:
         table = light(np.arange(256, dtype=np.uint8))
-        halves, gain = _halves(table)
-        return Texels(bordered, valid, halves, gain, own.grid)
+        words, gain = halves(table)
+        return Texels(bordered, valid, words, gain, own.grid)
     states = _missing(bordered, valid)
     values = light(bordered)
     if states is not None:
         values[states != VALUE] = 0
-    halves, gain = _halves(values)
-    return Texels(halves, states, None, gain, own.grid)
-
-
-def packed(array: NDArray[Any]) -> str:
-    """Return an array of words, compressed: differences along the last axes, low bytes, high bytes.
-
-    Smooth images have small differences, of which the high bytes are mostly 0.
-    """
-    flat = array.reshape(-1, *array.shape[-1:])
-    steps = np.diff(flat, axis=0, prepend=np.zeros_like(flat[:1]))
-    planes = [steps & 0xFF, steps >> 8] if array.dtype == np.uint16 else [steps]
-    # The fastest level: the others gain a few percent.
-    parts = b"".join(np.ascontiguousarray(plane.T, dtype=np.uint8).tobytes() for plane in planes)
-    return base64.b64encode(zlib.compress(parts, 1)).decode("ascii")
-
-
-def _smaller(faces: NDArray[Any], own: Projection, max_size: int) -> NDArray[Any]:
-    """Return faces whose longer side is no more than `max_size`, antialiased."""
-    height, width = faces.shape[1:3]
-    if max(height, width) <= max_size:
-        return faces
-    scale = max_size / max(height, width)
-    size = tuple(max(2, math.floor(side * scale)) for side in (height, width))
-    if own.faces > 1:
-        return convert(faces, own, own, size=(own.faces, *size))
-    return convert(faces[0], own, own, size=size, any_aspect=True)[np.newaxis]
+    words, gain = halves(values)
+    return Texels(words, states, None, gain, own.grid)
 
 
 def _valid(faces: NDArray[Any], own: Projection) -> NDArray[np.uint8] | None:
@@ -164,19 +141,25 @@ def _missing(bordered: NDArray[Any], valid: NDArray[np.uint8] | None) -> NDArray
     """Return what texels are where some are NaN."""
     if bordered.dtype.kind != "f":
         return valid
-    missing = np.isnan(bordered).any(axis=-1)
-    if not missing.any():
+    if not np.isnan(bordered.min()):
         return valid
+    missing = np.isnan(bordered).any(axis=-1)
     states = np.full(bordered.shape[:-1], VALUE, np.uint8) if valid is None else valid.copy()
     states[missing & (states == VALUE)] = MISSING
     return states
 
 
-def _halves(values: NDArray[np.float32]) -> tuple[NDArray[np.uint16], float]:
+def halves(values: NDArray[np.float32]) -> tuple[NDArray[np.uint16], float]:
     """Return values as halves, and what those are to be multiplied with."""
-    with np.errstate(invalid="ignore"):
-        largest = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+    largest = float(np.max(np.abs(values), initial=0.0))
+    if not math.isfinite(largest):
+        with np.errstate(invalid="ignore"):
+            largest = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
     exponent = math.frexp(largest)[1] - (_EXPONENT - 1) if largest else 0
-    with np.errstate(over="ignore", under="ignore"):
-        scaled = np.ldexp(values, -exponent).astype(np.float16)
+    # In two steps: one power of two alone may be more than float32 holds.
+    first = -exponent // 2
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        scaled = values * np.float32(2.0**first)
+        scaled *= np.float32(2.0 ** (-exponent - first))
+        scaled = scaled.astype(np.float16)
     return scaled.view(np.uint16), math.ldexp(1.0, exponent)

@@ -17,7 +17,7 @@ layout(location = 2) out uvec4 apart_bits;  // the same with faces apart
 
 #elif defined(LOCATE)
 
-uniform vec3 points[64];
+uniform highp sampler2D points;
 layout(location = 0) out uvec4 place_bits;  // u, v on the screen
 
 #else
@@ -28,6 +28,11 @@ struct Grid {
 };
 uniform sampler2DArray texels[2];
 uniform Grid grids[2];
+#ifdef DETAIL
+uniform sampler2DArray details[2];  // what a perspective sees of the whole image, sharper
+uniform mat3 detail_pose[2];
+uniform vec3 detail_scale[2];       // its part of the widest lens, and its gain: 0 for none
+#endif
 uniform int comparison;     // 0 the first image, 1 the second, 2 split, 3 difference, 4 signed
 uniform float split;        // where, from the left edge, 0 to 1
 uniform float exposure;     // in stops
@@ -38,6 +43,11 @@ uniform vec3 ramp[17];      // colors of -8 to 8 stops
 uniform bool isolines;
 uniform bool clipping;
 uniform float graticule;    // degrees between lines, 0 for none
+uniform bool valid;         // stripes where the image holds nothing
+uniform bool density;       // colors of the solid angle of texels
+uniform float mean_density; // steradians per unit of du dv, on average
+uniform vec2 tissot;        // radius of circles, degrees between them; 0 for none
+uniform bool seams;
 uniform vec3 outside;       // the color of what holds no sphere
 uniform vec3 missing;       // and of NaN
 out vec4 color;
@@ -71,7 +81,8 @@ void main() {
 #elif defined(LOCATE)
 
 void main() {
-    vec2 uv = screen_encode(transpose(pose) * points[int(gl_FragCoord.x)]);
+    vec3 d = texelFetch(points, ivec2(gl_FragCoord.xy), 0).xyz;
+    vec2 uv = screen_encode(transpose(pose) * d);
     vec2 part = 0.5 + (uv - 0.5) / scale;
     place_bits = floatBitsToUint(vec4(part, 0.0, 0.0));
 }
@@ -103,11 +114,29 @@ vec4 lookup(sampler2DArray image, Grid grid, vec3 uvf) {
     return known > 1e-6 ? vec4(light / known * grid.gain, 1.0) : vec4(0.0);
 }
 
+#ifdef DETAIL
+// What lies in the sharper picture; the fourth is -2 where that ends.
+vec4 detailed(sampler2DArray image, mat3 own, vec3 scale, vec3 d) {
+    vec2 part = 0.5 + (detail_encode(d * own) - 0.5) / scale.xy, size = vec2(textureSize(image, 0).xy);
+    vec2 edge = min(part, 1.0 - part) * size - 1.0;
+    if (scale.z == 0.0 || is_nan(part.x) || min(edge.x, edge.y) < 0.0) return vec4(0.0, 0.0, 0.0, -2.0);
+    return lookup(image, Grid(vec4(size, -0.5, -0.5), scale.z), vec3(part, 0.0));
+}
+#define SHARPER(K) \
+    if (held) { \
+        vec4 sharp = detailed(details[K], detail_pose[K], detail_scale[K], center); \
+        if (sharp.a > -1.5) return sharp; \
+    }
+#else
+#define SHARPER(K)
+#endif
+
 // What a pixel sees of an image: one lookup, or a mean where it sees more than a texel.
 #define SEEN(NAME, PLACE, K) \
     vec4 NAME(vec3 center, bool held) { \
         vec3 uvf = PLACE(center); \
         vec2 wide = fwidth(uvf.xy) * grids[K].place.xy; \
+        SHARPER(K) \
         int n = clamp(int(ceil(max(wide.x, wide.y) - 0.01)), 1, samples); \
         if (n == 1) return held ? lookup(texels[K], grids[K], uvf) : vec4(0.0); \
         vec4 sum = vec4(0.0); \
@@ -153,6 +182,38 @@ float line(float place, float slope, float wide) {
     return clamp(0.5 + 0.5 * wide - away / max(slope, 1e-9), 0.0, 1.0) * clamp(2.0 - 8.0 * slope, 0.0, 1.0);
 }
 
+// Circles about so many degrees apart, on parallels: how much a pixel lies in one, and on its rim.
+vec2 circled(vec3 d) {
+    vec2 globe = globe_encode(d);
+    float rows = 180.0 / tissot.y, half_turn = 3.14159265;
+    float row = clamp(floor(globe.y * rows), 0.0, rows - 1.0);
+    float latitude = (0.5 - (row + 0.5) / rows) * half_turn, here = (0.5 - globe.y) * half_turn;
+    float count = max(3.0, floor(360.0 / tissot.y * cos(latitude) + 0.5));
+    float apart = (globe.x - (floor(globe.x * count) + 0.5) / count) * 2.0 * half_turn;
+    // By haversines, which have the digits of small angles.
+    vec2 part = sin(0.5 * vec2(here - latitude, apart));
+    float away = 2.0 * asin(sqrt(min(part.x * part.x + cos(here) * cos(latitude) * part.y * part.y, 1.0)));
+    float pixel = length(dFdx(d)) * 0.5 + length(dFdy(d)) * 0.5;
+    float beyond = (away - radians(tissot.x)) / max(pixel, 1e-9);
+    return vec2(clamp(0.5 - beyond, 0.0, 1.0), clamp(1.25 - abs(beyond), 0.0, 1.0));
+}
+
+// Whether the image ends, or goes on elsewhere, between a pixel and its neighbors.
+bool on_seam(vec3 d) {
+    vec3 here = image0_place(d);
+    if (is_nan(here.x)) return false;
+    for (int k = 0; k < 4; k++) {
+        bool inside;
+        vec3 there = image0_place(sight(gl_FragCoord.xy + vec2(k % 2, 1 - k % 2) * float(k / 2 * 2 - 1), inside));
+        if (!inside) continue;
+        if (is_nan(there.x) || abs(there.z - here.z) > 0.5) return true;
+        vec2 jump = abs(there.xy - here.xy), edge = min(here.xy, 1.0 - here.xy);
+        // Over an edge of the image there is a fold, whose sides are as far from it.
+        if (max(jump.x, jump.y) > 0.1 || edge.x < jump.x || edge.y < jump.y) return true;
+    }
+    return false;
+}
+
 void main() {
     bool held;
     vec3 d = sight(gl_FragCoord.xy, held);
@@ -188,7 +249,20 @@ void main() {
         ivec2 cell = ivec2(gl_FragCoord.xy) / 6;
         shown = ((cell.x + cell.y) & 1) == 0 ? missing : vec3(0.0);
     }
-    if (found.a == 0.0) shown = outside;
+    if (found.a == 0.0) shown = valid && stripe ? vec3(0.55, 0.1, 0.1) : outside;
+#ifdef DENSITY
+    vec3 place = own_place(d);
+    if (!is_nan(place.x)) {
+        float parts = log2(own_solid(place) / mean_density);
+        // Four powers of two either way.
+        if (!is_nan(parts)) shown = mix(shown, ramped(2.0 * parts), 0.7);
+    }
+#endif
+    if (seams && on_seam(d)) shown = vec3(1.0, 0.85, 0.1);
+    if (tissot.x > 0.0) {
+        vec2 circle = circled(d);
+        shown = mix(mix(shown, vec3(0.82, 0.25, 0.25), 0.5 * circle.x), vec3(0.5, 0.05, 0.05), circle.y);
+    }
 
     if (graticule > 0.0) {
         vec2 globe = globe_encode(d) * vec2(360.0, 180.0) / graticule;

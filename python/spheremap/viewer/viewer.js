@@ -12,12 +12,13 @@ const FOV = [15, 340];
 // Beyond it a perspective becomes a little planet.
 const WIDEST_PERSPECTIVE = 170;
 const COMPARISONS = ["first", "second", "split", "difference", "signed", "blink"];
-const LOCATED = 64;
+const POINTS = 1024;
 const DEGREE = Math.PI / 180;
 const KEYS = [
     ["arrows", "turn (with Shift further)"], ["+ −", "closer, wider"], ["Home", "first view"],
     ["[ ]", "darker, brighter"], ["f", "false color in stops"], ["i", "isolines of stops"],
-    ["c", "clipping"], ["g", "graticule"], ["a", "axes"], ["p", "next screen"],
+    ["c", "clipping"], ["g", "graticule"], ["a", "axes"], ["v", "what is not held"], ["d", "density"],
+    ["t", "Tissot's circles"], ["s", "seams"], ["p", "next screen"],
     ["b", "beside a flat map"], ["x", "the other image"],
 ];
 
@@ -30,7 +31,7 @@ async function unpacked(text, count, channels, wide) {
     const raw = atob(text);
     const bytes = new Uint8Array(raw.length);
     for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
     const planes = new Uint8Array(await new Response(stream).arrayBuffer());
     const words = new (wide ? Uint16Array : Uint8Array)(count * channels);
     for (let c = 0; c < channels; c++) {
@@ -51,13 +52,13 @@ function halfToNumber(bits) {
 
 // Halves with what they are in the fourth channel: 1 a value, 0 outside, -1 NaN.
 async function textureWords(image) {
-    const { faces, height, width, table } = image;
-    const count = faces * height * width;
-    const words = await unpacked(image.words, count, 3, table === null);
-    const states = image.states && (await unpacked(image.states, faces * height, width, false));
+    const { faces, height, width, channels, table } = image;
+    const count = faces * height * width, step = channels > 1 ? 1 : 0;
+    const words = await unpacked(image.words, count, channels, table === null);
+    const states = image.states && (await unpacked(image.states, count, 1, false));
     const texels = new Uint16Array(4 * count);
-    for (let i = 0, j = 0, k = 0; i < count; i++, j += 3, k += 4) {
-        for (let c = 0; c < 3; c++) texels[k + c] = table ? table[words[j + c]] : words[j + c];
+    for (let i = 0, j = 0, k = 0; i < count; i++, j += channels, k += 4) {
+        for (let c = 0, at = j; c < 3; c++, at += step) texels[k + c] = table ? table[words[at]] : words[at];
         texels[k + 3] = states ? [0, 0x3c00, 0xbc00][states[i]] : 0x3c00;
     }
     return texels;
@@ -91,48 +92,95 @@ function compiled(gl, fragment) {
 const placed = (name, source, faces) =>
     `vec3 ${name}(vec3 d) { return ${faces > 1 ? `${source}(d)` : `vec3(${source}(d), 0.0)`}; }\n`;
 
+// Places in an image as a person reads them, and steradians per unit of du dv.
+const ownOf = ({ own, own_faces }) => [own, placed("own_place", "own_encode", own_faces),
+    `float own_solid(vec3 uvf) { return own_density(${own_faces > 1 ? "uvf" : "uvf.xy"}); }`].join("\n");
+
 class Painter {
     constructor(canvas, scene) {
         const gl = canvas.getContext("webgl2", { antialias: false, alpha: false });
         if (!gl) throw new Error("This needs WebGL 2, which the browser does not offer.");
-        Object.assign(this, { gl, canvas, scene, programs: new Map(), textures: [], texels: [] });
+        Object.assign(this, { gl, canvas, scene, programs: new Map(), textures: [], texels: [], details: [] });
         gl.bindVertexArray(gl.createVertexArray());
     }
 
     async load() {
+        this.store(await Promise.all(this.scene.images.map(textureWords)));
+    }
+
+    // Put texels of all images in the place of those that there were.
+    store(all) {
         const { gl, scene } = this;
         const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-        for (const image of scene.images) {
+        [...this.textures, ...this.details.map((detail) => detail.texture)].forEach((texture) => gl.deleteTexture(texture));
+        Object.assign(this, { textures: [], texels: all, details: [] });
+        scene.images.forEach((image, k) => {
             if (Math.max(image.width, image.height) > most) {
                 throw new Error(`This machine's textures end at ${most} texels: save with max_size=${most - 2}.`);
             }
-            const texels = await textureWords(image);
-            const texture = gl.createTexture();
-            gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-            gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-            gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
-            gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, gl.RGBA16F, image.width, image.height, image.faces, 0,
-                gl.RGBA, gl.HALF_FLOAT, texels);
-            this.textures.push(texture);
-            this.texels.push(texels);
+            this.textures.push(this.texture([image.width, image.height, image.faces], all[k]));
+            // Where there is nothing sharper, a texture of one texel stands for it.
+            this.details.push({ texture: this.texture([1, 1, 1], null), pose: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: [1, 1, 0] });
+        });
+        const lookups = JSON.stringify(scene.images.map(({ lookup, own }) => [lookup, own]));
+        if (lookups !== this.lookups) {
+            this.programs.forEach(({ program }) => gl.deleteProgram(program));
+            this.programs.clear();
         }
+        this.lookups = lookups;
+    }
+
+    texture([width, height, layers], words) {
+        const { gl } = this;
+        const texture = gl.createTexture();
+        gl.activeTexture(gl.TEXTURE0);
+        gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+        gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, gl.RGBA16F, width, height, layers, 0, gl.RGBA, gl.HALF_FLOAT, words);
+        return texture;
+    }
+
+    // A picture by a perspective that is sharper than an image: halves of RGBA.
+    sharpen(which, { width, height, pose, scale }, words) {
+        if (!this.details[which]) return;
+        this.gl.deleteTexture(this.details[which].texture);
+        this.details[which] = { texture: this.texture([width, height, 1], words), pose, scale };
+    }
+
+    drop() {
+        this.gl.getExtension("WEBGL_lose_context")?.loseContext();
+    }
+
+    // Directions that are placed on screens: a texture, which has room for all.
+    mark(directions) {
+        const { gl } = this;
+        this.marks = directions.length;
+        if (!this.marks) return;
+        const rows = Math.ceil(this.marks / POINTS), words = new Float32Array(4 * POINTS * rows);
+        directions.forEach((d, k) => words.set(d, 4 * k));
+        this.points ??= gl.createTexture();
+        gl.activeTexture(gl.TEXTURE0);
+        gl.bindTexture(gl.TEXTURE_2D, this.points);
+        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+        gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, POINTS, rows, 0, gl.RGBA, gl.FLOAT, words);
     }
 
     // What a pair of images, a screen and a task (PICK, LOCATE or none) is drawn by.
-    program(first, second, screen, task = "") {
-        const key = [first, second, screen, task].join("|");
+    program(first, second, screen, task = "", density = false) {
+        const key = [first, second, screen, task, density].join("|");
         if (!this.programs.has(key)) {
             const { images, screens, globe, body } = this.scene;
             const parts = ["#version 300 es", task && `#define ${task}`, screens[screen].text];
             parts.push(screens[screen].edge ? "bool screen_holds(vec2 uv) { return true; }"
                 : "bool screen_holds(vec2 uv) { return screen_valid(uv); }");
             if (task === "PICK") {
-                const { own, own_faces, lookup, lookup_faces } = images[first];
-                parts.push(own, placed("own_place", "own_encode", own_faces),
-                    lookup.replaceAll("imageN", "image0"), placed("image0_place", "image0_encode", lookup_faces),
-                    `float own_solid(vec3 uvf) { return own_density(${own_faces > 1 ? "uvf" : "uvf.xy"}); }`);
+                const { lookup, lookup_faces } = images[first];
+                parts.push(ownOf(images[first]), lookup.replaceAll("imageN", "image0"),
+                    placed("image0_place", "image0_encode", lookup_faces));
             } else if (!task) {
-                parts.push(globe);
+                parts.push(globe, this.scene.detail ? `#define DETAIL\n${this.scene.detail}` : "");
                 for (const [k, which] of [first, second].entries()) {
                     if (which === null) continue;
                     const { lookup, lookup_faces } = images[which];
@@ -140,6 +188,7 @@ class Painter {
                         placed(`image${k}_place`, `image${k}_encode`, lookup_faces));
                 }
                 if (second !== null) parts.push("#define SECOND");
+                if (density) parts.push("#define DENSITY", ownOf(images[first]));
             }
             parts.push(body);
             this.programs.set(key, compiled(this.gl, parts.join("\n")));
@@ -157,7 +206,7 @@ class Painter {
     picture(view, look, samples) {
         const { gl, scene } = this;
         const second = look.comparison === "first" || scene.images.length < 2 ? null : look.second;
-        const made = this.program(look.first, second, view.screen);
+        const made = this.program(look.first, second, view.screen, "", look.density);
         const { places } = made;
         gl.useProgram(made.program);
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -171,6 +220,16 @@ class Painter {
             gl.uniform1f(places[`grids[${k}].gain`], scene.images[which].gain);
         }
         gl.uniform1iv(places.texels, [0, second === null ? 0 : 1]);
+        if (scene.detail) {
+            const details = [look.first, second ?? look.first].map((which) => this.details[which]);
+            details.forEach(({ texture }, k) => {
+                gl.activeTexture(gl.TEXTURE2 + k);
+                gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+            });
+            gl.uniform1iv(places.details, [2, 3]);
+            gl.uniformMatrix3fv(places.detail_pose, false, details.flatMap(({ pose }) => pose));
+            gl.uniform3fv(places.detail_scale, details.flatMap(({ scale }) => scale));
+        }
         const blink = look.comparison === "blink";
         const mode = blink ? (look.blinked ? 1 : 0) : COMPARISONS.indexOf(look.comparison);
         gl.uniform1i(places.comparison, second === null ? 0 : mode);
@@ -183,6 +242,10 @@ class Painter {
         gl.uniform1i(places.isolines, look.isolines);
         gl.uniform1i(places.clipping, look.clipping);
         gl.uniform1f(places.graticule, look.graticule);
+        gl.uniform1i(places.valid, look.valid);
+        gl.uniform1i(places.seams, look.seams);
+        gl.uniform2fv(places.tissot, look.tissot ? scene.tissot : [0, 1]);
+        if (look.density) gl.uniform1f(places.mean_density, scene.images[look.first].mean_density);
         gl.uniform3fv(places.outside, scene.outside);
         gl.uniform3fv(places.missing, scene.missing);
         gl.uniform1i(places.samples, samples);
@@ -190,7 +253,7 @@ class Painter {
     }
 
     // Numbers that a program writes, by their bits: integers can be drawn to everywhere.
-    numbers(made, view, columns, targets, prepare) {
+    numbers(made, view, [columns, rows], targets, prepare) {
         const { gl } = this;
         const frame = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
@@ -198,7 +261,7 @@ class Painter {
         for (let k = 0; k < targets; k++) {
             const buffer = gl.createRenderbuffer();
             gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
-            gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA32UI, columns, 1);
+            gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA32UI, columns, rows);
             gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.RENDERBUFFER, buffer);
             buffers.push(buffer);
         }
@@ -206,12 +269,12 @@ class Painter {
         gl.useProgram(made.program);
         this.aim(made, view);
         prepare(made.places);
-        gl.viewport(0, 0, columns, 1);
+        gl.viewport(0, 0, columns, rows);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         const found = buffers.map((_, k) => {
-            const bits = new Uint32Array(4 * columns);
+            const bits = new Uint32Array(4 * columns * rows);
             gl.readBuffer(gl.COLOR_ATTACHMENT0 + k);
-            gl.readPixels(0, 0, columns, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, bits);
+            gl.readPixels(0, 0, columns, rows, gl.RGBA_INTEGER, gl.UNSIGNED_INT, bits);
             return new Float32Array(bits.buffer);
         });
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -223,22 +286,24 @@ class Painter {
     // What a pixel of the canvas sees, counted from the lower left corner.
     pick(view, which, x, y) {
         const made = this.program(which, null, view.screen, "PICK");
-        const [sight, own, apart] = this.numbers(made, view, 1, 3, (places) => {
+        const [sight, own, apart] = this.numbers(made, view, [1, 1], 3, (places) => {
             this.gl.uniform2f(places.at, x, y);
         });
         const place = ([u, v, face]) => ({ u, v, face });
         return { direction: [...sight.slice(0, 3)], held: sight[3] > 0, density: own[3], own: place(own), apart: place(apart) };
     }
 
-    // Where directions lie on a screen: parts of the viewport from its upper left corner, or NaN.
-    locate(view, directions) {
+    // Where the marked directions lie on a screen: parts of the viewport from its upper left corner, or NaN.
+    locate(view) {
+        const { gl } = this;
         const made = this.program(0, null, view.screen, "LOCATE");
-        const [found] = this.numbers(made, view, LOCATED, 1, (places) => {
-            const points = new Float32Array(3 * LOCATED);
-            points.set(directions.flat());
-            this.gl.uniform3fv(places.points, points);
+        const size = [POINTS, Math.ceil(this.marks / POINTS)];
+        const [found] = this.numbers(made, view, size, 1, (places) => {
+            gl.activeTexture(gl.TEXTURE0);
+            gl.bindTexture(gl.TEXTURE_2D, this.points);
+            gl.uniform1i(places.points, 0);
         });
-        return directions.map((_, k) => [found[4 * k], found[4 * k + 1]]);
+        return found;
     }
 }
 
@@ -311,11 +376,12 @@ export function mount(root, scene) {
         "aria-describedby": "spheremap-keys",
     });
     const labels = made("div", { class: "labels", "aria-hidden": "true" });
+    const drawn = Object.assign(made("div"), { innerHTML: '<svg class="lines" aria-hidden="true"></svg>' }).firstChild;
     const legend = made("div", { class: "legend", role: "img" });
     const message = made("p", { class: "message", role: "alert", hidden: true });
     const readout = made("output", { class: "readout", "aria-live": "off", "aria-label": "Under the pointer" });
     const said = made("p", { class: "said", "aria-live": "polite" });
-    const stage = made("div", { class: "stage" }, [canvas, labels, legend, message]);
+    const stage = made("div", { class: "stage" }, [canvas, drawn, labels, legend, message]);
     const change = (changes) => { set(changes); };
     const names = Object.keys(scene.screens);
     const controls = [
@@ -328,6 +394,10 @@ export function mount(root, scene) {
         flag("Clipping", "c", () => look.clipping, (clipping) => change({ clipping })),
         flag("Graticule", "g", () => look.graticule > 0, (on) => change({ graticule: on ? start.graticule || 30 : 0 })),
         flag("Axes", "a", () => look.axes, (axes) => change({ axes })),
+        flag("Not held", "v", () => look.valid, (valid) => change({ valid })),
+        flag("Density", "d", () => look.density, (density) => change({ density })),
+        flag("Tissot", "t", () => look.tissot, (tissot) => change({ tissot })),
+        flag("Seams", "s", () => look.seams, (seams) => change({ seams })),
     ];
     if (several) {
         const images = scene.images.map((image, k) => [String(k), image.name]);
@@ -345,7 +415,7 @@ export function mount(root, scene) {
     root.replaceChildren(stage, readout, bar, said);
 
     let painter = null, wanted = 0, quiet = 0, shrink = 1, last = 0;
-    const listeners = [], picked = [];
+    const listeners = [], picked = [], resized = [];
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
     // The viewports, the flat map to the right of the sphere.
@@ -368,20 +438,62 @@ export function mount(root, scene) {
         drawLabels();
     }
 
+    // What is placed on the sphere, in the order of their directions.
+    const placedOn = () => {
+        const names = Object.entries(AXES).map(([text, of]) => ({ text, direction: homeOf(of) }));
+        return { names, points: [...names, ...scene.marks, ...scene.lights].map((one) => one.direction).concat(...scene.lines.map((line) => line.points)) };
+    };
+
     function drawLabels() {
         labels.replaceChildren();
-        const marks = [...(look.axes ? Object.entries(AXES).map(([text, of]) => ({ text, direction: homeOf(of) })) : []), ...scene.marks];
-        if (!marks.length) return;
+        drawn.replaceChildren();
+        const { names } = placedOn();
+        const named = [...names, ...scene.marks], first = look.axes ? 0 : names.length;
+        if (!look.axes && painter.marks === names.length) return;
+        const part = (x) => x >= 0 && x <= 1;
         for (const view of views()) {
-            for (let k = 0; k < marks.length; k += LOCATED) {
-                const some = marks.slice(k, k + LOCATED);
-                painter.locate(view, some.map((mark) => mark.direction)).forEach(([x, y], j) => {
-                    if (!(x >= 0 && x <= 1 && y >= 0 && y <= 1)) return;
-                    const left = (100 * (view.rect[0] + x * view.rect[2])) / canvas.width;
-                    labels.append(made("span", { text: some[j].text, style: `left:${left}%;top:${100 * y}%` }));
-                });
+            const found = painter.locate(view);
+            const [left, , width] = view.rect.map((side) => (100 * side) / canvas.width);
+            const stand = (text, k, style = "", kind = "") => {
+                const x = found[4 * k], y = found[4 * k + 1];
+                if (!part(x) || !part(y)) return;
+                labels.append(made("span", { text, class: kind, style: `left:${left + x * width}%;top:${100 * y}%;${style}` }));
+            };
+            scene.lights.forEach(({ size, color, sun }, k) => {
+                const across = sun ? 26 : Math.max(5, 20 * size);
+                stand("", named.length + k, `width:${across}px;height:${across}px;${sun ? "" : `background:${color}`}`, sun ? "sun" : "light");
+            });
+            for (let k = first; k < named.length; k++) stand(named[k].text, k);
+            let k = named.length + scene.lights.length;
+            for (const { text, points } of scene.lines) {
+                drawLine(found.subarray(4 * k, 4 * (k + points.length)), view, text);
+                k += points.length;
             }
         }
+    }
+
+    // A line of places, in pieces: none over a seam of the screen. Its name stands where it starts.
+    function drawLine(found, view, text) {
+        const [left, , width] = view.rect.map((side) => (side / canvas.width) * canvas.clientWidth), height = canvas.clientHeight;
+        let path = "", before = null, start = null;
+        for (let k = 0; k < found.length; k += 4) {
+            const here = [found[k], found[k + 1]];
+            // Far outside the picture a line is none.
+            if (!(Math.max(...here.map((x) => Math.abs(x - 0.5))) < 8)) { before = null; continue; }
+            const jumps = before && Math.max(...here.map((x, i) => Math.abs(x - before[i]))) > 0.25;
+            const [x, y] = [left + here[0] * width, here[1] * height].map((p) => p.toFixed(1));
+            path += `${before && !jumps ? "L" : "M"}${x} ${y}`;
+            if (!start && here.every((p) => p >= 0 && p <= 1)) start = [x, y];
+            before = here;
+        }
+        if (!path) return;
+        for (const kind of ["halo", "stroke"]) {
+            const element = document.createElementNS(drawn.namespaceURI, "path");
+            element.setAttribute("d", path);
+            element.setAttribute("class", kind);
+            drawn.append(element);
+        }
+        if (text && start) labels.append(made("span", { text, class: "name", style: `left:${start[0]}px;top:${start[1]}px` }));
     }
 
     // From the first image's world, which a person reads, to the page's, and back.
@@ -389,13 +501,16 @@ export function mount(root, scene) {
     const worldOf = (d) => [0, 1, 2].map((i) => [0, 1, 2].reduce((sum, j) => sum + scene.world[i][j] * d[j], 0));
 
     function drawLegend() {
-        const on = look.false_color && look.comparison !== "signed";
+        const on = look.density || (look.false_color && look.comparison !== "signed");
         legend.hidden = !on;
         if (!on) return;
+        const ends = [8, 4, 0, -4, -8];
+        const words = look.density ? ends.map((s) => `× ${s < 0 ? `1/${2 ** (-s / 2)}` : 2 ** (s / 2)}`)
+            : ends.map((s) => `${s > 0 ? "+" : ""}${s}: ${tail(2 ** (s - look.exposure)).replace(/\.0+$/, "")}`);
         const colors = scene.ramp.map((c) => `rgb(${c.map((x) => Math.round(255 * x)).join(" ")})`);
-        legend.setAttribute("aria-label", "Colors of luminance, in stops of 1 at this exposure");
+        legend.setAttribute("aria-label", look.density ? "Colors of the solid angle of a texel, in means" : "Colors of luminance, in stops of 1 at this exposure");
         legend.replaceChildren(made("div", { class: "ramp", style: `background:linear-gradient(to top, ${colors.join(", ")})` }),
-            made("ol", {}, [8, 4, 0, -4, -8].map((s) => made("li", { text: `${s > 0 ? "+" : ""}${s}: ${tail(2 ** (s - look.exposure)).replace(/\.0+$/, "")}` }))));
+            made("ol", {}, words.map((text) => made("li", { text }))));
     }
 
     function show() {
@@ -444,7 +559,7 @@ export function mount(root, scene) {
         const other = several && (look.comparison === "second" || (look.comparison === "split" && part >= look.split) || (look.comparison === "blink" && look.blinked));
         const which = other ? look.second : look.first, image = scene.images[which];
         const { direction, held, density, own, apart } = painter.pick(view, which, x, y);
-        const result = { image: image.name, direction: held ? worldOf(direction) : null };
+        const result = { which, image: image.name, direction: held ? worldOf(direction) : null };
         if (!held || Number.isNaN(own.u)) return result;
         const [faces, height, width] = image.shape;
         const nearest = (part, texels, corners) => clamp(Math.floor(corners ? part * (texels - 1) + 0.5 : part * texels), 0, texels - 1);
@@ -464,15 +579,19 @@ export function mount(root, scene) {
         return texel[3] === 0x3c00 ? [...texel.subarray(0, 3)].map((half) => halfToNumber(half) * gain) : [NaN, NaN, NaN];
     }
 
-    function tell(left, top) {
+    function tell(left, top, clicked = false) {
         const found = pick(left, top);
-        if (found) picked.forEach((listener) => listener(found));
+        if (found) picked.forEach((listener) => listener(found, clicked));
+        read(found);
+    }
+
+    function read(found) {
         if (!found || !found.direction) { readout.textContent = "no direction"; return; }
         const parts = [`direction ${found.direction.map((x) => x.toFixed(4)).join(" ")}`];
         if (found.uv) {
             parts.push(`uv ${found.uv.map((x) => x.toFixed(5)).join(" ")}`,
                 `texel ${found.texel.join(", ")}${"face" in found ? `, face ${found.face}` : ""}`,
-                `value ${found.value ? found.value.map(tail).join(" ") : "none"}`, `${tail(found.solid_angle)} sr`);
+                `value ${found.value ? found.value.map((x) => (x === null ? "not finite" : tail(x))).join(" ") : "none"}`, `${tail(found.solid_angle)} sr`);
         } else parts.push("not in the image");
         if (several) parts.unshift(found.image);
         readout.textContent = parts.join(" · ");
@@ -502,6 +621,12 @@ export function mount(root, scene) {
         }
     });
     for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
+    let pressed = [0, 0];
+    canvas.addEventListener("pointerdown", (event) => { pressed = [event.offsetX, event.offsetY]; });
+    // A click is what ends where it began.
+    canvas.addEventListener("click", (event) => {
+        if (Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 3) tell(event.offsetX, event.offsetY, true);
+    });
     canvas.addEventListener("wheel", (event) => {
         event.preventDefault();
         set(closer(2 ** (clamp(event.deltaY, -120, 120) / 480)), true);
@@ -521,6 +646,7 @@ export function mount(root, scene) {
         "+": zoom(0.9), "=": zoom(0.9), "-": zoom(1 / 0.9), "[": expose(-0.5), "]": expose(0.5),
         Home: () => { set({ yaw: start.yaw, pitch: start.pitch, fov: start.fov, zoom: 1 }); said.textContent = "first view"; },
         f: toggle("false_color", "false color"), i: toggle("isolines", "isolines"), c: toggle("clipping", "clipping"), a: toggle("axes", "axes"),
+        v: toggle("valid", "what is not held"), d: toggle("density", "density"), t: toggle("tissot", "Tissot's circles"), s: toggle("seams", "seams"),
         g: () => { set({ graticule: look.graticule ? 0 : start.graticule || 30 }); said.textContent = `graticule ${look.graticule ? "on" : "off"}`; },
         p: () => { set({ screen: names[(names.indexOf(look.screen) + 1) % names.length], zoom: 1 }); said.textContent = look.screen; },
         b: () => { set({ beside: look.beside ? "" : "latlong" }); },
@@ -537,14 +663,16 @@ export function mount(root, scene) {
         event.preventDefault();
         action(event);
     });
-    if (several && !still) setInterval(() => { if (look.comparison === "blink") set({ blinked: !look.blinked }); }, 700);
-    new ResizeObserver(() => ask()).observe(canvas);
+    const blinking = several && !still && setInterval(() => { if (look.comparison === "blink") set({ blinked: !look.blinked }); }, 700);
+    const sized = new ResizeObserver(() => { ask(); resized.forEach((listener) => listener()); });
+    sized.observe(canvas);
 
     const fail = (error) => { message.textContent = error.message; message.hidden = false; throw error; };
     const ready = (async () => {
         const made = new Painter(canvas, scene);
-        canvas.addEventListener("webglcontextlost", () => { message.textContent = "The graphics card was lost: reload."; message.hidden = false; });
+        canvas.addEventListener("webglcontextlost", () => { if (gone) return; message.textContent = "The graphics card was lost: reload."; message.hidden = false; });
         await made.load();
+        made.mark(placedOn().points);
         painter = made;
         show();
         fitted(Math.min(devicePixelRatio, 2));
@@ -555,17 +683,41 @@ export function mount(root, scene) {
         const [x, y, z] = homeOf(direction), level = Math.hypot(x, z);
         set({ yaw: level > 1e-12 ? Math.atan2(-x, -z) / DEGREE : 0, pitch: Math.atan2(y, level) / DEGREE });
     }
-    return { look, set, aim, pick, draw, ready, canvas, direction: directionOf,
-        onlook: (listener) => listeners.push(listener), onpick: (listener) => picked.push(listener) };
+    // Other images, looked at in the same way. Of several that are on their way only the last comes.
+    let asked = 0, gone = false;
+    async function swap(next) {
+        const turn = ++asked;
+        await ready;
+        const texels = await Promise.all(next.images.map(textureWords));
+        if (turn !== asked || gone) return;
+        Object.assign(scene, next);
+        painter.store(texels);
+        painter.mark(placedOn().points);
+        ask();
+    }
+    // What a camera of the page sees now; null where it is no lens.
+    const seen = () => (scene.screens[lensOf(look)].edge ? { yaw: look.yaw, pitch: look.pitch, fov: look.fov,
+        size: [canvas.height, canvas.width], images: several && look.comparison !== "first" ? [look.first, look.second] : [look.first] } : null);
+    const sharpen = (which, record, words) => { painter?.sharpen(which, record, words); ask(); };
+    function dispose() {
+        gone = true;
+        clearInterval(blinking);
+        clearTimeout(quiet);
+        sized.disconnect();
+        painter?.drop();
+        painter = null;
+    }
+    return { look, set, aim, pick, draw, ready, canvas, swap, sharpen, read, dispose, seen, direction: directionOf,
+        onlook: (listener) => listeners.push(listener), onpick: (listener) => picked.push(listener), onsize: (listener) => resized.push(listener) };
 }
 
 // A widget of anywidget: traits of the model are settings of the page, both ways.
-const SHARED = ["fov", "exposure", "curve", "false_color", "isolines", "clipping", "graticule", "axes"];
+const SHARED = ["fov", "exposure", "curve", "false_color", "isolines", "clipping", "graticule", "axes", "valid", "density", "tissot", "seams"];
 
 function render({ model, el }) {
     const root = made("div", { style: "height:520px" });
     el.append(root);
-    const view = mount(root, model.get("scene"));
+    const view = mount(root, structuredClone(model.get("scene")));
     let waiting = 0, busy = false;
     // Each side tells the other of changes, and not of those that it was told of.
     const alone = (work) => (...given) => {
@@ -585,15 +737,47 @@ function render({ model, el }) {
         model.set("direction", view.direction());
         save();
     }));
-    view.onpick((found) => {
-        // A message has no NaN.
-        const told = (x) => (Number.isFinite(x) ? x : null);
-        model.set("picked", { ...found, value: found.value?.map(told) ?? null });
-        save();
+    // Values are asked of the array itself, one question at a time.
+    let question = null, answering = 0;
+    const inquire = () => {
+        if (answering || !question) return;
+        model.send({ kind: "pick", ...question });
+        question = null;
+        answering = setTimeout(() => { answering = 0; inquire(); }, 60);
+    };
+    view.onpick(({ which, direction }, clicked) => {
+        if (!direction) return;
+        if (clicked) model.send({ kind: "pick", image: which, direction, clicked: true });
+        else { question = { image: which, direction }; inquire(); }
     });
-    [...SHARED, "direction"].forEach((name) => model.on(`change:${name}`, changed));
+    const answered = () => view.read(model.get("picked"));
+    // And pictures of what is seen, when it has come to rest and the last one has come.
+    let resting = 0, waited = false, seen = "";
+    const look = () => {
+        const asked = view.seen(), key = JSON.stringify(asked);
+        if (!asked || waited || key === seen || !view.canvas.isConnected) return;
+        const sent = model.get("scene").images;
+        asked.images = asked.images.filter((k) => sent[k].reduced);
+        if (!asked.images.length) return;
+        [waited, seen] = [true, key];
+        model.send({ kind: "see", ...asked });
+    };
+    const rest = () => { clearTimeout(resting); resting = setTimeout(look, 200); };
+    view.onlook(rest);
+    view.onsize(rest);
+    const heard = (said, buffers) => {
+        if (said.kind === "seen") { waited = false; rest(); }
+        if (said.kind !== "detail") return;
+        const [{ buffer, byteOffset, byteLength }] = buffers;
+        view.sharpen(said.image, said, new Uint16Array(buffer.slice(byteOffset, byteOffset + byteLength)));
+    };
+    const swapped = async () => { await view.swap(structuredClone(model.get("scene"))); seen = ""; rest(); };
+    const handlers = [["msg:custom", heard], ["change:picked", answered], ["change:scene", swapped],
+        ...[...SHARED, "direction"].map((name) => [`change:${name}`, changed])];
+    handlers.forEach(([name, handler]) => model.on(name, handler));
     changed();
-    return () => [...SHARED, "direction"].forEach((name) => model.off(`change:${name}`, changed));
+    view.ready.then(rest);
+    return () => { handlers.forEach(([name, handler]) => model.off(name, handler)); view.dispose(); };
 }
 
 export default { render };

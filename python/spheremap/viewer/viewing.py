@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_doubles, as_image, spatial_axes, spatial_shape
+from .._arrays import as_image, spatial_axes, spatial_shape
 from .._scalars import as_flag, as_items, as_text, as_whole
 from ..io.tonemap import Curve
 from ..io.whole import write_bytes
@@ -19,31 +18,26 @@ from ..map.named import resolve
 from ..map.variants import changed
 from ..map.verbs import rotation as turned_by
 from . import page, shaders, still
-from .look import CHECKS, as_direction, as_side, yaw_and_pitch
-from .texels import apart, texels
+from .answers import Shown
+from .look import CHECKS, as_side, yaw_and_pitch
+from .overlays import Overlays
+from .reduction import reduced
+from .texels import apart, shown_channels, texels
 from .widget import widget
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .._projection import Projection
+    from ..light.sources import Light, Lights, Sun
     from ..map.named import ProjectionLike
 
 __all__ = ["Viewer", "view"]
 
 # The longer side of what a notebook keeps with its text.
 _IN_NOTEBOOKS = 2048
-# Labels of a page, which are placed one by one.
-_MOST_MARKS = 1024
-
-
-@dataclass(frozen=True)
-class Shown:
-    """One image with its map, its channels last."""
-
-    pixels: NDArray[Any]
-    projection: Projection
-    name: str
+# And of what a widget, which can ask for more, sends first.
+_OVERVIEW = 1024
 
 
 class Viewer:
@@ -64,6 +58,7 @@ class Viewer:
     false_color, isolines, clipping, axes : bool
     graticule : float
         Degrees between lines; 0 for none.
+    valid, density, tissot, seams : bool
 
     Each is checked when it is set.
     """
@@ -77,13 +72,17 @@ class Viewer:
     clipping: bool
     graticule: float
     axes: bool
+    valid: bool
+    density: bool
+    tissot: bool
+    seams: bool
     max_size: int
     screen: Projection
 
     def __init__(self, shown: Shown, max_size: int, look: dict[str, Any]) -> None:
         """Start with one image; `view` checks it."""
         self._images = [shown]
-        self._marks: list[tuple[str, tuple[float, float, float]]] = []
+        self._overlays = Overlays()
         self.max_size = max_size
         for name, value in look.items():
             setattr(self, name, value)
@@ -146,7 +145,7 @@ class Viewer:
         return self
 
     def mark(self, directions: ArrayLike, /, names: Sequence[str] | str | None = None) -> Viewer:
-        """Mark directions: points of interest, or lights.
+        """Mark directions: points of interest.
 
         Parameters
         ----------
@@ -170,25 +169,106 @@ class Viewer:
         >>> import numpy as np, spheremap as sm
         >>> sky = np.ones((16, 32))
         >>> v = sm.view(sky, "latlong").mark([0, 1, 0], "zenith")
-        >>> v = v.mark([light.direction for light in sm.light.lights(sky, "latlong", count=8)])
+        >>> v = v.mark([[1, 0, 0], [-1, 0, 0]])
         """
-        given = as_doubles(directions, "directions")
-        if given.shape[-1:] != (3,) or given.ndim > 2:
-            raise ValueError(
-                f"Expected `directions` to have shape (3,) or (N, 3), got {given.shape}."
-            )
-        rows = given.reshape(-1, 3)
-        if len(rows) + len(self._marks) > _MOST_MARKS:
-            raise ValueError(f"Expected at most {_MOST_MARKS} marks, got {len(rows)} more.")
-        if names is None:
-            names = ["•"] * len(rows)
-        elif isinstance(names, str):
-            names = [names]
-        words = [as_text(name, "names") for name in as_items(names, "names", "str")]
-        if len(words) != len(rows):
-            raise ValueError(f"Expected {len(rows)} names, one a direction, got {len(words)}.")
-        places = [as_direction(row, "directions") for row in rows]
-        self._marks += list(zip(words, places, strict=True))
+        self._overlays.mark(directions, names)
+        return self
+
+    def lights(self, lights: Lights | Light | Sun | Sequence[Light | Sun], /) -> Viewer:
+        """Draw lights: disks as large and of the color that they are, and rings for suns.
+
+        Parameters
+        ----------
+        lights : Lights, Light, Sun, or a sequence of these
+            As `spheremap.light.lights` and `spheremap.light.sun` find them in the first image.
+
+        Returns
+        -------
+        Viewer
+            This one.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For what is no light, and for more than 1024 lights.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> sky = np.full((32, 64, 3), 0.2, np.float32)
+        >>> sky[8, 20] = 500
+        >>> v = sm.view(sky, "latlong").lights(sm.light.lights(sky, "latlong", count=8))
+        >>> v = v.lights(sm.light.sun(sky, "latlong"))
+        """
+        self._overlays.light(lights)
+        return self
+
+    def box(self, box: Sequence[float], /, name: str = "", *, face: int | None = None) -> Viewer:
+        """Draw the border of a rectangle of the first image, on the sphere.
+
+        Parameters
+        ----------
+        box : (float, float, float, float)
+            Left, top, right and bottom, in pixels of the image: x runs right and y down, from its
+            upper left corner.
+        name : str
+            What stands at its upper left corner.
+        face : int, optional
+            Its face, of an array of faces.
+
+        Returns
+        -------
+        Viewer
+            This one.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For what is no box, for one around which the image holds no sphere, and for more than
+            1024 lines.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> photo = np.zeros((64, 128, 3), np.uint8)
+        >>> v = sm.view(photo, "latlong").box((60, 20, 80, 40), "car")
+        """
+        first = self._images[0]
+        p = first.projection
+        shape = first.pixels.shape[: spatial_axes(p)]
+        self._overlays.box(box, name, face, p, shape)
+        return self
+
+    def outline(self, directions: ArrayLike, /, name: str = "", *, closed: bool = True) -> Viewer:
+        """Draw a line through directions, by great circles.
+
+        Parameters
+        ----------
+        directions : array_like, shape (N, 3)
+            In the world of the first image's projection; of any length.
+        name : str
+            What stands at its start.
+        closed : bool
+            Whether it comes back to its start.
+
+        Returns
+        -------
+        Viewer
+            This one.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For fewer than two directions, for two in a row that are opposite, and for more than
+            1024 lines.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> v = sm.view(np.zeros((16, 32)), "latlong")
+        >>> v = v.outline([[1, 0, 0], [0, 1, 0], [0, 0, 1]], "an octant")
+        """
+        self._overlays.outline(directions, name, as_flag(closed, "closed"))
         return self
 
     def html(self) -> str:
@@ -206,23 +286,25 @@ class Viewer:
         """Return a widget for notebooks, by anywidget: ``pip install spheremap[view]``.
 
         Its traits are both ways: ``w.direction = [1, 0, 0]`` turns the view, and ``w.fov`` is what
-        the wheel has made of it. ``w.picked`` is what lies under the pointer: a dict with
-        ``direction``, ``uv``, ``texel``, ``value`` and ``solid_angle``.
+        the wheel has made of it. ``w.picked`` is what lies under the pointer and ``w.clicked`` what
+        was clicked: dicts with ``image``, ``direction``, ``uv``, ``texel``, ``value`` and
+        ``solid_angle``, and ``face`` of an array of faces. Values are those of the array itself.
+
+        ``w.show(image)`` puts another image in the place of the first: of its projection, or of the
+        one that is given, with the options of `view` that are about the image.
 
         Returns
         -------
         anywidget.AnyWidget
-            With the settings of this viewer, but for `screen`, as traits. It holds at most 2048
-            texels along a side.
+            With the settings of this viewer, but for `screen`, as traits. An overview of at most
+            1024 texels along a side is sent first, and then what is seen, as sharp as it is.
 
         Raises
         ------
         ImportError
             If anywidget is missing.
         """
-        look = {name: getattr(self, name) for name in CHECKS}
-        look["direction"] = list(self.direction)
-        return widget(self._scene(min(self.max_size, _IN_NOTEBOOKS)), look)
+        return widget(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the page of `html` to a file.
@@ -254,7 +336,7 @@ class Viewer:
         -------
         picture : ndarray of uint8, shape (H, W, 3)
             Gray where nothing is known of the sphere, magenta where a value is NaN. Without
-            graticule, axes, isolines and marks of clipping.
+            graticule, axes, isolines, marks of clipping, and what is drawn over images.
 
         Raises
         ------
@@ -289,6 +371,18 @@ class Viewer:
     def _repr_html_(self) -> str:
         return page.iframe(page.page(self._scene(min(self.max_size, _IN_NOTEBOOKS))))
 
+    def _shown_in_widget(self) -> dict[str, Any]:
+        scene = self._scene(min(self.max_size, _OVERVIEW))
+        return scene | {"detail": shaders.detail()}
+
+    def _replace(self, image: ArrayLike, projection: ProjectionLike | None, options: Any) -> None:
+        """Put an image in the place of the first."""
+        before = self._images[0]
+        settings: dict[str, Any] = {"name": before.name, "rotation": None}
+        settings |= {"any_aspect": False, "channels_first": False} | options
+        p = before.projection if projection is None else projection
+        self._images[0] = _shown(image, p, **settings)
+
     def _angles(self) -> tuple[float, float]:
         return yaw_and_pitch(_world(self._images[0].projection).T @ np.array(self.direction))
 
@@ -309,7 +403,7 @@ class Viewer:
             [_record(shown, max_size) for shown in self._images],
             screens,
             world,
-            [{"text": text, "direction": (world.T @ at).tolist()} for text, at in self._marks],
+            self._overlays.records(world),
         )
 
 
@@ -329,6 +423,10 @@ def view(
     clipping: bool = False,
     graticule: float = 0.0,
     axes: bool = False,
+    valid: bool = False,
+    density: bool = False,
+    tissot: bool = False,
+    seams: bool = False,
     max_size: int = 4096,
     rotation: Any | None = None,
     any_aspect: bool = False,
@@ -371,6 +469,15 @@ def view(
         Degrees between parallels, and between meridians; 0 for none.
     axes : bool
         Whether ±x, ±y and ±z are named where they are, in the world of `projection`.
+    valid : bool
+        Whether stripes mark what the image does not hold.
+    density : bool
+        Whether colors say how much of the sphere a texel sees, beside the mean, in powers of two.
+    tissot : bool
+        Whether circles of 5 degrees are drawn every 30: what they become on a flat screen are
+        Tissot's indicatrices.
+    seams : bool
+        Whether the edges of the image and of its faces are drawn.
     max_size : int
         The longer side of a face, in texels, that a page holds: a larger image is made smaller by
         `convert`. `snapshot` looks at the image itself.
@@ -425,6 +532,10 @@ def view(
         "clipping": clipping,
         "graticule": graticule,
         "axes": axes,
+        "valid": valid,
+        "density": density,
+        "tissot": tissot,
+        "seams": seams,
     }
     return Viewer(shown, max_size, look)
 
@@ -480,12 +591,16 @@ def _record(shown: Shown, max_size: int) -> dict[str, Any]:
     """Return what the page holds of an image."""
     p = shown.projection
     shape = shown.pixels.shape[: spatial_axes(p)]
-    sent = texels(apart(shown.pixels, p), p, max_size)
+    whole = shown_channels(shown.pixels, p)
+    held = reduced(whole, p, max_size)
+    sent = texels(apart(held, p), p)
     about = f"{p.name} of {' x '.join(map(str, shape))} texels"
     return {
         "name": shown.name,
         "about": about,
         "shape": (1, *shape) if p.faces == 1 else shape,
+        "reduced": held.shape != whole.shape,
+        "mean_density": p.covered_solid_angle / (p.used_part * p.faces),
         "grid": p.grid,
         **shaders.image(p),
         **sent.record(),

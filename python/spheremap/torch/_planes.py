@@ -1,6 +1,6 @@
 """What is linear in an image, of images as torch has them in memory: planes, one for each channel.
 
-Kernels take channels last. To turn a whole image takes longer than to convert it; so these operators
+Kernels take channels last. Turning a whole image takes longer than converting it; so these operators
 take planes and turn blocks of texels, which stay in a core's cache, of a few images at a time.
 """
 

@@ -273,7 +273,8 @@ class _Moments:
     def result(self, parts: Sequence[NDArray[np.float64]]) -> NDArray[Any]:
         flat = np.stack([part.ravel() for part in parts])
         *leading, rows, columns = parts[0].shape
-        moments = _core.add_sheets(flat).reshape(rows, columns)
+        moments: NDArray[np.float64] = _core.add_sheets(flat).reshape(rows, columns)
+        found: NDArray[np.float64]
         if self.verb == "average_direction":
             found = _divided(moments[:-1, 1:], moments[:-1, :1])
         elif self.verb == "mean":

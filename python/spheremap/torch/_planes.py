@@ -1,6 +1,6 @@
 """What is linear in an image, of images as torch has them in memory: planes, one for each channel.
 
-Kernels take channels last. Turning a whole image takes longer than converting it; so these operators
+Kernels take channels last. Turning a whole image takes longer than converting it; these operators
 take planes and turn blocks of texels, which stay in a core's cache, of a few images at a time.
 """
 
@@ -32,7 +32,7 @@ _CHANNELS = 16
 
 def are_planes(image: Tensor) -> bool:
     """Tell whether an image lies in memory plane by plane."""
-    return image.is_contiguous()
+    return bool(image.is_contiguous())
 
 
 def _shape(sides: tuple[int, ...], like: Tensor) -> tuple[int, ...]:

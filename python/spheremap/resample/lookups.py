@@ -167,11 +167,56 @@ class Lookups:
             raise NotImplementedError(
                 f"`sample` with filter={filter!r} has no gradient; 'bilinear' and 'nearest' have."
             )
+        if filter == "bilinear" and self.is_whole:
+            return self._folded(self._spread(gradient, directions))
         weights = self.weights(directions) if filter == "bilinear" else self.nearest(directions)
         # Lookup by lookup: no sum waits for another, and the order is theirs.
         held = weights.T.astype(gradient.dtype, copy=False)
         found: Floats = held @ np.ascontiguousarray(gradient)
         return found
+
+    def _spread(self, gradient: Floats, directions: Floats) -> Floats:
+        """Return what flows back to the texels of the padded image."""
+        from scipy.sparse import csr_matrix
+
+        count, padded = len(directions), (self.shape[0] + 2) * (self.shape[1] + 2)
+        chosen = np.empty((count, 4), np.int32)
+        mix = np.empty((count, 4), directions.dtype)
+
+        def work(block: slice) -> None:
+            uv: Floats = type(self.p).encode(self.p, directions[block])
+            column, row, x, y = between(np, uv, self.places, self.shape)
+            first = number(self.shape, column.astype(np.int32), row.astype(np.int32))
+            for k, step in enumerate(steps(self.shape)):
+                chosen[block, k] = first + step
+            mix[block] = np.nan_to_num(shares(np, x, y), copy=False).T
+
+        on_all_threads(work, [slice(k, k + _BLOCK) for k in range(0, count, _BLOCK)])
+        rows = np.arange(0, 4 * count + 1, 4, dtype=np.int32)
+        weights = csr_matrix((mix.ravel(), chosen.ravel(), rows), shape=(count, padded))
+        # Lookup by lookup: no sum waits for another, and the order is theirs.
+        held = weights.T.astype(gradient.dtype, copy=False)
+        found: Floats = held @ np.ascontiguousarray(gradient)
+        return found
+
+    def _folded(self, spread: Floats) -> Floats:
+        """Return what flows back to the texels, from that of the padded image."""
+        height, width = self.shape
+        own, mixed = self.padded
+        whole = spread.reshape(height + 2, width + 2, -1)
+        out = np.ascontiguousarray(whole[1:-1, 1:-1]).reshape(self.texels, -1)
+        border = np.ones((height + 2, width + 2), bool)
+        border[1:-1, 1:-1] = False
+        there = np.flatnonzero(border)
+        single = there[own[there] < self.texels]
+        np.add.at(out, own[single], spread[single])
+        if mixed is not None:
+            row, column, weight = mixed
+            several = there[own[there] >= self.texels]
+            of_mixes = np.zeros((self.mixes, out.shape[1]), out.dtype)
+            np.add.at(of_mixes, own[several] - self.texels, spread[several])
+            np.add.at(out, column, of_mixes[row] * weight[:, None].astype(out.dtype))
+        return out
 
     def slopes(self, image: Floats, directions: Floats) -> Floats:
         """Return the derivatives (2, n, channels) of lookups in texels (texels, channels).

@@ -17,7 +17,7 @@ from .. import resample
 from ..resample.linear import MATRICES, linear_of, without_fill
 from . import _verbs
 from ._lookups import lookups
-from ._operators import define, has_kernel
+from ._operators import alike, define, has_kernel
 from ._specs import map_of
 
 if TYPE_CHECKING:
@@ -154,11 +154,32 @@ def _sample_adjoint(
     return torch.from_numpy(found).reshape(*shape, -1).to(gradient.device)
 
 
-def _sample_slopes(image: Tensor, directions: Tensor, spec: str, filter: str) -> Tensor:
+def _expect_bilinear(filter: str) -> None:
     if filter != "bilinear":
         raise NotImplementedError(
             f"`sample` with filter={filter!r} has no derivative by directions; 'bilinear' has."
         )
+
+
+def _sample_places(
+    image: Tensor, directions: Tensor, gradient: Tensor, spec: str, filter: str
+) -> Tensor:
+    _expect_bilinear(filter)
+    made = lookups(spec, tuple(image.shape[:-1]))
+    texels = _flat(image, image.ndim - 1).detach().cpu()
+    columns = gradient.reshape(-1, gradient.shape[-1]).detach().cpu()
+    found = made.of_places(texels, directions.reshape(-1, 3).detach().cpu(), columns)
+    return found.reshape(*directions.shape[:-1], 2).to(image.device)
+
+
+def _places_batched(in_dims: tuple[int | None, ...], *given: Any) -> tuple[Tensor, int]:
+    image, directions, gradient = alike(in_dims, *given[:3])
+    each = zip(image, directions, gradient, strict=True)
+    return torch.stack([sample_places(*one, *given[3:]) for one in each]), 0
+
+
+def _sample_slopes(image: Tensor, directions: Tensor, spec: str, filter: str) -> Tensor:
+    _expect_bilinear(filter)
     made = lookups(spec, tuple(image.shape[:-1]))
     found = made.slopes(_flat(image, image.ndim - 1), directions.reshape(-1, 3))
     return found.reshape(2, *directions.shape[:-1], -1)
@@ -179,8 +200,7 @@ def _sample_reverse(
         shape = list(image.shape[:-1])
         of_image = sample_adjoint(gradient, directions, spec, filter, shape)
     if wanted[1]:
-        slopes = sample_slopes(image, directions, spec, filter)
-        of_uv = (slopes * gradient).sum(-1).movedim(0, -1)
+        of_uv = sample_places(image, directions, gradient, spec, filter)
         of_directions = _verbs.encode_gradient(directions, of_uv, spec)
     return of_image, of_directions
 
@@ -220,6 +240,13 @@ def _adjoint_reverse(
     return sample(again, directions, spec, filter, 0.0), None
 
 
+sample_places = define(
+    "sample_places(Tensor image, Tensor directions, Tensor gradient, str spec, str filter)"
+    " -> Tensor",
+    kernel=_sample_places,
+    fake=lambda image, d, gradient, spec, filter: image.new_empty((*d.shape[:-1], 2)),
+    batched=_places_batched,
+)
 sample_slopes = define(
     "sample_slopes(Tensor image, Tensor directions, str spec, str filter) -> Tensor",
     kernel=_sample_slopes,

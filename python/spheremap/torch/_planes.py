@@ -1,7 +1,8 @@
 """What is linear in an image, of images as torch has them in memory: planes, one for each channel.
 
-Kernels take channels last. Turning a whole image takes longer than converting it; these operators
-take planes and turn blocks of texels, which stay in a core's cache, of a few images at a time.
+Kernels take channels last. To turn a whole image takes longer than to convert it; so these
+operators take planes and turn blocks of texels, which stay in a core's cache, of a few images at a
+time.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ _CHANNELS = 16
 
 def are_planes(image: Tensor) -> bool:
     """Tell whether an image lies in memory plane by plane."""
-    return bool(image.is_contiguous())
+    found: bool = image.is_contiguous()
+    return found
 
 
 def _shape(sides: tuple[int, ...], like: Tensor) -> tuple[int, ...]:

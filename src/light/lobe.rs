@@ -563,7 +563,7 @@ impl<'a> Ready<'a> {
         }
         // Lanes, and then what whole blocks gave.
         for (out, sums) in out.iter_mut().zip(&sums) {
-            *out = add_lanes(sums) + *out;
+            *out += add_lanes(sums);
         }
     }
 }

@@ -362,7 +362,8 @@ mod tests {
             let parts = Patches::of_parts(&map, &shape).unwrap();
             let columns = 1..parts.across.min(4);
             for strip in 0..parts.strips() {
-                let of = |patches: &Patches<'_>| patches.strip_weights(strip, &columns).rows;
+                let of =
+                    |patches: &Patches<'_>| patches.strip_weights(strip, &columns).rows.to_vec();
                 assert_eq!(of(&whole), of(&parts), "{} {strip}", info.name);
             }
         }

@@ -646,7 +646,6 @@ impl Map {
     }
 
     /// The directions that the image shows at canonical (u, v, face), also beyond a face's edges.
-    #[cfg_attr(not(feature = "python"), allow(dead_code))]
     pub(crate) fn beyond<R: Scalar>(&self, canonical: &[R], directions: &mut [R]) {
         let turn = self.view_rotation(None).inverse();
         threads::blocks(canonical, 3, directions, 3, |input, output| {

@@ -437,6 +437,36 @@ def test_two_images_have_one_camera(opened: Callable[..., Any], tmp_path: Path) 
     assert np.abs(drawn(page, tmp_path).astype(int) - 128).max() <= 1
 
 
+def test_memory_is_stable_while_images_are_swapped(opened: Callable[..., Any]) -> None:
+    viewers = [sm.view(image(sm.projection("latlong"), 128) * k, "latlong") for k in (1, 2)]
+    page = opened(viewers[0])
+    devtools = page.context.new_cdp_session(page)
+    scenes = [viewer._scene(4096) for viewer in viewers]
+    page.evaluate("(scenes) => { window.scenes = scenes; }", scenes)
+    swaps = """async (count) => {
+        for (let k = 0; k < count; k++) {
+            await spheremap.swap(structuredClone(window.scenes[k % 2]));
+            spheremap.draw(1);
+        }
+    }"""
+
+    def held() -> float:
+        devtools.send("HeapProfiler.collectGarbage")
+        return float(devtools.send("Runtime.getHeapUsage")["usedSize"])
+
+    page.evaluate(swaps, 20)
+    before = held()
+    page.evaluate(swaps, 200)
+    # Less than what five of two hundred images take: 128 × 256 texels of eight bytes.
+    assert held() - before < 5 * 128 * 256 * 8
+    found = page.evaluate("spheremap.pick(300.5, 200.5)")
+    column, row = found["texel"]
+    # Half floats, of the second image.
+    assert np.allclose(
+        found["value"], 2 * image(sm.projection("latlong"), 128)[row, column], rtol=2**-10
+    )
+
+
 def test_nan_and_infinity_are_shown(opened: Callable[..., Any], tmp_path: Path) -> None:
     light = np.ones((32, 64), np.float32)
     light[14:18, 30:34] = np.nan

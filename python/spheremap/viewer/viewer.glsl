@@ -46,8 +46,7 @@ uniform float graticule;    // degrees between lines, 0 for none
 uniform bool valid;         // stripes where the image holds nothing
 uniform bool density;       // colors of the solid angle of texels
 uniform float mean_density; // steradians per unit of du dv, on average
-uniform vec2 tissot;        // radius of circles, degrees between them; 0 for none
-uniform bool seams;
+uniform vec2 circles;       // their radius, and degrees between them
 uniform vec3 outside;       // the color of what holds no sphere
 uniform vec3 missing;       // and of NaN
 out vec4 color;
@@ -182,22 +181,26 @@ float line(float place, float slope, float wide) {
     return clamp(0.5 + 0.5 * wide - away / max(slope, 1e-9), 0.0, 1.0) * clamp(2.0 - 8.0 * slope, 0.0, 1.0);
 }
 
+#ifdef TISSOT
 // Circles about so many degrees apart, on parallels: how much a pixel lies in one, and on its rim.
 vec2 circled(vec3 d) {
     vec2 globe = globe_encode(d);
-    float rows = 180.0 / tissot.y, half_turn = 3.14159265;
+    float rows = 180.0 / circles.y, half_turn = 3.14159265;
     float row = clamp(floor(globe.y * rows), 0.0, rows - 1.0);
     float latitude = (0.5 - (row + 0.5) / rows) * half_turn, here = (0.5 - globe.y) * half_turn;
-    float count = max(3.0, floor(360.0 / tissot.y * cos(latitude) + 0.5));
+    float count = max(3.0, floor(360.0 / circles.y * cos(latitude) + 0.5));
     float apart = (globe.x - (floor(globe.x * count) + 0.5) / count) * 2.0 * half_turn;
     // By haversines, which have the digits of small angles.
     vec2 part = sin(0.5 * vec2(here - latitude, apart));
     float away = 2.0 * asin(sqrt(min(part.x * part.x + cos(here) * cos(latitude) * part.y * part.y, 1.0)));
     float pixel = length(dFdx(d)) * 0.5 + length(dFdy(d)) * 0.5;
-    float beyond = (away - radians(tissot.x)) / max(pixel, 1e-9);
+    float beyond = (away - radians(circles.x)) / max(pixel, 1e-9);
     return vec2(clamp(0.5 - beyond, 0.0, 1.0), clamp(1.25 - abs(beyond), 0.0, 1.0));
 }
 
+#endif
+
+#ifdef SEAMS
 // Whether the image ends, or goes on elsewhere, between a pixel and its neighbors.
 bool on_seam(vec3 d) {
     vec3 here = image0_place(d);
@@ -213,6 +216,7 @@ bool on_seam(vec3 d) {
     }
     return false;
 }
+#endif
 
 void main() {
     bool held;
@@ -258,11 +262,13 @@ void main() {
         if (!is_nan(parts)) shown = mix(shown, ramped(2.0 * parts), 0.7);
     }
 #endif
-    if (seams && on_seam(d)) shown = vec3(1.0, 0.85, 0.1);
-    if (tissot.x > 0.0) {
-        vec2 circle = circled(d);
-        shown = mix(mix(shown, vec3(0.82, 0.25, 0.25), 0.5 * circle.x), vec3(0.5, 0.05, 0.05), circle.y);
-    }
+#ifdef SEAMS
+    if (on_seam(d)) shown = vec3(1.0, 0.85, 0.1);
+#endif
+#ifdef TISSOT
+    vec2 circle = circled(d);
+    shown = mix(mix(shown, vec3(0.82, 0.25, 0.25), 0.5 * circle.x), vec3(0.5, 0.05, 0.05), circle.y);
+#endif
 
     if (graticule > 0.0) {
         vec2 globe = globe_encode(d) * vec2(360.0, 180.0) / graticule;

@@ -12,7 +12,10 @@ const FOV = [15, 340];
 // Beyond it a perspective becomes a little planet.
 const WIDEST_PERSPECTIVE = 170;
 const COMPARISONS = ["first", "second", "split", "difference", "signed", "blink"];
+// Of directions that are placed on screens, in a row of their texture.
 const POINTS = 1024;
+// What a program has only where it is asked for: compilers take their time.
+const EXTRAS = ["density", "tissot", "seams"];
 const DEGREE = Math.PI / 180;
 const KEYS = [
     ["arrows", "turn (with Shift further)"], ["+ −", "closer, wider"], ["Home", "first view"],
@@ -168,8 +171,8 @@ class Painter {
     }
 
     // What a pair of images, a screen and a task (PICK, LOCATE or none) is drawn by.
-    program(first, second, screen, task = "", density = false) {
-        const key = [first, second, screen, task, density].join("|");
+    program(first, second, screen, task = "", extras = []) {
+        const key = [first, second, screen, task, ...extras].join("|");
         if (!this.programs.has(key)) {
             const { images, screens, globe, body } = this.scene;
             const parts = ["#version 300 es", task && `#define ${task}`, screens[screen].text];
@@ -188,7 +191,8 @@ class Painter {
                         placed(`image${k}_place`, `image${k}_encode`, lookup_faces));
                 }
                 if (second !== null) parts.push("#define SECOND");
-                if (density) parts.push("#define DENSITY", ownOf(images[first]));
+                parts.push(...extras.map((part) => `#define ${part.toUpperCase()}`));
+                if (extras.includes("density")) parts.push(ownOf(images[first]));
             }
             parts.push(body);
             this.programs.set(key, compiled(this.gl, parts.join("\n")));
@@ -206,7 +210,7 @@ class Painter {
     picture(view, look, samples) {
         const { gl, scene } = this;
         const second = look.comparison === "first" || scene.images.length < 2 ? null : look.second;
-        const made = this.program(look.first, second, view.screen, "", look.density);
+        const made = this.program(look.first, second, view.screen, "", EXTRAS.filter((part) => look[part]));
         const { places } = made;
         gl.useProgram(made.program);
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -243,8 +247,7 @@ class Painter {
         gl.uniform1i(places.clipping, look.clipping);
         gl.uniform1f(places.graticule, look.graticule);
         gl.uniform1i(places.valid, look.valid);
-        gl.uniform1i(places.seams, look.seams);
-        gl.uniform2fv(places.tissot, look.tissot ? scene.tissot : [0, 1]);
+        if (look.tissot) gl.uniform2fv(places.circles, scene.tissot);
         if (look.density) gl.uniform1f(places.mean_density, scene.images[look.first].mean_density);
         gl.uniform3fv(places.outside, scene.outside);
         gl.uniform3fv(places.missing, scene.missing);
@@ -529,7 +532,7 @@ export function mount(root, scene) {
         if (!painter) return;
         const took = last ? now - last : 0;
         if (moving) {
-            if (took > 50 && took < 1000) shrink = Math.max(shrink / 1.4, 0.3);
+            if (took > 50 && took < 4000) shrink = Math.max(shrink / 1.4, 0.3);
             else if (took && took < 20) shrink = Math.min(shrink * 1.2, 1);
         }
         last = moving ? now : 0;

@@ -79,7 +79,8 @@ def convert_seen(
     for index, texels in parts:
         part = texels()
         shape = part.shape[:-1] if channels else part.shape
-        source[index] = _core.weigh(part, count, *given[1:]).reshape(*shape, width)
+        # Whatever it says of channels: weighed texels have others.
+        source[index[: len(space)]] = _core.weigh(part, *given).reshape(*shape, width)
     plain = {**options, "skipna": False, "alpha": None, "fill": np.nan}
     like = np.empty(0, conversion.dtype)
     found = []

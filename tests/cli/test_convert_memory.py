@@ -153,7 +153,7 @@ def test_holes_weigh_nothing(
     source = tmp_path / "in.exr"
     io.write(source, image)
     whole, made = tmp_path / "whole.exr", tmp_path / "parts.exr"
-    turn = ("--from", "latlong", "--to", "cube:openexr", "--size", 24, "--skipna", *options)
+    turn = ("--from", "latlong", "--to", "cube", "--size", 24, "--skipna", *options)
     good("convert", source, whole, *turn)
     good("convert", source, made, *turn, *MEMORY)
     expect_same(made, whole)

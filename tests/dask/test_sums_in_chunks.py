@@ -104,7 +104,7 @@ def test_holes_count_as_nothing(size):
         whole, parts = getattr(sm.light, verb), getattr(smd.light, verb)
         check(image, 170, whole, parts, "latlong", skipna=True)
     check(image, 170, sm.sh.project, smd.sh.project, "latlong", order=1, skipna=True)
-    with pytest.raises(ValueError, match=r"145 NaN or infinite|144 NaN or infinite"):
+    with pytest.raises(ValueError, match=r"(145|144|1) NaN or infinite"):
         smd.light.integrate(da.from_array(image, chunks=-1), "latlong").compute()
 
 

@@ -584,6 +584,7 @@ NOT_MEASURED = {
     "from_linear",
     "to_linear",
     "find",
+    "gopro",
     "merge",
     "unwrap",
     "identify",

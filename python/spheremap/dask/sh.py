@@ -73,8 +73,8 @@ def project(
     --------
     >>> import dask.array as da, numpy as np, spheremap.dask
     >>> white = da.ones((1024, 2048), chunks=256, dtype=np.float32)
-    >>> found = spheremap.dask.sh.project(white, "latlong", order=1).compute() + 0.0
-    >>> np.round(found, 6).tolist()
+    >>> found = spheremap.dask.sh.project(white, "latlong", order=1).compute()
+    >>> (np.round(found, 6) + 0.0).tolist()
     [3.544908, 0.0, 0.0, 0.0]
     """
     p = resolve(resolve(projection, axes), rotation=rotation)

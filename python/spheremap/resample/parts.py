@@ -26,9 +26,14 @@ __all__ = ["convert_seen", "weighs"]
 def weighs(conversion: Conversion) -> bool:
     """Tell whether texels may be weighed before they are looked up, which takes floats of them."""
     options = conversion.options
+    filter = _filter(options)
+    if filter["takes_labels"]:
+        return False
     if options.get("alpha") is not None:
         return True
-    return bool(options.get("skipna")) and conversion.dtype.kind == "f" and not _goes_by(options)
+    # A mean over areas leaves out what is not finite as it goes.
+    floats = conversion.dtype.kind == "f"
+    return bool(options.get("skipna")) and floats and filter["method"] != "area"
 
 
 def convert_seen(
@@ -115,9 +120,3 @@ def _weights(
 def _filter(options: dict[str, Any]) -> Any:
     name = options["filter"]
     return next(f for f in _core.filters() if name == f["name"] or name in f["also"])
-
-
-def _goes_by(options: dict[str, Any]) -> bool:
-    """Tell whether a filter leaves out what is not finite as it goes, or takes it as a label."""
-    known = _filter(options)
-    return bool(known["takes_labels"]) or known["method"] == "area"

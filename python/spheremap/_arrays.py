@@ -153,9 +153,10 @@ def as_lookups(
         common_shape(levels.shape)
         arrays.append((levels[..., None], "lod"))
     if derivatives is not None:
-        if isinstance(derivatives, np.ndarray):
-            # One without axes has no length.
-            derivatives = tuple(derivatives) if derivatives.shape[:1] == (2,) else None
+        if isinstance(derivatives, np.ndarray | memoryview):
+            # One without axes has no length, and no part can be had of a view of several.
+            both = as_array(derivatives, "derivatives")
+            derivatives = tuple(both) if both.shape[:1] == (2,) else None
         if not isinstance(derivatives, Sequence) or len(derivatives) != 2:
             raise ValueError(
                 "Expected `derivatives` to be a pair of arrays, to the right and down."

@@ -40,7 +40,7 @@ RAISES = {dis.opmap[name] for name in ("RAISE_VARARGS", "RERAISE") if name in di
 # How messages of the compiled core begin, and Python's own about names of arguments.
 OURS = re.compile(
     r"Expected |`|unknown |two conventions |projection '|filter '|grid '|[Aa]n? image|[Tt]he image|"
-    r"There is no room|'[\w-]+' has |[\w.]+\(\) (got|missing|takes)"
+    r"There is no room|'[\w-]+' (has|is no) |[\w.]+\(\) (got|missing|takes)"
 )
 
 

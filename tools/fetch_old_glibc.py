@@ -47,8 +47,8 @@ def run(command: list[str], folder: Path) -> None:
         raise SystemExit(f"{command[0]} failed:\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}")
 
 
-def build_python(source: Path, zig: str, home: Path) -> None:
-    """Compile one program that holds all modules which want no other library."""
+def build_python(source: Path, zig: str, home: Path, zlib: Path) -> None:
+    """Compile one program that holds all modules which want no other library but zlib."""
     # Zig refuses __DATE__, which Python tells of itself.
     compiler = f"{zig} cc -target x86_64-linux-gnu.{GLIBC} -Wno-date-time"
     configure = [
@@ -61,6 +61,8 @@ def build_python(source: Path, zig: str, home: Path) -> None:
         "MODULE_BUILDTYPE=static",
         # It would find this machine's libraries, which are linked to a newer C library.
         "PKG_CONFIG=false",
+        f"ZLIB_CFLAGS=-I{zlib / 'include'}",
+        f"ZLIB_LIBS={zlib / 'lib/x86_64-linux-gnu/libz.a'}",
     ]
     run(configure, source)
     # Modules apart would be compiled with the headers of this machine's C library. Those for
@@ -86,6 +88,7 @@ def main() -> int:
     old = Apt(folder / "apt-old", f"deb {where} {OLD_SUITE} main\n")
     system = folder / "system"
     unpack(old.fetch(OLD_PACKAGES), system)
+    unpack(old.fetch(["zlib1g-dev"]), folder / "zlib")
 
     new = Apt(folder / "apt", f"deb-src {where} {PYTHON_SUITE} main\n")
     source, home = folder / "source", folder / "home"
@@ -94,7 +97,7 @@ def main() -> int:
     new.get("--download-only", "source", PYTHON_PACKAGE, folder=source)
     (archive,) = source.glob("*.orig.tar.*")
     subprocess.run(["tar", "-xf", archive, "--strip-components=1"], cwd=source, check=True)
-    build_python(source, zig, home)
+    build_python(source, zig, home, folder / "zlib" / "usr")
 
     libraries = ":".join(
         shlex.quote(str(system / place))

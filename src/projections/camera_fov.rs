@@ -53,12 +53,15 @@ impl Lens for Stretched {
 
     fn new(coefficients: &[f64], _: f64) -> Self {
         let omega = coefficients[0];
-        let stretch = 2.0 * (0.5 * omega).tan();
+        // Not the system's tangent, whose last bit differs from one to another.
+        let sin_cos = |angle: f64| f64::sin_cos_half_turns(angle / PI);
+        let (sin, cos) = sin_cos(0.5 * omega);
+        let stretch = 2.0 * sin / cos;
         let at = |angle: f64| {
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = sin_cos(angle);
             let square = cos * cos + (stretch * sin).powi(2);
             [
-                (stretch * sin).atan2(cos) / omega,
+                PI * f64::half_turns(stretch * sin, cos) / omega,
                 stretch / (omega * square),
             ]
         };

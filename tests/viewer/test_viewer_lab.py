@@ -188,8 +188,8 @@ def test_a_cell_a_click_and_the_kernel(address: str, tmp_path: Path) -> None:
         text = output.inner_text()
         clicked = json.loads(text.split("CLICKED ")[1].split(" PICKED")[0])
         picked = json.loads(text.split("PICKED ")[1].split(" FOV")[0])
-        # The numbers of the array, not the half floats of a reduced one. What is picked has followed
-        # the pointer since.
+        # The numbers of the array, not the half floats of a reduced one. What is picked has
+        # followed the pointer since.
         for told in (clicked, picked):
             column, row = told["texel"]
             assert told["value"] == image[row, column].astype(float).tolist()

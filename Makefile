@@ -194,7 +194,8 @@ test-checked: $(RUN_DEPS) $(DEV_DEPS)
 	rm -f "$(VENV)"/.built-*
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs" --ignore tests/package/test_machine_code.py
 
-# The Rust tests, watched. Rust's sanitizers are not stable: RUSTC_BOOTSTRAP has a stable compiler take them.
+# The Rust tests, watched. Rust's sanitizers are not stable: RUSTC_BOOTSTRAP has a stable compiler take them. That of threads
+# wants a standard library that is watched too (nightly, -Zbuild-std): with the one that comes, it takes its locks for races.
 HOST := $(shell rustc -vV | sed -n 's/^host: //p')
 SANITIZER ?= address
 SANITIZED_TESTS ?= --lib --test fuzzing --test face --test textures

@@ -73,6 +73,11 @@ def finite(value: float | None) -> float | None:
     return value
 
 
+Exposure = Annotated[
+    float, typer.Option(metavar="STOPS", callback=finite, help="How much brighter light is.")
+]
+
+
 def as_options(message: str, parameters: Iterable[Any]) -> str:
     """Return a message of the library with the command's options for arguments of their names."""
     options = {parameter.name.strip("_"): max(parameter.opts, key=len) for parameter in parameters}

@@ -17,10 +17,10 @@ from spheremap.cli.lengths import texels
 from spheremap.cli.options import (
     AnyAspect,
     ColorSpace,
+    Exposure,
     NoClobber,
     Rotation,
     World,
-    finite,
 )
 from spheremap.cli.picture import Picture
 from spheremap.cli.terminal import UsageError, as_usage, check_projection, progress
@@ -71,9 +71,7 @@ def stitch(
     tonemap: Annotated[
         Curve, typer.Option(help="How light becomes integers; none cuts at 1.")
     ] = "none",
-    exposure: Annotated[
-        float, typer.Option(metavar="STOPS", callback=finite, help="How much brighter light is.")
-    ] = 0.0,
+    exposure: Exposure = 0.0,
     colorspace: ColorSpace = None,
     any_aspect: AnyAspect = False,
     no_clobber: NoClobber = False,

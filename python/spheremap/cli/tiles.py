@@ -16,12 +16,12 @@ from spheremap.cli import files, lengths, picture
 from spheremap.cli.options import (
     AnyAspect,
     ColorSpace,
+    Exposure,
     FromGuess,
     Lookup,
     Part,
     Rotation,
     World,
-    finite,
 )
 from spheremap.cli.pairs import named_values
 from spheremap.cli.picture import Picture
@@ -69,9 +69,7 @@ def tiles(
     curve: Annotated[
         Curve, typer.Option("--tonemap", help="How light becomes 8 bits; none cuts at 1.")
     ] = "none",
-    exposure: Annotated[
-        float, typer.Option(metavar="STOPS", callback=finite, help="How much brighter light is.")
-    ] = 0.0,
+    exposure: Exposure = 0.0,
     channels: Annotated[
         str | None, typer.Option(metavar="NAMES", help="Keep these channels, as R,G,B.")
     ] = None,

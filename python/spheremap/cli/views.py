@@ -19,13 +19,13 @@ from spheremap.cli.lengths import texels
 from spheremap.cli.options import (
     AnyAspect,
     ColorSpace,
+    Exposure,
     FromGuess,
     Lookup,
     NoClobber,
     OneLookup,
     Part,
     Rotation,
-    finite,
 )
 from spheremap.cli.picture import Picture
 from spheremap.cli.terminal import UsageError, as_usage, check_projection, progress
@@ -85,9 +85,7 @@ def views(
     tonemap: Annotated[
         Curve, typer.Option(help="How light becomes integers; none cuts at 1.")
     ] = "none",
-    exposure: Annotated[
-        float, typer.Option(metavar="STOPS", callback=finite, help="How much brighter light is.")
-    ] = 0.0,
+    exposure: Exposure = 0.0,
     part: Part = None,
     colorspace: ColorSpace = None,
     any_aspect: AnyAspect = False,

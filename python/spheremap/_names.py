@@ -46,6 +46,7 @@ ProjectionName: TypeAlias = Literal[
     "camera_double_sphere",
     "camera_eucm",
     "camera_fov",
+    "camera_thin_prism_fisheye",
 ]
 
 ConventionName: TypeAlias = Literal[

@@ -1,21 +1,24 @@
-//! A pinhole camera with the radial and tangential distortion of a calibration, as OpenCV's `calibrateCamera` gives it.
+//! A pinhole camera with the distortion of a calibration, as OpenCV's `calibrateCamera` gives it.
 //!
 //! Source: OpenCV's camera calibration page; (x/z, y/z) and then [`Distortion`]. With k1 and k2, or k1, k2, p1 and p2, it is COLMAP's SIMPLE_RADIAL,
-//! RADIAL and OPENCV, with k1 to k6 its FULL_OPENCV and OpenCV's CALIB_RATIONAL_MODEL; ROS's plumb_bob and
-//! rational_polynomial, Kalibr's pinhole-radtan.
+//! RADIAL and OPENCV, with k1 to k6 its FULL_OPENCV and OpenCV's CALIB_RATIONAL_MODEL, with s1 to s4 its
+//! CALIB_THIN_PRISM_MODEL; ROS's plumb_bob and rational_polynomial, Kalibr's pinhole-radtan. OpenCV's tilt of the sensor has no formula here.
 //!
 //! Domain: directions that the rectangle shows, z > 0, in front of where the polynomial turns back; else NaN.
 
 use crate::number::real::Real;
+use crate::projections::common::angle;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Lens, coefficient,
 };
-use crate::projections::common::distortion::Distortion;
+use crate::projections::common::distortion::{Distortion, Terms};
 use crate::projections::projection::Info;
 
 /// A lens that draws straight lines curved.
 #[derive(Clone, Copy, Debug)]
-pub struct BrownConrady<const SHORT: bool = false>(Distortion<SHORT>);
+pub struct BrownConrady<const PRISM: bool = true, const SHORT: bool = false>(
+    Distortion<3, PRISM, SHORT>,
+);
 
 /// A pinhole camera with distortion.
 pub type CameraBrownConrady = Camera<BrownConrady>;
@@ -25,8 +28,8 @@ const RADIAL: [f64; 3] = [-100.0, 0.0, 100.0];
 /// Of what a lens that is not centered does: thousandths in most calibrations.
 pub const TANGENTIAL: [f64; 3] = [-0.1, 0.0, 0.1];
 
-impl<const SHORT: bool> Lens for BrownConrady<SHORT> {
-    type Short = BrownConrady<true>;
+impl<const PRISM: bool, const SHORT: bool> Lens for BrownConrady<PRISM, SHORT> {
+    type Short = BrownConrady<false, true>;
 
     const NAMES: Info = Info {
         name: "camera_brown_conrady",
@@ -47,14 +50,32 @@ impl<const SHORT: bool> Lens for BrownConrady<SHORT> {
             coefficient("k4", RADIAL, "the denominator's coefficient of r²"),
             coefficient("k5", RADIAL, "the denominator's coefficient of r⁴"),
             coefficient("k6", RADIAL, "the denominator's coefficient of r⁶"),
+            coefficient(
+                "s1",
+                TANGENTIAL,
+                "the thin prism's coefficient of r² across",
+            ),
+            coefficient(
+                "s2",
+                TANGENTIAL,
+                "the thin prism's coefficient of r⁴ across",
+            ),
+            coefficient("s3", TANGENTIAL, "the thin prism's coefficient of r² down"),
+            coefficient("s4", TANGENTIAL, "the thin prism's coefficient of r⁴ down"),
         ],
         ..CAMERA
     };
 
     fn new(coefficients: &[f64], reach: f64) -> Self {
-        let [k1, k2, p1, p2, k3, k4, k5, k6] = std::array::from_fn(|k| coefficients[k]);
-        let k = [[k1, k2, k3], [k4, k5, k6]];
-        BrownConrady(Distortion::new(k, [p1, p2], reach, f64::INFINITY))
+        let [k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4] =
+            std::array::from_fn(|k| coefficients[k]);
+        let terms = Terms {
+            over: [k1, k2, k3],
+            under: [k4, k5, k6],
+            tangential: [p1, p2],
+            prism: [[s1, s2], [s3, s4]],
+        };
+        BrownConrady(Distortion::new(terms, reach, f64::INFINITY))
     }
 
     fn short(self) -> Option<Self::Short> {
@@ -88,7 +109,7 @@ impl<const SHORT: bool> Lens for BrownConrady<SHORT> {
     }
 
     fn rim(self) -> f64 {
-        self.0.end().atan()
+        angle::atan(self.0.end())
     }
 
     fn held_radius(self) -> f64 {

@@ -5,6 +5,7 @@
 //! Domain: directions that the rectangle shows, nearer to the axis than the paper's equation 43 allows; else NaN.
 
 use crate::number::real::{Real, max};
+use crate::projections::common::angle;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, LET_OUT, Lens, coefficient, grows_up_to,
 };
@@ -78,7 +79,7 @@ impl Lens for TwoSpheres {
         let w2 = (w1 + xi) / (2.0 * w1 * xi + xi * xi + 1.0).sqrt();
         let spheres = lens;
         let at = |angle: f64| {
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = angle::sin_cos(angle);
             let (depth, far) = spheres.depth(1.0, cos, sin * sin);
             if cos > -w2 && depth > 0.0 {
                 let slope = (1.0 + xi * cos) * (1.0 - alpha + alpha * (cos + xi) / far);
@@ -89,7 +90,7 @@ impl Lens for TwoSpheres {
         };
         let angle = grows_up_to(PI, at);
         lens.limit = at(angle)[0].powi(2);
-        lens.least_cosine = angle.cos();
+        lens.least_cosine = angle::cos(angle);
         lens
     }
 
@@ -120,7 +121,7 @@ impl Lens for TwoSpheres {
     }
 
     fn rim(self) -> f64 {
-        self.least_cosine.acos()
+        angle::acos(self.least_cosine)
     }
 
     fn held_radius(self) -> f64 {

@@ -6,6 +6,7 @@
 //! Domain: directions that the rectangle shows, z > -wρ with w = α/(1 - α), or its inverse where α > ½; else NaN.
 
 use crate::number::real::{Real, max};
+use crate::projections::common::angle;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, LET_OUT, Lens, coefficient, grows_up_to,
 };
@@ -58,7 +59,7 @@ impl Lens for Ellipsoid {
         let [alpha, beta] = [coefficients[0], coefficients[1]];
         let w = alpha.min(1.0 - alpha) / alpha.max(1.0 - alpha);
         let at = |angle: f64| {
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = angle::sin_cos(angle);
             let far = (beta * sin * sin + cos * cos).sqrt();
             let depth = alpha * far + (1.0 - alpha) * cos;
             if cos > -w * far && depth > 0.0 {
@@ -73,7 +74,7 @@ impl Lens for Ellipsoid {
         Ellipsoid {
             alpha,
             beta,
-            least_cosine: angle.cos(),
+            least_cosine: angle::cos(angle),
             limit: at(angle)[0].powi(2),
         }
     }
@@ -104,7 +105,7 @@ impl Lens for Ellipsoid {
     }
 
     fn rim(self) -> f64 {
-        self.least_cosine.acos()
+        angle::acos(self.least_cosine)
     }
 
     fn held_radius(self) -> f64 {

@@ -6,6 +6,7 @@
 //! Domain: directions that the rectangle shows, in front of where the lens nearly stands still; else NaN.
 
 use crate::number::real::{Real, scaled};
+use crate::projections::common::angle;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, LET_OUT, Lens, coefficient, grows_up_to,
 };
@@ -53,12 +54,10 @@ impl Lens for Stretched {
 
     fn new(coefficients: &[f64], _: f64) -> Self {
         let omega = coefficients[0];
-        // Not the system's tangent, whose last bit differs from one to another.
-        let sin_cos = |angle: f64| f64::sin_cos_half_turns(angle / PI);
-        let (sin, cos) = sin_cos(0.5 * omega);
+        let (sin, cos) = angle::sin_cos(0.5 * omega);
         let stretch = 2.0 * sin / cos;
         let at = |angle: f64| {
-            let (sin, cos) = sin_cos(angle);
+            let (sin, cos) = angle::sin_cos(angle);
             let square = cos * cos + (stretch * sin).powi(2);
             [
                 PI * f64::half_turns(stretch * sin, cos) / omega,

@@ -8,10 +8,11 @@
 
 use crate::number::real::{Real, max};
 use crate::projections::camera_brown_conrady::TANGENTIAL;
+use crate::projections::common::angle;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Lens, coefficient, grows_up_to,
 };
-use crate::projections::common::distortion::Distortion;
+use crate::projections::common::distortion::{Distortion, Terms};
 use crate::projections::projection::Info;
 use std::f64::consts::PI;
 
@@ -19,7 +20,7 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub struct UnifiedLens {
     xi: f64,
-    distortion: Distortion,
+    distortion: Distortion<3, false>,
     /// Directions of a smaller cosine are not seen.
     least_cosine: f64,
 }
@@ -44,7 +45,7 @@ impl UnifiedLens {
     /// The angle from the axis of what lies at a radius of the plane.
     fn angle_of(self, r: f64) -> f64 {
         let [x, _, z] = self.sphere([r, 0.0]);
-        x.atan2(z)
+        PI * f64::half_turns(x, z)
     }
 }
 
@@ -77,19 +78,25 @@ impl Lens for UnifiedLens {
 
     fn new(coefficients: &[f64], reach: f64) -> Self {
         let [xi, k1, k2, p1, p2] = std::array::from_fn(|k| coefficients[k]);
-        let radius = |angle: f64| angle.sin() / (angle.cos() + xi);
-        let angle = grows_up_to(PI, |angle| {
-            let depth = angle.cos() + xi;
+        let at = |angle: f64| {
+            let (sin, cos) = angle::sin_cos(angle);
+            let depth = cos + xi;
             if depth > 0.0 {
-                [radius(angle), (1.0 + xi * angle.cos()) / (depth * depth)]
+                [sin / depth, (1.0 + xi * cos) / (depth * depth)]
             } else {
                 [f64::NAN; 2]
             }
-        });
+        };
+        let angle = grows_up_to(PI, at);
+        let terms = Terms {
+            over: [k1, k2, 0.0],
+            tangential: [p1, p2],
+            ..Terms::NONE
+        };
         UnifiedLens {
             xi,
-            distortion: Distortion::new([[k1, k2, 0.0], [0.0; 3]], [p1, p2], reach, radius(angle)),
-            least_cosine: angle.cos(),
+            distortion: Distortion::new(terms, reach, at(angle)[0]),
+            least_cosine: angle::cos(angle),
         }
     }
 

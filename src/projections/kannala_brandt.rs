@@ -16,6 +16,7 @@
 
 use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, scaled};
+use crate::projections::common::angle;
 use crate::projections::common::lens;
 use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
 use std::f64::consts::PI;
@@ -124,7 +125,7 @@ impl KannalaBrandt {
             return one;
         }
         let x: [f64; NODES] =
-            std::array::from_fn(|k| 0.5 + 0.5 * ((k as f64 + 0.5) / NODES as f64 * PI).cos());
+            std::array::from_fn(|k| 0.5 + 0.5 * angle::cos((k as f64 + 0.5) / NODES as f64 * PI));
         let mut difference = x.map(|x| {
             let s = x * self.radius * self.radius;
             self.square_of_angle_slowly(s) / s

@@ -129,4 +129,5 @@ projections! {
     camera_double_sphere::CameraDoubleSphere,
     camera_eucm::CameraEucm,
     camera_fov::CameraFov,
+    camera_thin_prism_fisheye::CameraThinPrismFisheye,
 }

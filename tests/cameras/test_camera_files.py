@@ -39,12 +39,16 @@ def test_opencv(tmp_path, suffix):
     is_camera(sm.cameras.read(path)[0], [1.2, *D[:4]], "unified")
     store(path, **both, distortion_coefficients=np.zeros(5))
     is_camera(sm.cameras.read(path)[0], None, "pinhole")
-    # As calibrateCamera gives them for CALIB_RATIONAL_MODEL: prism and tilt are there, and zero.
+    # As calibrateCamera gives them for CALIB_THIN_PRISM_MODEL.
+    prism = np.concatenate([D, [0.1, 0.02, 0.003, 1e-3, -2e-3, 5e-4, 3e-3]])
+    store(path, **both, distortion_coefficients=prism)
+    is_camera(sm.cameras.read(path)[0], prism, "brown_conrady")
+    # And for CALIB_RATIONAL_MODEL: prism and tilt are there, and zero.
     long = np.concatenate([D, [0.1, 0.02, 0.003], np.zeros(6)])
     store(path, **both, distortion_coefficients=long)
     is_camera(sm.cameras.read(path)[0], long[:8], "brown_conrady")
-    store(path, **both, distortion_coefficients=np.arange(12) / 1e3)
-    with pytest.raises(ValueError, match="thin prism"):
+    store(path, **both, distortion_coefficients=np.arange(14) / 1e3)
+    with pytest.raises(ValueError, match="a tilt of the sensor"):
         sm.cameras.read(path)
     store(path, camera_matrix=K)
     with pytest.raises(ValueError, match="image_width"):
@@ -89,6 +93,7 @@ NUMBERS = {
     "OPENCV_FISHEYE": [400, 410, 641, 352, 0.02, -0.01, 0.003, -0.0005],
     "FULL_OPENCV": [700, 710, 641, 352, -0.1, 0.03, 1e-3, -2e-3, 0.01, 0.02, -0.01, 0.002],
     "FOV": [700, 710, 641, 352, 0.9],
+    "THIN_PRISM_FISHEYE": [400, 410, 641, 352, 0.02, -0.01, 2e-3, -3e-3, 3e-3, -5e-4, 5e-3, -2e-3],
     "SIMPLE_RADIAL_FISHEYE": [400, 640, 360, 0.02],
     "RADIAL_FISHEYE": [400, 640, 360, 0.02, -0.003],
     "SIMPLE_DIVISION": [700, 640, 360, -0.2],
@@ -135,17 +140,17 @@ def test_colmaps_models_are_read_as_colmap_writes_them(tmp_path, binary):
 
 def test_colmap_models_without_a_formula_are_named(tmp_path):
     theirs = pycolmap.Reconstruction()
-    params = [700, 700, 640, 360, *[0.01] * 8]
+    params = [700, 700, 640, 360, *[0.01] * 12]
     theirs.add_camera_with_trivial_rig(
         pycolmap.Camera(
-            model="THIN_PRISM_FISHEYE", width=1280, height=720, params=params, camera_id=1
+            model="RAD_TAN_THIN_PRISM_FISHEYE", width=1280, height=720, params=params, camera_id=1
         )
     )
     theirs.write_text(str(tmp_path))
-    with pytest.raises(ValueError, match="THIN_PRISM_FISHEYE"):
+    with pytest.raises(ValueError, match="RAD_TAN_THIN_PRISM_FISHEYE"):
         sm.cameras.read(tmp_path / "cameras.txt")
     theirs.write_binary(str(tmp_path))
-    with pytest.raises(ValueError, match="THIN_PRISM_FISHEYE"):
+    with pytest.raises(ValueError, match="RAD_TAN_THIN_PRISM_FISHEYE"):
         sm.cameras.read(tmp_path / "cameras.bin")
     data = (tmp_path / "cameras.bin").read_bytes()
     (tmp_path / "cameras.bin").write_bytes(data[:20])

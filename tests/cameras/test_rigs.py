@@ -191,6 +191,38 @@ def test_nerfstudio_has_opengls_cameras(moved, tmp_path):
         assert np.array_equal(matrix[:3, 3], view.position)
 
 
+def test_a_panorama_is_nerfstudios(tmp_path):
+    """The rays of its cameras.py, written out: EQUIRECTANGULAR, cx and cy of the middle."""
+    pose = np.linalg.qr(np.random.default_rng(505).normal(size=(3, 3)))[0]
+    pose *= np.linalg.det(pose)
+    view = sm.cameras.View("sky", sm.projection("latlong:colmap"), (40, 80), pose)
+    sm.cameras.write(sm.cameras.Rig((view,)), tmp_path, format="nerfstudio")
+    (frame,) = json.loads((tmp_path / "transforms.json").read_text())["frames"]
+    assert frame["camera_model"] == "EQUIRECTANGULAR"
+    x, y = np.meshgrid(np.arange(80) + 0.5, np.arange(40) + 0.5)
+    theta = -math.pi * (x - frame["cx"]) / frame["fl_x"]
+    phi = math.pi * (0.5 + (y - frame["cy"]) / frame["fl_y"])
+    rays = np.stack([-np.sin(theta) * np.sin(phi), np.cos(phi), -np.cos(theta) * np.sin(phi)], -1)
+    rays = rays @ np.array(frame["transform_matrix"])[:3, :3].T
+    ours = view.camera.directions(view.size) @ pose.T
+    # A few roundings of numbers at most 1.
+    assert np.abs(ours - rays).max() < 1e-14
+    (back,) = sm.cameras.read(tmp_path / "transforms.json")
+    assert back.camera == view.camera
+    # Two changes of sign.
+    assert np.array_equal(back.pose, pose)
+
+
+@pytest.mark.parametrize(
+    ("model", "distortion"), [("fov", [0.9]), ("eucm", [0.6, 1.1]), ("unified", [0.5])]
+)
+def test_transforms_json_has_few_models(tmp_path, model, distortion):
+    camera = sm.camera((300, 300, 319.5, 239.5), (480, 640), distortion=distortion, model=model)
+    view = sm.cameras.View("a", camera, (480, 640), np.eye(3))
+    with pytest.raises(ValueError, match="Expected cameras with a model of"):
+        sm.cameras.write(sm.cameras.Rig((view,)), tmp_path, format="nerfstudio")
+
+
 def test_quaternions_are_rotations():
     rng = np.random.default_rng(503)
     q = rng.normal(size=(200, 4))

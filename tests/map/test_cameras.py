@@ -21,8 +21,10 @@ BROWN = [
     [-0.28, 0.07, 2e-4, -3e-5, 0.01],
     [5.1, 2.2, 1e-3, -2e-3, 0.3, 5.2, 3.4, 0.6],
     [0.12, -0.2, 0.01, -0.02, 0.05],
+    [0.12, -0.2, 0.01, -0.02, 0.05, 0.1, -0.05, 0.02, 0.02, -0.01, -0.03, 0.02],
 ]
 FISHEYE = [[0.02, -0.01, 0.003, -0.0005], [-0.04, 0.004, -0.001, 0.0002]]
+PRISM_FISHEYE = [0.02, -0.01, 2e-3, -3e-3, 0.003, -0.0005, 5e-3, -2e-3]
 CAMERAS = [
     ("pinhole", []),
     *(("brown_conrady", d) for d in BROWN),
@@ -32,6 +34,7 @@ CAMERAS = [
     ("double_sphere", [-0.2, 0.6]),
     ("eucm", [0.6, 1.1]),
     ("fov", [0.9]),
+    ("thin_prism_fisheye", PRISM_FISHEYE),
 ]
 each_camera = pytest.mark.parametrize(("model", "distortion"), CAMERAS)
 # A few hundred roundings of numbers up to 1280: ε of it is 3e-13.
@@ -107,6 +110,7 @@ def test_kannala_brandt_is_opencvs_fisheye(distortion):
         ("SIMPLE_RADIAL_FISHEYE", [400, 640, 360, 0.02]),
         ("RADIAL_FISHEYE", [400, 640, 360, 0.02, -0.003]),
         ("FOV", [700, 710, 641, 352, 0.9]),
+        ("THIN_PRISM_FISHEYE", [400, 410, 641, 352, *PRISM_FISHEYE]),
         ("SIMPLE_FISHEYE", [400, 640, 360]),
         ("FISHEYE", [400, 410, 641, 352]),
         ("EUCM", [700, 710, 641, 352, 0.6, 1.1]),
@@ -220,6 +224,9 @@ FOLDING = [
     ("double_sphere", [-0.2, 0.6], (0.25, 0.3, 0.0, 0.1)),
     ("eucm", [0.6, 1.1], (0.2, 0.3, 0.45, 0.0)),
     ("fov", [1.5], (0.2, 0.25, 0.1, 0.0)),
+    ("brown_conrady", [-0.3, 0, 0, 0, 0, 0, 0, 0, 0.02, 0, -0.01, 0.01], (0.5, 0.6, 0.1, 0.0)),
+    ("thin_prism_fisheye", [-0.1, 0, 2e-3, 1e-3, 0, 0, 5e-3, -2e-3], (0.3, 0.3, 0.0, 0.0)),
+    ("thin_prism_fisheye", [0, 0, 2e-3, 1e-3, 0, 0, 5e-3, -2e-3], (0.12, 0.1, 0.1, 0.0)),
 ]
 each_fold = pytest.mark.parametrize(("model", "distortion", "sensor"), FOLDING)
 
@@ -331,15 +338,15 @@ def test_a_camera_looks_ahead_in_every_world():
         (([1, 2, 3], SIZE), {}, r"shape \(3, 3\) or \(4,\)"),
         ((np.array([[1, 1, 0], [0, 1, 0], [0, 0, 1]]), SIZE), {}, "no skew"),
         ((K, SIZE), {"distortion": [1]}, "to have 0 numbers"),
-        ((K, SIZE), {"distortion": [1], "model": "brown_conrady"}, "0 or 4 or 5 or 8 numbers"),
+        ((K, SIZE), {"distortion": [1], "model": "brown_conrady"}, "0 or 4 or 5 or 8 or 12 numb"),
         ((K, SIZE), {"model": "unified"}, "1 or 5 numbers"),
         ((K, SIZE), {"model": "spherical"}, "`model` to be one of"),
         ((K, SIZE), {"model": "fisheye"}, "got 'fisheye'; here it is 'kannala_brandt'"),
         ((K, SIZE), {"distortion": [-0.1, 0, 0, 0]}, "are of `model` 'brown_conrady'"),
         (
             (K, SIZE),
-            {"distortion": [0.0] * 8 + [0.1, 0, 0, 0], "model": "brown_conrady"},
-            "thin prism",
+            {"distortion": [0.0] * 12 + [0.1, 0], "model": "brown_conrady"},
+            "a tilt of the sensor",
         ),
         ((K, (0, 5)), {}, "positive"),
         ((-K, SIZE), {}, "0, 0, 1"),

@@ -92,6 +92,10 @@ def _stretched(theta: Array, k: Parameters) -> Array:
     return np.arctan2(2 * np.tan(omega / 2) * np.sin(theta), np.cos(theta)) / omega
 
 
+def _angle(theta: Array, _: Parameters) -> Array:
+    return theta
+
+
 RADIAL = {
     "camera_pinhole": Radial(_plane),
     "camera_brown_conrady": Radial(_plane),
@@ -100,38 +104,58 @@ RADIAL = {
     "camera_double_sphere": Radial(_two_spheres),
     "camera_eucm": Radial(_ellipsoid),
     "camera_fov": Radial(_stretched),
+    "camera_thin_prism_fisheye": Radial(_angle),
 }
-DISTORTED = ("camera_brown_conrady", "camera_unified")
+DISTORTED = ("camera_brown_conrady", "camera_unified", "camera_thin_prism_fisheye")
+COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4")
+
+
+Distortion = Callable[[Array, Array, Parameters], tuple[Array, Array]]
 
 
 def distort(x: Array, y: Array, k: Parameters) -> tuple[Array, Array]:
     """OpenCV's x'' and y'' of x' and y'."""
-    c = {name: k.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")}
+    c = {name: k.get(name, 0.0) for name in COEFFICIENTS}
     r2 = x * x + y * y
     over = 1 + r2 * (c["k1"] + r2 * (c["k2"] + r2 * c["k3"]))
     q = over / (1 + r2 * (c["k4"] + r2 * (c["k5"] + r2 * c["k6"])))
     return (
-        x * q + 2 * c["p1"] * x * y + c["p2"] * (r2 + 2 * x * x),
-        y * q + c["p1"] * (r2 + 2 * y * y) + 2 * c["p2"] * x * y,
+        x * q + 2 * c["p1"] * x * y + c["p2"] * (r2 + 2 * x * x) + c["s1"] * r2 + c["s2"] * r2**2,
+        y * q + c["p1"] * (r2 + 2 * y * y) + 2 * c["p2"] * x * y + c["s3"] * r2 + c["s4"] * r2**2,
     )
 
 
-def distortion_slopes(x: Array, y: Array, k: Parameters) -> tuple[Array, Array, Array, Array]:
+def distort_fisheye(x: Array, y: Array, k: Parameters) -> tuple[Array, Array]:
+    """COLMAP's du and dv, added to u and v: four powers of the radius, and a prism of the first."""
+    k1, k2, p1, p2, k3, k4, sx1, sy1 = (
+        k.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4", "s1", "s2")
+    )
+    r2 = x * x + y * y
+    radial = k1 * r2 + k2 * r2**2 + k3 * r2**3 + k4 * r2**4
+    return (
+        x + x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + sx1 * r2,
+        y + y * radial + 2 * p2 * x * y + p1 * (r2 + 2 * y * y) + sy1 * r2,
+    )
+
+
+def distortion_slopes(
+    x: Array, y: Array, k: Parameters, bend: Distortion
+) -> tuple[Array, Array, Array, Array]:
     """∂x''/∂x', ∂x''/∂y', ∂y''/∂x', ∂y''/∂y', by steps into the imaginary, which lose nothing."""
     h = np.asarray(1e-30, x.dtype)
     step = np.asarray(1j, np.result_type(x, np.complex64)) * h
-    (xx, yx), (xy, yy) = distort(x + step, y, k), distort(x, y + step, k)
+    (xx, yx), (xy, yy) = bend(x + step, y, k), bend(x, y + step, k)
     return xx.imag / h, xy.imag / h, yx.imag / h, yy.imag / h
 
 
-def undistort(a: Array, b: Array, k: Parameters) -> tuple[Array, Array]:
+def undistort(a: Array, b: Array, k: Parameters, bend: Distortion) -> tuple[Array, Array]:
     x, y = np.zeros_like(a), np.zeros_like(b)
     steps = 8
     for n in range(1, steps + 1):
         part = n / np.asarray(steps, a.dtype)
         for _ in range(8 if n == steps else 2):
-            u, v = distort(x, y, k)
-            xx, xy, yx, yy = distortion_slopes(x, y, k)
+            u, v = bend(x, y, k)
+            xx, xy, yx, yy = distortion_slopes(x, y, k, bend)
             da, db, det = a * part - u, b * part - v, xx * yy - xy * yx
             x, y = x + (yy * da - xy * db) / det, y + (xx * db - yx * da) / det
     return x, y
@@ -139,10 +163,10 @@ def undistort(a: Array, b: Array, k: Parameters) -> tuple[Array, Array]:
 
 def _camera(name: str) -> World:
     radial = RADIAL[name]
+    bend = distort_fisheye if name == "camera_thin_prism_fisheye" else distort
 
     def bent(k: Parameters) -> bool:
-        names = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
-        return name in DISTORTED and any(k.get(c, 0.0) for c in names)
+        return name in DISTORTED and any(k.get(c, 0.0) for c in COEFFICIENTS)
 
     def encode(x: Array, y: Array, z: Array, k: Parameters) -> Any:
         fx, fy, cx, cy = sensor(k)
@@ -156,7 +180,7 @@ def _camera(name: str) -> World:
         if bent(k):
             # Whole images alone: what the lens bends back lies beyond this angle, and outside.
             seen = seen & (r <= _reach(k))
-            a, b = distort(a, b, k)
+            a, b = bend(a, b, k)
         return *within(a * fx + cx, b * fy + cy, seen), np.zeros_like(x)
 
     def _reach(k: Parameters) -> float:
@@ -165,7 +189,7 @@ def _camera(name: str) -> World:
         one = np.ones_like(t)
         p, q = np.concatenate([t, t, one, -one]), np.concatenate([one, -one, t, t])
         fx, fy, cx, cy = sensor(k)
-        x, y = undistort((p - cx) / fx, (q - cy) / fy, k)
+        x, y = undistort((p - cx) / fx, (q - cy) / fy, k, bend)
         return float(np.hypot(x, y).max()) * (1 + 1e-12)
 
     def place(p: Array, q: Array, k: Parameters) -> tuple[Array, Array, Array, Array]:
@@ -173,7 +197,7 @@ def _camera(name: str) -> World:
         fx, fy, cx, cy = sensor(k)
         a, b = (p - cx) / fx, (q - cy) / fy
         if bent(k):
-            a, b = undistort(a, b, k)
+            a, b = undistort(a, b, k, bend)
         c, s, r = azimuth(a, b)
         if name in ("camera_pinhole", "camera_brown_conrady"):
             return c, s, r, np.arctan(r)
@@ -197,7 +221,7 @@ def _camera(name: str) -> World:
         ratio = np.where(near, 1 / slope, np.sin(theta) / np.where(near, 1, r))
         out = ratio / slope / (fx * fy)
         if bent(k):
-            xx, xy, yx, yy = distortion_slopes(r * c, r * s, k)
+            xx, xy, yx, yy = distortion_slopes(r * c, r * s, k, bend)
             out = out / (xx * yy - xy * yx)
         return np.where(bad, np.nan, out)
 

@@ -39,6 +39,11 @@ MODELS: dict[str, tuple[int, str, tuple[str, ...]]] = {
     "SIMPLE_RADIAL_FISHEYE": (1, "kannala_brandt", ("k1",)),
     "RADIAL_FISHEYE": (1, "kannala_brandt", ("k1", "k2")),
     "FOV": (2, "fov", ("omega",)),
+    "THIN_PRISM_FISHEYE": (
+        2,
+        "thin_prism_fisheye",
+        ("k1", "k2", "p1", "p2", "k3", "k4", "s1", "s2"),
+    ),
     "SIMPLE_FISHEYE": (1, "kannala_brandt", ()),
     "FISHEYE": (2, "kannala_brandt", ()),
     "EUCM": (2, "eucm", ("alpha", "beta")),
@@ -131,16 +136,24 @@ def to_model(made: Projection, size: tuple[int, int]) -> tuple[str, list[float]]
     if made.name == "camera_brown_conrady":
         first = [c["k1"], c["k2"], c["p1"], c["p2"]]
         more = [c["k3"], c["k4"], c["k5"], c["k6"]]
+        if any(c[name] for name in ("s1", "s2", "s3", "s4")):
+            raise ValueError(
+                "Expected brown_conrady cameras without a thin prism, which no model of COLMAP's "
+                "has, got one that has it."
+            )
         return (
             ("FULL_OPENCV", [*pixels, *first, *more]) if any(more) else ("OPENCV", pixels + first)
         )
+    if made.name == "camera_thin_prism_fisheye":
+        names = MODELS["THIN_PRISM_FISHEYE"][2]
+        return "THIN_PRISM_FISHEYE", [*pixels, *(c[name] for name in names)]
     if made.name == "camera_fov":
         return "FOV", [*pixels, c["omega"]]
     if made.name == "camera_eucm":
         return "EUCM", [*pixels, c["alpha"], c["beta"]]
     raise ValueError(
         "Expected cameras with a model of COLMAP's (pinhole, brown_conrady, kannala_brandt, fov, "
-        f"eucm, or {LATLONG!r}), got {made.name!r}."
+        f"eucm, thin_prism_fisheye, or {LATLONG!r}), got {made.name!r}."
     )
 
 

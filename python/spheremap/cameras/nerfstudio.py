@@ -3,6 +3,7 @@
 Source: nerfstudio's documentation, "Data conventions": transform_matrix takes the camera to the
 world, and cameras are OpenGL's, +x right, +y up, -z ahead. cx and cy are COLMAP's, which counts the
 center of the first pixel (½, ½). As instant-ngp began it, fields of one frame override the file's.
+EQUIRECTANGULAR is a whole panorama whose focal lengths are its height, as in its cameras.py.
 """
 
 from __future__ import annotations
@@ -12,17 +13,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .colmap import from_model, to_model
+from .colmap import PANORAMA, from_model, to_model
 from .views import Rig, View, mask_path, picture_path
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from .._projection import Projection
 
 __all__ = ["read", "write"]
 
 # OpenGL's camera axes among OpenCV's.
 FLIPPED = np.diag([1.0, -1.0, -1.0])
 COEFFICIENTS = ("k1", "k2", "k3", "k4", "p1", "p2")
+INTRINSICS = ("fl_x", "fl_y", "cx", "cy")
 
 
 def read(path: Path) -> Rig:
@@ -41,6 +45,19 @@ def read(path: Path) -> Rig:
 def _view(scene: dict[str, Any], frame: dict[str, Any], k: int) -> View:
     both = {**scene, **frame}
     size = (int(both["h"]), int(both["w"]))
+    transform = np.asarray(frame["transform_matrix"], float)
+    return View(
+        str(frame.get("file_path", k)),
+        _camera(both, size),
+        size,
+        transform[:3, :3] @ FLIPPED,
+        transform[:3, 3],
+    )
+
+
+def _camera(both: dict[str, Any], size: tuple[int, int]) -> Projection:
+    if both.get("camera_model") == PANORAMA:
+        return from_model(PANORAMA, size, [float(size[1]), float(size[0])])
     fx = float(both["fl_x"])
     pixels = [fx, float(both.get("fl_y", fx)), float(both["cx"]), float(both["cy"])]
     c = {name: float(both.get(name, 0.0)) for name in COEFFICIENTS}
@@ -61,44 +78,47 @@ def _view(scene: dict[str, Any], frame: dict[str, Any], k: int) -> View:
         model, numbers = "PINHOLE", []
     else:
         raise ValueError(
-            "Expected `camera_model` to be OPENCV, OPENCV_FISHEYE or PINHOLE, "
+            "Expected `camera_model` to be OPENCV, OPENCV_FISHEYE, PINHOLE or EQUIRECTANGULAR, "
             f"got {model!r}, which has no formula here."
         )
-    transform = np.asarray(frame["transform_matrix"], float)
-    return View(
-        str(frame.get("file_path", k)),
-        from_model(model, size, pixels + numbers),
-        size,
-        transform[:3, :3] @ FLIPPED,
-        transform[:3, 3],
-    )
+    return from_model(model, size, pixels + numbers)
+
+
+def _fields(model: str, numbers: list[float], size: tuple[int, int]) -> dict[str, Any]:
+    """Return what transforms.json says of a camera of COLMAP's."""
+    if model == PANORAMA:
+        height, width = map(float, size)
+        numbers = [height, height, 0.5 * width, 0.5 * height]
+        return {"camera_model": PANORAMA, **dict(zip(INTRINSICS, numbers, strict=True))}
+    entry = {"camera_model": "OPENCV", **dict(zip(INTRINSICS, numbers[:4], strict=True))}
+    if model == "OPENCV_FISHEYE":
+        entry["camera_model"] = model
+        entry |= dict(zip(("k1", "k2", "k3", "k4"), numbers[4:], strict=True))
+    elif model in ("OPENCV", "FULL_OPENCV"):
+        if any(numbers[9:]):
+            raise ValueError(
+                "Expected brown_conrady cameras without k4, k5, k6: transforms.json has none."
+            )
+        entry |= dict(zip(("k1", "k2", "p1", "p2", "k3"), numbers[4:9], strict=False))
+    elif model != "PINHOLE":
+        raise ValueError(
+            "Expected cameras with a model of transforms.json's (pinhole, brown_conrady, "
+            f"kannala_brandt or a whole panorama), got COLMAP's {model}."
+        )
+    return entry
 
 
 def write(rig: Rig, folder: Path, frame: str, masked: bool) -> None:
     """Write a transforms.json, with the intrinsics in each frame."""
     frames = []
     for view in rig:
-        model, numbers = to_model(view.camera, view.size)
-        fx, fy, cx, cy = numbers[:4]
         height, width = view.size
         entry: dict[str, Any] = {
             "file_path": picture_path(view, frame),
-            "camera_model": "OPENCV_FISHEYE" if model == "OPENCV_FISHEYE" else "OPENCV",
+            **_fields(*to_model(view.camera, view.size), view.size),
             "w": width,
             "h": height,
-            "fl_x": fx,
-            "fl_y": fy,
-            "cx": cx,
-            "cy": cy,
         }
-        if model == "OPENCV_FISHEYE":
-            entry |= dict(zip(("k1", "k2", "k3", "k4"), numbers[4:], strict=True))
-        elif model == "FULL_OPENCV" and any(numbers[9:]):
-            raise ValueError(
-                "Expected brown_conrady cameras without k4, k5, k6: transforms.json has none."
-            )
-        elif numbers[4:]:
-            entry |= dict(zip(("k1", "k2", "p1", "p2", "k3"), numbers[4:9], strict=False))
         if masked:
             entry["mask_path"] = mask_path(view, frame)
         assert view.pose is not None

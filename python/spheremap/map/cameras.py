@@ -29,18 +29,23 @@ CameraModel: TypeAlias = Literal[
     "double_sphere",
     "eucm",
     "fov",
+    "thin_prism_fisheye",
 ]
 
 # In the order of `distortion`, and how many of them may be left out at the end.
 COEFFICIENTS: dict[str, tuple[tuple[str, ...], tuple[int, ...]]] = {
     "pinhole": ((), (0,)),
-    "brown_conrady": (("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"), (0, 4, 5, 8)),
+    "brown_conrady": (
+        ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"),
+        (0, 4, 5, 8, 12),
+    ),
     "kannala_brandt": (("k1", "k2", "k3", "k4"), (0, 4)),
     "unified": (("xi", "k1", "k2", "p1", "p2"), (1, 5)),
     "omnidirectional": (("xi", "k1", "k2", "p1", "p2"), (1, 5)),
     "double_sphere": (("xi", "alpha"), (2,)),
     "eucm": (("alpha", "beta"), (2,)),
     "fov": (("omega",), (1,)),
+    "thin_prism_fisheye": (("k1", "k2", "p1", "p2", "k3", "k4", "s1", "s2"), (8,)),
 }
 # OpenCV's name of what the paper calls unified.
 FORMULAS = {"omnidirectional": "unified"}
@@ -94,14 +99,15 @@ def camera(
         The model's coefficients in the order of OpenCV or of the model's paper:
 
         - ``"pinhole"``: none.
-        - ``"brown_conrady"``: k1, k2, p1, p2[, k3[, k4, k5, k6]], `distCoeffs` of OpenCV's
-          ``calibrateCamera``, whose thin prism and tilt behind them have to be 0.
+        - ``"brown_conrady"``: k1, k2, p1, p2[, k3[, k4, k5, k6[, s1, s2, s3, s4]]], `distCoeffs`
+          of OpenCV's ``calibrateCamera``, whose tilt behind them has to be 0.
         - ``"kannala_brandt"``: k1, k2, k3, k4, D of ``cv2.fisheye``.
         - ``"unified"``, OpenCV's ``"omnidirectional"``: xi[, k1, k2, p1, p2], xi and D of
           ``cv2.omnidir``.
         - ``"double_sphere"``: xi, alpha.
         - ``"eucm"``: alpha, beta.
         - ``"fov"``: omega, in radians.
+        - ``"thin_prism_fisheye"``: k1, k2, p1, p2, k3, k4, sx1, sy1 of COLMAP.
     model : str, optional
         One of these.
 
@@ -124,7 +130,7 @@ def camera(
 
     Notes
     -----
-    Formulas: [1]_, [2]_, [3]_, [4]_, [5]_, [6]_, [7]_.
+    Formulas: [1]_, [2]_, [3]_, [4]_, [5]_, [6]_, [7]_, [8]_.
 
     .. [1] Hartley and Zisserman 2004, Multiple View Geometry, section 6.1.
     .. [2] Brown 1966, Decentering Distortion of Lenses, in OpenCV's letters.
@@ -133,6 +139,8 @@ def camera(
     .. [5] Usenko, Demmel and Cremers 2018, The Double Sphere Camera Model.
     .. [6] Khomutenko, Garcia and Martinet 2016, An Enhanced Unified Camera Model.
     .. [7] Devernay and Faugeras 2001, Straight Lines Have to Be Straight, eq. 13 and 14.
+    .. [8] Weng, Cohen and Herniou 1992, Camera Calibration with Distortion Models and Accuracy
+       Evaluation: thin prisms; COLMAP's THIN_PRISM_FISHEYE.
 
     Examples
     --------
@@ -166,7 +174,7 @@ def camera(
     names, counts = COEFFICIENTS[model]
     given = np.zeros(0) if distortion is None else as_doubles(distortion, "distortion").ravel()
     if model == "brown_conrady":
-        given = _without_prism(given)
+        given = _without_tilt(given)
     if len(given) not in counts:
         wanted = " or ".join(map(str, counts))
         listed = f" ({', '.join(names)})" if names else ""
@@ -194,16 +202,16 @@ def camera(
     )
 
 
-def _without_prism(given: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return k1 to k6 of 12 or 14 coefficients, and refuse what comes behind unless it is zero."""
-    if len(given) not in (12, 14):
+def _without_tilt(given: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return k1 to s4 of 14 coefficients, and refuse what comes behind unless it is zero."""
+    if len(given) != 14:
         return given
-    if given[8:].any():
+    if given[12:].any():
         raise ValueError(
-            "Expected distortion coefficients up to k6, got s1 to s4 (thin prism) or a tilt, which "
-            "have no formula here."
+            "Expected distortion coefficients up to s4, got a tilt of the sensor, which has no "
+            "formula here."
         )
-    return given[:8]
+    return given[:12]
 
 
 def matrix(camera: Projection, size: tuple[int, int]) -> tuple[float, float, float, float]:

@@ -13,6 +13,7 @@
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, max};
+use crate::projections::common::angle;
 use crate::projections::common::lens::{self, LEAST_SLOPE};
 use crate::projections::projection;
 use crate::projections::projection::{
@@ -347,7 +348,7 @@ impl<L: Lens> Projection for Camera<L> {
         let (focal, principal) = ([2.0 * fx, 2.0 * fy], [2.0 * cx, 2.0 * cy]);
         let corner = [0, 1].map(|k| (1.0 + f64::abs(principal[k])) / focal[k]);
         let camera = Camera {
-            lens: L::new(&parameters[SENSOR..], corner[0].hypot(corner[1])),
+            lens: L::new(&parameters[SENSOR..], angle::length(corner[0], corner[1])),
             focal,
             principal,
             aspect,
@@ -569,7 +570,7 @@ impl Guess {
         let fold = fold.clamp(end, 4.0 * end);
         let span = 1.0 - (1.0 - end / fold).max(0.0).sqrt();
         let x: [f64; NODES] =
-            std::array::from_fn(|k| 0.5 + 0.5 * ((k as f64 + 0.5) / NODES as f64 * PI).cos());
+            std::array::from_fn(|k| 0.5 + 0.5 * angle::cos((k as f64 + 0.5) / NODES as f64 * PI));
         let mut difference = x.map(|x| {
             let root = 1.0 - span * x;
             ratio(fold * (1.0 - root) * (1.0 + root))

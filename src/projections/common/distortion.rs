@@ -1,25 +1,26 @@
-//! The distortion of Brown and Conrady on the plane of a pinhole or unified camera, as OpenCV writes it.
+//! The distortion of Brown and Conrady on the plane of a camera, with a thin prism, as OpenCV writes it.
 //!
-//! Source: Brown 1966, Decentering Distortion of Lenses; Conrady 1919; in OpenCV's letters and with its denominator, with
-//! r² = x² + y² and q = (1 + k1 r² + k2 r⁴ + k3 r⁶)/(1 + k4 r² + k5 r⁴ + k6 r⁶):
-//! a = q x + 2 p1 x y + p2 (r² + 2x²), b = q y + p1 (r² + 2y²) + 2 p2 x y.
+//! Source: Brown 1966, Decentering Distortion of Lenses; Conrady 1919; Weng, Cohen & Herniou 1992, Camera Calibration with Distortion Models;
+//! in OpenCV's letters and with its denominator, with r² = x² + y² and q = (1 + k1 r² + k2 r⁴ + k3 r⁶)/(1 + k4 r² + k5 r⁴ + k6 r⁶):
+//! a = q x + 2 p1 x y + p2 (r² + 2x²) + s1 r² + s2 r⁴, b = q y + p1 (r² + 2y²) + 2 p2 x y + s3 r² + s4 r⁴.
+//! The numerator may have more powers; lenses without a prism do not pay for it.
 //!
 //! Domain: the largest disk r ≤ R in which the map is one to one: it turns nowhere inside out (the Jacobian's determinant
 //! is more than a hundredth of (ρ/r)²), and circles stay star-shaped, so that none crosses itself or another.
 //!
 //! The inverse has no closed form. Newton's method in two dimensions starts from a polynomial that inverts q alone and takes
 //! nine steps, none out of the disk; a point that it does not bring back to 1e-12 counts as one that no direction has. Where the
-//! map turns back, Newton's method converges from inside and leaps from outside: with tangential terms, for which the polynomial
-//! is off there, the start is kept a little inside. Where coefficients that no lens has make the radius nearly stand still on its
+//! map turns back, Newton's method converges from inside and leaps from outside: with terms that are not radial, for which the
+//! polynomial is off there, the start is kept a little inside. Where coefficients that no lens has make the radius nearly stand still on its
 //! way, the method leaps: the disk ends before.
 //!
 //! A lens as photographers have it needs four of the nine steps, and none comes near the end of its disk: where that is so
 //! wherever it was tried, [`Distortion::short`] takes no more and does not look. That is a fourth of the time.
 
 use crate::number::real::{Real, max};
+use crate::projections::common::angle;
 use crate::projections::common::camera::{Guess, LET_OUT, RADII, last, last_of, reaches};
 use crate::projections::common::lens::LEAST_SLOPE;
-use std::f64::consts::PI;
 
 /// How far from a point its inverse may lead: 1e-9 pixels at a focal length of a thousand.
 const RESIDUE: f64 = 1e-12;
@@ -32,13 +33,46 @@ const TRIED: usize = 8;
 /// How near a short way is before its last step, which squares that.
 const NEAR: f64 = 1e-11;
 
-/// The coefficients, and where they hold.
+/// The coefficients.
 #[derive(Clone, Copy, Debug)]
-pub struct Distortion<const SHORT: bool = false> {
-    /// k1, k2, k3; k4, k5, k6.
-    k: [[f64; 3]; 2],
+pub struct Terms<const N: usize> {
+    /// k1, k2, k3: of the numerator's powers of r².
+    pub over: [f64; N],
+    /// k4, k5, k6: of the denominator's.
+    pub under: [f64; 3],
     /// p1, p2.
-    p: [f64; 2],
+    pub tangential: [f64; 2],
+    /// s1, s2; s3, s4.
+    pub prism: [[f64; 2]; 2],
+}
+
+impl<const N: usize> Terms<N> {
+    /// None at all.
+    pub const NONE: Self = Terms {
+        over: [0.0; N],
+        under: [0.0; 3],
+        tangential: [0.0; 2],
+        prism: [[0.0; 2]; 2],
+    };
+
+    fn has_prism(self) -> bool {
+        self.prism != [[0.0; 2]; 2]
+    }
+
+    /// Whether circles stay circles around the axis.
+    fn is_round(self) -> bool {
+        self.tangential == [0.0; 2] && !self.has_prism()
+    }
+
+    fn has_radial(self) -> bool {
+        self.over != [0.0; N] || self.under != [0.0; 3]
+    }
+}
+
+/// The coefficients, and where they hold. Without `PRISM`, that one is none; `SHORT` is the shorter inverse.
+#[derive(Clone, Copy, Debug)]
+pub struct Distortion<const N: usize = 3, const PRISM: bool = true, const SHORT: bool = false> {
+    terms: Terms<N>,
     /// The square of the largest radius that is mapped.
     limit: f64,
     /// The square of the largest radius that Newton's method starts from.
@@ -49,43 +83,59 @@ pub struct Distortion<const SHORT: bool = false> {
     has_short: bool,
 }
 
-/// A point and the derivatives there: ∂a/∂x, ∂a/∂y = ∂b/∂x, ∂b/∂y.
+/// A point and the derivatives there: ∂a/∂x, ∂a/∂y; ∂b/∂x, ∂b/∂y.
 struct Mapped<R> {
     point: [R; 2],
-    slope: [R; 3],
+    slope: [[R; 2]; 2],
 }
 
-impl<const SHORT: bool> Distortion<SHORT> {
+/// Over which area a point's surroundings are spread.
+#[inline(always)]
+fn determinant<R: Real>([[xx, xy], [yx, yy]]: [[R; 2]; 2]) -> R {
+    xx * yy - xy * yx
+}
+
+/// 1 + k1 s + k2 s² ..., and its derivative by s.
+#[inline(always)]
+fn polynomial<R: Real, const N: usize>(k: [f64; N], s: R) -> [R; 2] {
+    let mut value = R::new(k[N - 1]);
+    let mut slope = R::new(N as f64 * k[N - 1]);
+    for n in (0..N - 1).rev() {
+        value = R::new(k[n]) + s * value;
+        slope = R::new((n + 1) as f64 * k[n]) + s * slope;
+    }
+    [R::ONE + s * value, slope]
+}
+
+impl<const N: usize, const PRISM: bool, const SHORT: bool> Distortion<N, PRISM, SHORT> {
     /// With these coefficients, in an image that reaches as far as `reach`, on a plane that ends at the radius `end`.
-    pub fn new(k: [[f64; 3]; 2], p: [f64; 2], reach: f64, end: f64) -> Self {
+    pub fn new(terms: Terms<N>, reach: f64, end: f64) -> Self {
         let mut new = Distortion {
-            k,
-            p,
+            terms,
             limit: 0.0,
             start: 0.0,
             guess: Guess::new(1.0, 4.0, |_| 1.0),
             has_short: false,
         };
-        let end = last(end.min(FARTHEST).atan(), |angle| {
-            new.one_to_one(angle.tan())
-        })
-        .tan();
+        // The last radius of the plane up to which something holds, by angles.
+        let last_radius = |end: f64, holds: &dyn Fn(f64) -> bool| {
+            angle::tan(last(angle::atan(end), |angle| holds(angle::tan(angle))))
+        };
+        let end = last_radius(end.min(FARTHEST), &|r| new.one_to_one(r));
         // No farther than the image.
-        let enough = last(end.atan(), |angle| new.nearest(angle.tan()) < reach * 1.001).tan();
+        let enough = last_radius(end, &|r| new.nearest(r) < reach * 1.001);
         new.limit = enough * enough;
-        new.start = new.limit * if p == [0.0; 2] { 1.0 } else { 0.92 };
-        if k == [[0.0; 3]; 2] {
+        new.start = new.limit * if terms.is_round() { 1.0 } else { 0.92 };
+        if !terms.has_radial() {
             new.has_short = new.is_found_shortly();
             return new;
         }
         let radius = |r: f64| r * new.radial(r * r)[0];
         // The radial part alone may turn back a little before the circle does.
-        let grows = |angle: f64| {
-            let r = angle.tan();
+        let fold = last_radius(FARTHEST, &|r| {
             let [q, slope] = new.radial(r * r);
             q > 0.0 && q + 2.0 * r * r * slope > 0.0
-        };
-        let fold = last(FARTHEST.atan(), grows).tan();
+        });
         let range = enough.min(fold);
         let turn = if fold < 0.999 * FARTHEST {
             radius(fold).powi(2)
@@ -96,9 +146,11 @@ impl<const SHORT: bool> Distortion<SHORT> {
             let rho = s.sqrt();
             reaches(rho, fold, radius) / rho
         });
-        let found = last_of(RADII, enough.atan(), |angle| new.found(angle.tan()));
-        if found < enough.atan() {
-            let shrink = (found.tan() / enough).powi(2);
+        let found = last_of(RADII, angle::atan(enough), |angle| {
+            new.found(angle::tan(angle))
+        });
+        if found < angle::atan(enough) {
+            let shrink = (angle::tan(found) / enough).powi(2);
             new.limit *= shrink;
             new.start *= shrink;
         }
@@ -106,15 +158,15 @@ impl<const SHORT: bool> Distortion<SHORT> {
         new
     }
 
-    /// The same with a shorter inverse, where that finds all.
-    pub fn short(self) -> Option<Distortion<true>> {
-        (self.has_short && !SHORT).then(|| self.shortened())
+    /// The same with a shorter inverse, where that finds all; one without a prism only where there is none.
+    pub fn short<const WITH: bool>(self) -> Option<Distortion<N, WITH, true>> {
+        let holds = WITH || !self.terms.has_prism();
+        (self.has_short && holds && !SHORT).then(|| self.shortened())
     }
 
-    fn shortened(self) -> Distortion<true> {
+    fn shortened<const WITH: bool>(self) -> Distortion<N, WITH, true> {
         Distortion {
-            k: self.k,
-            p: self.p,
+            terms: self.terms,
             limit: self.limit,
             start: self.start,
             guess: self.guess,
@@ -124,12 +176,12 @@ impl<const SHORT: bool> Distortion<SHORT> {
 
     /// Whether the short inverse is near the places it comes from, wherever it is tried.
     fn is_found_shortly(self) -> bool {
-        let (short, end) = (self.shortened(), self.end().atan());
+        let (short, end) = (self.shortened::<PRISM>(), angle::atan(self.end()));
         (1..=RADII).all(|k| {
-            let r = (end * k as f64 / RADII as f64).tan();
+            let r = angle::tan(end * k as f64 / RADII as f64);
             self.tried(r).all(|([x, y], there)| {
                 let [a, b] = short.inverse(there.point);
-                f64::hypot(a - x, b - y) <= NEAR * (1.0 + r)
+                angle::length(a - x, b - y) <= NEAR * (1.0 + r)
             })
         })
     }
@@ -147,13 +199,8 @@ impl<const SHORT: bool> Distortion<SHORT> {
     /// q and dq/dr², from r².
     #[inline(always)]
     fn radial<R: Real>(self, s: R) -> [R; 2] {
-        let [over, under] = self.k.map(|k| {
-            let [a, b, c] = k.map(R::new);
-            [
-                R::ONE + s * (a + s * (b + s * c)),
-                a + s * (R::TWO * b + s * R::new(3.0) * c),
-            ]
-        });
+        let over = polynomial(self.terms.over, s);
+        let under = polynomial(self.terms.under, s);
         let inverse = R::ONE / under[0];
         let q = over[0] * inverse;
         [q, (over[1] - q * under[1]) * inverse]
@@ -161,23 +208,32 @@ impl<const SHORT: bool> Distortion<SHORT> {
 
     #[inline(always)]
     fn mapped<R: Real>(self, [x, y]: [R; 2]) -> Mapped<R> {
-        let [p1, p2] = self.p.map(R::new);
+        let [p1, p2] = self.terms.tangential.map(R::new);
         let (two, six) = (R::TWO, R::new(6.0));
         let (xx, xy, yy) = (x * x, x * y, y * y);
         let s = xx + yy;
         let [q, bend] = self.radial(s);
         let bend = two * bend;
-        Mapped {
+        let across = bend * xy + two * p1 * x + two * p2 * y;
+        let mut mapped = Mapped {
             point: [
                 q * x + two * p1 * xy + p2 * (s + two * xx),
                 q * y + p1 * (s + two * yy) + two * p2 * xy,
             ],
             slope: [
-                q + bend * xx + two * p1 * y + six * p2 * x,
-                bend * xy + two * p1 * x + two * p2 * y,
-                q + bend * yy + six * p1 * y + two * p2 * x,
+                [q + bend * xx + two * p1 * y + six * p2 * x, across],
+                [across, q + bend * yy + six * p1 * y + two * p2 * x],
             ],
+        };
+        if PRISM {
+            for (k, terms) in self.terms.prism.into_iter().enumerate() {
+                let [first, second] = terms.map(R::new);
+                mapped.point[k] = mapped.point[k] + s * (first + s * second);
+                let bend = two * (first + s * (two * second));
+                mapped.slope[k] = [mapped.slope[k][0] + bend * x, mapped.slope[k][1] + bend * y];
+            }
         }
+        mapped
     }
 
     /// The largest radius that is mapped.
@@ -190,27 +246,26 @@ impl<const SHORT: bool> Distortion<SHORT> {
         self.nearest(self.end())
     }
 
-    /// What is mapped of a circle, at some places of it; without tangential terms one stands for all.
+    /// What is mapped of a circle, at some places of it; where it stays one, one place stands for all.
     fn circle(self, r: f64) -> impl Iterator<Item = ([f64; 2], Mapped<f64>)> {
-        let places = if self.p == [0.0; 2] { 1 } else { AZIMUTHS };
+        let places = if self.terms.is_round() { 1 } else { AZIMUTHS };
         (0..places).map(move |k| {
-            let angle = 2.0 * PI * k as f64 / AZIMUTHS as f64;
-            let at = [r * angle.cos(), r * angle.sin()];
+            let (sin, cos) = f64::sin_cos_half_turns(k as f64 / (AZIMUTHS / 2) as f64 - 1.0);
+            let at = [-r * cos, -r * sin];
             (at, self.mapped(at))
         })
     }
 
     /// Whether a circle stays around its center and is not turned inside out.
     fn one_to_one(self, r: f64) -> bool {
-        let turns = self.radial(r * r)[0] <= 0.0
-            || 1.0 + r * r * (self.k[1][0] + r * r * (self.k[1][1] + r * r * self.k[1][2])) <= 0.0;
+        let turns = self.radial(r * r)[0] <= 0.0 || polynomial(self.terms.under, r * r)[0] <= 0.0;
         !turns
             && self.circle(r).all(|([x, y], there)| {
-                let ([a, b], [xx, xy, yy]) = (there.point, there.slope);
+                let ([a, b], [[xx, xy], [yx, yy]]) = (there.point, there.slope);
                 let chord = (a * a + b * b) / (r * r);
                 // The image of the circle's tangent (-y, x).
-                let (da, db) = (x * xy - y * xx, x * yy - y * xy);
-                xx * yy - xy * xy > LEAST_SLOPE * chord
+                let (da, db) = (x * xy - y * xx, x * yy - y * yx);
+                determinant(there.slope) > LEAST_SLOPE * chord
                     && a * db - b * da > LEAST_SLOPE * chord * r * r
             })
     }
@@ -218,7 +273,7 @@ impl<const SHORT: bool> Distortion<SHORT> {
     /// How near to the axis a circle comes.
     fn nearest(self, r: f64) -> f64 {
         self.circle(r)
-            .map(|(_, there)| there.point[0].hypot(there.point[1]))
+            .map(|(_, there)| angle::length(there.point[0], there.point[1]))
             .fold(f64::INFINITY, f64::min)
     }
 
@@ -232,15 +287,13 @@ impl<const SHORT: bool> Distortion<SHORT> {
     /// A step of Newton's method toward the point.
     #[inline(always)]
     fn newton<R: Real>(self, [x, y]: [R; 2], [a, b]: [R; 2]) -> [R; 2] {
-        let Mapped {
-            point,
-            slope: [xx, xy, yy],
-        } = self.mapped([x, y]);
+        let Mapped { point, slope } = self.mapped([x, y]);
         let (da, db) = (a - point[0], b - point[1]);
-        let inverse = R::ONE / (xx * yy - xy * xy);
+        let inverse = R::ONE / determinant(slope);
+        let [[xx, xy], [yx, yy]] = slope;
         [
             x + (yy * da - xy * db) * inverse,
-            y + (xx * db - xy * da) * inverse,
+            y + (xx * db - yx * da) * inverse,
         ]
     }
 
@@ -278,8 +331,7 @@ impl<const SHORT: bool> Distortion<SHORT> {
     #[inline(always)]
     pub fn shrinks<R: Real>(self, point: [R; 2]) -> (R, [R; 2]) {
         let at = self.undistort(point);
-        let [xx, xy, yy] = self.mapped(at).slope;
-        (R::ONE / (xx * yy - xy * xy), at)
+        (R::ONE / determinant(self.mapped(at).slope), at)
     }
 
     /// Whether a point is that of one in the disk.

@@ -1,5 +1,6 @@
 //! What several projections share.
 
+pub mod angle;
 pub mod camera;
 pub mod distortion;
 pub mod lens;

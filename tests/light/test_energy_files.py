@@ -68,7 +68,7 @@ def test_holes_are_named_or_skipped(tmp_path):
     [
         ("cube", {}, "give it a layout"),
         ("angular", {}, "aspect|square|as wide"),
-        ("latlong", {"memory": 1 << 20}, "at least 67108864 bytes"),
+        ("latlong", {"memory": 1 << 20}, "at least 134217728 bytes"),
         ("latlong", {"luminance": (1, 2)}, "luminance"),
         ("latlong", {"negative": "drop"}, "negative"),
     ],

@@ -78,7 +78,7 @@ def convert_parts(
     said : str
         What tells this call from others that have the same files and the same conversion.
     """
-    expect_memory(memory)
+    expect_memory(memory, LEAST_MEMORY)
     conversion.nothing()
     kind = stored(np.zeros((1, 1, conversion.shape[-1]), conversion.dtype))
     reader = Reader(source, conversion.shape[-2], 3 * memory // 8)
@@ -94,10 +94,10 @@ def convert_parts(
     made.leave(False)
 
 
-def expect_memory(memory: int) -> None:
+def expect_memory(memory: int, least: int) -> None:
     """Raise where there is less memory than a call takes whatever its images are."""
-    if memory < LEAST_MEMORY:
-        raise ValueError(f"Expected `memory` to be at least {LEAST_MEMORY} bytes, got {memory}.")
+    if memory < least:
+        raise ValueError(f"Expected `memory` to be at least {least} bytes, got {memory}.")
 
 
 def _name(source: Source, conversion: Conversion, memory: int, said: str) -> str:
@@ -211,8 +211,10 @@ def _fill(
     for k in range(made.count, len(windows)):
         for window, seen in divided(windows[k]):
             held = [(part.index, partial(reader.read, part)) for part in seen]
-            texels_seen = None if kept is None else kept.with_parts(seen)
-            (texels,) = convert_seen(conversion, held, [window], source=texels_seen)
+            # Nothing else may hold the source, which is let go of when it is full.
+            (texels,) = convert_seen(
+                conversion, held, [window], source=kept and kept.with_parts(seen)
+            )
             made.put(window, stored(texels))
         made.finished(k + 1)
         done((k + 1) / len(windows))

@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 
 __all__ = ["energy_file", "energy_of_parts", "reader_of"]
 
+# What a call takes whatever its image is: half of it lists the texels of a sheet.
+_LEAST_MEMORY = 128 << 20
+
 
 def energy_file(
     source: str | os.PathLike[str],
@@ -58,7 +61,7 @@ def energy_file(
     projection, axes, rotation, luminance, skipna, negative, any_aspect
         As for `energy`. Faces lie in one image: a cube has a layout, or a convention that has.
     memory : int
-        How many bytes the call may take beyond what is there: at least 64 MiB.
+        How many bytes the call may take beyond what is there: at least 128 MiB.
     part
         As for `spheremap.io.read`.
 
@@ -106,13 +109,13 @@ def reader_of(
     source: str | os.PathLike[str], part: int | str | None, memory: int
 ) -> tuple[Callable[[Rectangle], NDArray[Any]], tuple[int, int, int]]:
     """Return what reads parts of an image file, (H, W, C), and its shape."""
-    expect_memory(memory)
+    expect_memory(memory, _LEAST_MEMORY)
     with opened(source, part) as handle:
         head, number = header_of(handle), handle.current_subimage()
     expect_plain(head, source)
     shape = head.height, head.width, len(head.channels)
     files = Source([as_path(source)], number, np.dtype(head.dtype), shape[2], lambda x: x)
-    return Reader(files, shape[1], 3 * memory // 8).read, shape
+    return Reader(files, shape[1], memory // 4).read, shape
 
 
 def energy_of_parts(

@@ -213,7 +213,10 @@ def _fill(
             held = [(part.index, partial(reader.read, part)) for part in seen]
             # Nothing else may hold the source, which is let go of when it is full.
             (texels,) = convert_seen(
-                conversion, held, [window], source=kept and kept.with_parts(seen)
+                conversion,
+                held,
+                [window],
+                source=None if kept is None else kept.with_parts(seen),
             )
             made.put(window, stored(texels))
         made.finished(k + 1)

@@ -186,8 +186,8 @@ def main() -> None:
         f"{shape[1]}×{shape[0]} (c3x2), `antialias=False`; medians of {args.rounds} rounds in "
         f"turn, of films of {lengths['short']} and {lengths['long']} frames; {machine()}{remark}; "
         f"ffmpeg {version}, PyAV {av.__version__}. v360 takes chroma as if it were sited in the "
-        'center, "center" here; files of H.264 have it on the left. The start is what comes once; the '
-        "last column is the ratio of films of 100 frames with it. Encoded by x264, ultrafast.",
+        'center, "center" here; files of H.264 have it on the left. The start is what comes once; '
+        "the last column is the ratio of films of 100 frames with it. Encoded by x264, ultrafast.",
         table(
             [
                 "work",

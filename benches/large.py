@@ -1,12 +1,13 @@
 """Measure the conversion of a file larger than its memory; write a part of BENCHMARKS.md.
 
-    python benches/large.py                   # 65536×32768, 25 GB of disk; rewrites the section
-    python benches/large.py --width 131072    # 100 GB
-    python benches/large.py --quick           # a smoke test with a small file, printed only
+    python benches/large.py                    # up to 65536×32768, 16 GB of disk; rewrites it
+    python benches/large.py --widths 131072    # 65 GB
+    python benches/large.py --quick            # a smoke test with a small file, printed only
 
 A BigTIFF of 8 bits in tiles becomes the faces of a cube by `spheremap convert --memory`, and,
-beside it, an image of as many texels by the plain resize of libvips, which knows no sphere. Each
-runs in a process of its own, from file to file, in turn. Counted are the memory that no file backs,
+beside it, an image of as many texels by the plain resize of libvips and of OpenImageIO, which know
+no sphere; OpenImageIO's holds its result, and is left out where that is large. Each runs in a
+process of its own, from file to file, in turn. Counted are the memory that no file backs,
 of which the largest of many looks is taken, and the time of all its threads beside that on the
 clock.
 """
@@ -39,6 +40,26 @@ source, target, scale = sys.argv[1], sys.argv[2], float(sys.argv[3])
 image = pyvips.Image.new_from_file(source, access="sequential")
 image.resize(scale, kernel="linear").tiffsave(target, tile=True, bigtiff=True)
 """
+
+
+# It holds its result: of wider sources too much.
+LARGEST_HELD = 32768
+OIIO = """
+import sys, OpenImageIO as oiio
+source, target, scale = sys.argv[1], sys.argv[2], float(sys.argv[3])
+image = oiio.ImageBuf(source)
+spec = image.spec()
+width, height = round(spec.width * scale), round(spec.height * scale)
+result = oiio.ImageBuf(oiio.ImageSpec(width, height, spec.nchannels, spec.format))
+assert oiio.ImageBufAlgo.resize(result, image, filtername="triangle"), result.geterror()
+result.set_write_tiles(256, 256)
+result.specmod()["compression"] = "none"
+assert result.write(target), result.geterror()
+"""
+PEERS = {
+    "libvips: `resize(kernel='linear')` to as many texels": VIPS,
+    "OpenImageIO: `resize(filtername='triangle')` to as many texels": OIIO,
+}
 
 
 @dataclass(frozen=True)
@@ -103,57 +124,70 @@ def anonymous(process: int) -> int:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--width", type=int, default=65536)
+    parser.add_argument("--widths", type=int, nargs="+", default=[32768, 65536])
     parser.add_argument("--memory", default="512M")
     parser.add_argument("--folder", type=Path, help="where there is room")
     parser.add_argument("--remark", default="", help="what to say of the machine")
     args = parser.parse_args()
-    width = 2048 if args.quick else args.width
+    rows = []
+    for width in [2048] if args.quick else args.widths:
+        with tempfile.TemporaryDirectory(dir=args.folder, prefix="spheremap-large-") as name:
+            rows += measured(Path(name), width, args.memory)
+    remark = args.remark and f", {args.remark}"
+    text = [
+        BEGIN,
+        "## Files larger than memory",
+        f"BigTIFFs of 3 channels of 8 bits in tiles, not compressed, from file to file; {machine()}"
+        f"{remark}. Time of all threads, and the most memory that no file backs. The resizes know "
+        "no sphere, and their image has one face.",
+        table(
+            ["source", "work", "clock", "threads", "Mtexel per CPU second", "memory"],
+            rows,
+        ),
+        END,
+    ]
+    publish(text, args.quick)
+
+
+def measured(folder: Path, width: int, memory: str) -> list[list[str]]:
+    """Return the rows of a source of this width."""
     side = width // 4
     texels = 6 * side * side
-    with tempfile.TemporaryDirectory(dir=args.folder, prefix="spheremap-large-") as name:
-        folder = Path(name)
-        path = folder / "source.tif"
-        source(path, width)
-        size = path.stat().st_size
-        say(f"a source of {size / 1e9:.1f} GB")
-        to_faces = [
-            *("--from", "latlong", "--to", "cube", "--layout", "faces", "--size", str(side)),
-            *("--memory", args.memory, "--compression", "none"),
-        ]  # fmt: skip
-        command = [sys.executable, "-m", "spheremap.cli", "convert", str(path)]
-        ours = run([*command, str(folder / "out_{face}.tif"), *to_faces])
-        for face in folder.glob("out_*.tif"):
-            face.unlink()
-        say(f"ours: {ours}")
-        # As many texels, of the source's aspect.
-        scale = math.sqrt(texels / (width * width / 2))
-        theirs = run([sys.executable, "-c", VIPS, str(path), str(folder / "v.tif"), str(scale)])
-        say(f"libvips: {theirs}")
-    rows = [
+    path = folder / "source.tif"
+    source(path, width)
+    size = path.stat().st_size
+    say(f"a source of {size / 1e9:.1f} GB")
+    to_faces = [
+        *("--from", "latlong", "--to", "cube", "--layout", "faces", "--size", str(side)),
+        *("--memory", memory, "--compression", "none"),
+    ]
+    command = [sys.executable, "-m", "spheremap.cli", "convert", str(path)]
+    found = {}
+    name = f"`convert --memory {memory}` to 6 faces of {side}²"
+    found[name] = run([*command, str(folder / "out_{face}.tif"), *to_faces])
+    for face in folder.glob("out_*.tif"):
+        face.unlink()
+    say(f"ours: {found[name]}")
+    # As many texels, of the source's aspect.
+    scale = math.sqrt(texels / (width * width / 2))
+    for name, program in PEERS.items():
+        if program is OIIO and width > LARGEST_HELD:
+            continue
+        target = folder / "resized.tif"
+        found[name] = run([sys.executable, "-c", program, str(path), str(target), str(scale)])
+        target.unlink()
+        say(f"{name}: {found[name]}")
+    return [
         [
+            f"{width}×{width // 2}, {size / 1e9:.1f} GB",
             what,
             f"{r.wall:.0f} s",
             f"{r.cpu:.0f} s",
             f"{texels / r.cpu / 1e6:.1f}",
             f"{r.memory / (1 << 20):.0f} MiB",
         ]
-        for what, r in (
-            (f"`convert --memory {args.memory}` to 6 faces of {side}²", ours),
-            ("libvips: `resize(kernel='linear')` to as many texels", theirs),
-        )
+        for what, r in found.items()
     ]
-    remark = args.remark and f", {args.remark}"
-    text = [
-        BEGIN,
-        "## Files larger than memory",
-        f"A BigTIFF of {width}×{width // 2}, 3 channels of 8 bits in tiles, {size / 1e9:.1f} GB, "
-        f"from file to file; {machine()}{remark}. Time of all threads, and the most memory that no "
-        "file backs. The resize knows no sphere, and its image has one face.",
-        table(["work", "clock", "threads", "Mtexel per CPU second", "memory"], rows),
-        END,
-    ]  # fmt: skip
-    publish(text, args.quick)
 
 
 if __name__ == "__main__":

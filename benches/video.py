@@ -163,6 +163,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="a smoke test with small frames")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--remark", default="", help="what to say of the machine")
     args = parser.parse_args()
     source, shape = (1920, 3840), (1920, 2880)
     lengths = {"short": 10, "long": 40}
@@ -177,15 +178,16 @@ def main() -> None:
         [imageio_ffmpeg.get_ffmpeg_exe(), "-version"], capture_output=True, text=True, check=True
     ).stdout
     version = (re.findall(r"version n?([\d.]+)", said) or ["?"])[0]
+    remark = args.remark and f", {args.remark}"
     text = [
         BEGIN,
         "## Video",
         f"Milliseconds of CPU a frame, {source[1]}×{source[0]} yuv420p to a cube of "
         f"{shape[1]}×{shape[0]} (c3x2), `antialias=False`; medians of {args.rounds} rounds in "
-        f"turn, of films of {lengths['short']} and {lengths['long']} frames; {machine()}; ffmpeg "
-        f"{version}, PyAV {av.__version__}. v360 takes chroma as if it were sited in the center, "
-        '"center" here; files of H.264 have it on the left. The start is what comes once; the '
-        "last column is the ratio of films of 100 frames with it. Encoded by x264, ultrafast.",
+        f"turn, of films of {lengths['short']} and {lengths['long']} frames; {machine()}{remark}; "
+        f"ffmpeg {version}, PyAV {av.__version__}. v360 takes chroma as if it were sited in the "
+        'center, "center" here; files of H.264 have it on the left. The start is what comes once; '
+        "the last column is the ratio of films of 100 frames with it. Encoded by x264, ultrafast.",
         table(
             [
                 "work",

@@ -23,6 +23,7 @@ __all__ = [
     "convert_depth",
     "dfg",
     "energy",
+    "energy_from",
     "filters",
     "get_num_threads",
     "healpix_ang2pix",
@@ -35,6 +36,7 @@ __all__ = [
     "helpers",
     "integrals",
     "lights",
+    "lit_of",
     "lobe",
     "lobe_from",
     "lobe_of",
@@ -70,6 +72,8 @@ __all__ = [
     "simd_level",
     "simd_levels",
     "sun",
+    "sun_from",
+    "survey_of",
     "tell_progress",
     "texel_weights",
     "unpack_frames",
@@ -369,6 +373,27 @@ def lobe(
     parameter: float,
     /,
 ) -> NDArray[np.float64]: ...
+def survey_of(
+    object: ArrayLike,
+    projection: Projection,
+    number: int,
+    luminance: NDArray[np.float64],
+    /,
+) -> NDArray[np.float64]: ...
+def energy_from(
+    parts: NDArray[np.float64], projection: Projection, shape: Sequence[int], /
+) -> tuple[float, NDArray[np.float64], float, float, list[float], float, int, float | None]: ...
+def lit_of(
+    object: ArrayLike,
+    projection: Projection,
+    number: int,
+    luminance: NDArray[np.float64],
+    direction: Sequence[float],
+    angle: float | None,
+    block: int,
+    /,
+) -> NDArray[np.float64]: ...
+def sun_from(texels: NDArray[np.float64], /) -> _Sun | None: ...
 def weights(
     object: ArrayLike, channels: int, alpha: int | None, skipna: bool, /
 ) -> tuple[int, bool] | None: ...

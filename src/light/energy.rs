@@ -1,7 +1,7 @@
 //! What light an image holds: its energy, its brightest and darkest texels, its sun.
 //!
 //! Every texel counts with the solid angle that it stands for ([`super::lit`]); what lies outside the valid image counts
-//! for nothing. Negative numbers, which compression makes, are counted and kept. Sums run along stored rows ([`super::survey`]).
+//! for nothing. Negative numbers, which compression makes, are counted and kept. Sums are those of sheets ([`super::survey`]).
 //! Singular: an image without light has no darkest texel, which is then NaN.
 
 use super::lit::Counted;

@@ -8,11 +8,13 @@
 use crate::error::{Error, expect_length};
 use crate::image::ImageView;
 use crate::image::raster::Raster;
-use crate::image::rim;
 use crate::image::texel::Texel;
 use crate::image::texels::Directions;
 use crate::kernel::memory::expect_room;
 use crate::kernel::{Scalar, interrupt, threads};
+use crate::light::patches::{Patches, Points, Sheet};
+use crate::map::Map;
+use std::collections::BTreeMap;
 
 /// Stored rows that are listed at a time.
 const BAND: usize = 16;
@@ -61,20 +63,18 @@ impl Cap {
 /// The texels of an image one by one, each with what it counts with.
 pub struct Counted<'a, T> {
     image: ImageView<'a, T>,
-    solid_angles: Vec<f64>,
+    patches: Patches<'a>,
     luminance: &'a [f64],
 }
 
 impl<'a, T: Texel> Counted<'a, T> {
     /// Of an image whose channels make luminance with these weights, one for each.
     pub fn new(image: &ImageView<'a, T>, luminance: &'a [f64]) -> Result<Self, Error> {
-        let raster = image.raster();
         expect_length("luminance", luminance.len(), image.channels())?;
-        expect_room::<f64>(raster.width * raster.height)?;
-        let solid_angles = interrupt::part(0.0, 0.5, || rim::face_weights(image.map(), raster));
+        let patches = interrupt::part(0.0, 0.5, || Patches::new(image.map(), image.shape(), true))?;
         Ok(Counted {
             image: *image,
-            solid_angles,
+            patches,
             luminance,
         })
     }
@@ -82,6 +82,16 @@ impl<'a, T: Texel> Counted<'a, T> {
     /// The image.
     pub fn image(&self) -> &ImageView<'a, T> {
         &self.image
+    }
+
+    /// Its patches.
+    pub fn patches(&self) -> &Patches<'a> {
+        &self.patches
+    }
+
+    /// What makes luminance of its channels.
+    pub fn weights(&self) -> &'a [f64] {
+        self.luminance
     }
 
     /// How many rows the image stores.
@@ -96,13 +106,14 @@ impl<'a, T: Texel> Counted<'a, T> {
     /// Calls `see(column, solid angle, texel)` on the texels of a stored row that hold sphere.
     pub fn row(&self, row: usize, mut see: impl FnMut(usize, f64, &'a [T])) {
         let raster = self.raster();
+        let solid_angles = self.patches.face_weights();
         for run in raster.runs(row) {
             let Some((_, start, step)) = run.face else {
                 continue;
             };
             for k in 0..run.length {
                 let at = |axis: usize| (start[axis] + k as isize * step[axis]) as usize;
-                let solid_angle = self.solid_angles[at(1) * raster.width + at(0)];
+                let solid_angle = solid_angles[at(1) * raster.width + at(0)];
                 if solid_angle > 0.0 {
                     let column = run.column + k;
                     see(
@@ -118,19 +129,12 @@ impl<'a, T: Texel> Counted<'a, T> {
     /// The luminance of a texel.
     #[inline(always)]
     pub fn luminance(&self, texel: &[T]) -> f64 {
-        let products = texel.iter().zip(self.luminance);
-        products
-            .filter(|(_, w)| **w != 0.0)
-            .map(|(x, w)| x.load().to_f64() * w)
-            .sum()
+        luminance_of(texel, self.luminance)
     }
 
     /// Where a stored texel looks.
     pub fn direction(&self, index: usize) -> [f64; 3] {
-        let columns = self.raster().columns;
-        let mut row = vec![0.0; 3 * columns];
-        Directions::new(self.image.map(), self.raster(), None).rows(index / columns, &mut row);
-        [0, 1, 2].map(|c| row[3 * (index % columns) + c])
+        direction_of(self.image.map(), self.raster(), index)
     }
 
     /// The list of them, or of those in a cap.
@@ -176,10 +180,122 @@ impl<'a, T: Texel> Counted<'a, T> {
     }
 }
 
+/// The luminance of a texel whose channels make it with these weights.
+#[inline(always)]
+pub fn luminance_of<T: Texel>(texel: &[T], weights: &[f64]) -> f64 {
+    let products = texel.iter().zip(weights);
+    products
+        .filter(|(_, w)| **w != 0.0)
+        .map(|(x, w)| x.load().to_f64() * w)
+        .sum()
+}
+
+/// Where a stored texel looks.
+pub fn direction_of(map: &Map, raster: &Raster, index: usize) -> [f64; 3] {
+    let columns = raster.columns;
+    let mut row = vec![0.0; 3 * columns];
+    Directions::new(map, raster, None).rows(index / columns, &mut row);
+    [0, 1, 2].map(|c| row[3 * (index % columns) + c])
+}
+
 impl Lit {
     /// The texels of an image whose channels make luminance with these weights, one for each.
     pub fn new<T: Texel>(image: &ImageView<'_, T>, luminance: &[f64]) -> Result<Lit, Error> {
         Counted::new(image, luminance)?.listed(None)
+    }
+
+    /// The texels of a sheet, or those of them in a cap: one by one, in the order of its patches, or as means over blocks of so many
+    /// rows and columns of stored texels.
+    pub fn of_sheet<T: Texel>(
+        image: &ImageView<'_, T>,
+        luminance: &[f64],
+        patches: &Patches<'_>,
+        sheet: &Sheet,
+        cap: Option<Cap>,
+        block: usize,
+    ) -> Lit {
+        let mut lit = Lit::none(image.channels());
+        let mut points = Points::new();
+        for strip in sheet.strips.clone() {
+            let weights = patches.strip_weights(strip, &sheet.columns);
+            for column in sheet.columns.clone() {
+                let count = patches.points(strip, column, &weights, true, &mut points);
+                for k in 0..count {
+                    let toward = points.direction.0.each_ref().map(|axis| axis[k]);
+                    if cap.is_none_or(|cap| cap.holds(&toward)) {
+                        let texel = image.texel(points.index[k]);
+                        lit.index.push(points.index[k]);
+                        lit.direction.push(toward);
+                        lit.weight.push(points.weight[k]);
+                        lit.light.extend(texel.iter().map(|x| x.load().to_f64()));
+                        lit.luminance.push(luminance_of(texel, luminance));
+                    }
+                }
+            }
+        }
+        if block > 1 {
+            lit.means(patches.raster().columns, block)
+        } else {
+            lit
+        }
+    }
+
+    /// Its means over blocks of stored texels, each in the place of the first of them.
+    fn means(&self, columns: usize, block: usize) -> Lit {
+        let mut of_block: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
+        for (k, index) in self.index.iter().enumerate() {
+            let place = [index / columns / block, index % columns / block];
+            of_block.entry(place).or_default().push(k);
+        }
+        let mut means = Lit::none(self.channels);
+        for texels in of_block.values() {
+            let weight: f64 = texels.iter().map(|k| self.weight[*k]).sum();
+            let mean = |of: &dyn Fn(usize) -> f64| {
+                let sum: f64 = texels.iter().map(|k| self.weight[*k] * of(*k)).sum();
+                sum / weight
+            };
+            let toward = [0, 1, 2].map(|axis| mean(&|k| self.direction[k][axis]));
+            let length = toward.iter().map(|x| x * x).sum::<f64>().sqrt();
+            means
+                .index
+                .extend(texels.iter().map(|k| self.index[*k]).min());
+            means.direction.push(toward.map(|x| x / length));
+            means.weight.push(weight);
+            means.luminance.push(mean(&|k| self.luminance[k]));
+            let channels = 0..self.channels;
+            means
+                .light
+                .extend(channels.map(|c| mean(&|k| self.light[k * self.channels + c])));
+        }
+        means
+    }
+
+    /// A row of numbers for each: index, direction, weight, luminance, light.
+    pub fn numbers(&self) -> Vec<f64> {
+        let mut numbers = Vec::with_capacity(self.index.len() * (6 + self.channels));
+        for k in 0..self.index.len() {
+            // Below 2⁵³, as whole numbers are that floats hold.
+            numbers.push(self.index[k] as f64);
+            numbers.extend(self.direction[k]);
+            numbers.extend([self.weight[k], self.luminance[k]]);
+            numbers.extend(self.radiance(k));
+        }
+        numbers
+    }
+
+    /// From such rows, in the order in which they are stored.
+    pub fn of_numbers(numbers: &[f64], channels: usize) -> Lit {
+        let mut rows: Vec<&[f64]> = numbers.chunks_exact(6 + channels).collect();
+        rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let mut lit = Lit::none(channels);
+        for row in rows {
+            lit.index.push(row[0] as usize);
+            lit.direction.push([row[1], row[2], row[3]]);
+            lit.weight.push(row[4]);
+            lit.luminance.push(row[5]);
+            lit.light.extend(&row[6..]);
+        }
+        lit
     }
 
     fn none(channels: usize) -> Lit {
@@ -212,6 +328,33 @@ impl Lit {
 mod tests {
     use super::*;
     use crate::map::Map;
+
+    #[test]
+    fn blocks_hold_the_light_of_their_texels() {
+        let disk = Map::new("angular").unwrap();
+        let image: Vec<f32> = (0..40 * 40).map(|k| (k % 7) as f32).collect();
+        let image = ImageView::new(&disk, &[40, 40], 1, &image).unwrap();
+        let patches = Patches::of_parts(&disk, &[40, 40]).unwrap();
+        let of = |block| Lit::of_sheet(&image, &[1.0], &patches, &patches.whole(), None, block);
+        let (all, blocks) = (of(1), of(8));
+        assert_eq!(blocks.index.len(), 5 * 5);
+        let total = |lit: &Lit| {
+            lit.weight
+                .iter()
+                .zip(&lit.light)
+                .map(|(w, x)| w * x)
+                .sum::<f64>()
+        };
+        // Sums of some 1300 numbers.
+        assert!((total(&all) / total(&blocks) - 1.0).abs() < 1e-12);
+        let numbers = all.numbers();
+        let again = Lit::of_numbers(&numbers, 1);
+        assert!(again.index.is_sorted() && again.index.len() == all.index.len());
+        assert_eq!(
+            total(&again).to_bits(),
+            total(&Lit::new(&image, &[1.0]).unwrap()).to_bits()
+        );
+    }
 
     #[test]
     fn only_what_holds_sphere_counts() {

@@ -64,6 +64,11 @@ pub struct StripWeights<'a> {
 }
 
 impl StripWeights<'_> {
+    /// The first column of texels.
+    pub fn first(&self) -> usize {
+        self.first
+    }
+
     /// Those of each row of texels.
     pub fn rows(&self) -> impl Iterator<Item = &[f64]> {
         self.rows.chunks_exact(self.width)
@@ -152,6 +157,11 @@ impl<'a> Patches<'a> {
     /// The image's texels.
     pub fn raster(&self) -> &Raster {
         &self.raster
+    }
+
+    /// What the texels of a face count with, where that is known of all of them.
+    pub fn face_weights(&self) -> &[f64] {
+        self.weights.as_deref().unwrap_or_default()
     }
 
     /// How many rows of patches there are, of all faces.

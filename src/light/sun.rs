@@ -193,10 +193,20 @@ pub(super) fn of<T: Texel>(
     let Some((_, peak)) = survey.peak else {
         return Ok(None);
     };
-    // A hundredth more, for rounding.
-    let cap = Cap::new(counted.direction(peak), 1.01 * 2.0 * LARGEST);
-    let lit = counted.listed((survey.widest <= FINE * FINE).then_some(cap))?;
+    let cap = around(survey.widest).map(|radius| Cap::new(counted.direction(peak), radius));
+    let lit = counted.listed(cap)?;
     Ok(found(&lit).map(|(sun, region)| (sun, lit, region)))
+}
+
+/// How far from the brightest texel a sun is looked for, in radians, by the largest solid angle of a texel; none if everywhere.
+pub(crate) fn around(widest: f64) -> Option<f64> {
+    // A hundredth more, for rounding.
+    (widest <= FINE * FINE).then_some(1.01 * 2.0 * LARGEST)
+}
+
+/// The sun among the texels around the brightest, in the order in which they are stored.
+pub(crate) fn among(lit: &Lit) -> Option<Sun> {
+    Some(found(lit)?.0)
 }
 
 /// The sun and the texels that it is in, among all that lie around the brightest.

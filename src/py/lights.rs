@@ -14,7 +14,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 /// Direction, solid angle, irradiance, surround and reach.
-type PySun<'py> = (
+pub type PySun<'py> = (
     [f64; 3],
     f64,
     Bound<'py, PyArray1<f64>>,
@@ -22,7 +22,8 @@ type PySun<'py> = (
     f64,
 );
 
-fn sun_as_tuple(py: Python<'_>, sun: Sun) -> PySun<'_> {
+/// A sun as Python has it.
+pub fn sun_as_tuple(py: Python<'_>, sun: Sun) -> PySun<'_> {
     (
         sun.direction,
         sun.solid_angle,

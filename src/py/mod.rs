@@ -70,7 +70,10 @@ mod _core {
         sh_project_adjoint, sh_rotate, sh_scale_degrees, sh_storage, sh_window,
     };
     #[pymodule_export]
-    use super::sheets::{add_sheets, lobe_from, lobe_of, moments_of, sh_from, sh_of, sheets};
+    use super::sheets::{
+        add_sheets, energy_from, lit_of, lobe_from, lobe_of, moments_of, sh_from, sh_of, sheets,
+        sun_from, survey_of,
+    };
     #[pymodule_export]
     use super::stopping::tell_progress;
     #[pymodule_export]

@@ -2,16 +2,20 @@
 
 use super::images::{image, view, with_image};
 use super::light::{directions, filled};
+use super::lights::{PySun, sun_as_tuple};
 use super::projection::{PyProjection, size};
 use super::sh::samples;
-use super::stopping::stoppable;
+use super::stopping::{released, stoppable};
+use crate::error::expect_length;
+use crate::image::raster::Raster;
 use crate::light::integrate::{add_sheets as add, moments_of_sheet};
+use crate::light::lit::{Cap, Lit, direction_of};
 use crate::light::lobe::{of_all_sheets, under_sheet};
 use crate::light::patches::{Patches, Sheet};
 use crate::light::sh::apart::Apart;
-use crate::light::sh::{self};
-use crate::light::{Lobe, integrate};
-use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use crate::light::survey::Survey;
+use crate::light::{Lobe, integrate, sh, sun};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -174,4 +178,130 @@ pub fn sh_from<'py>(
         out.copy_from_slice(&found);
         Ok(())
     })
+}
+
+/// What a sheet tells of its light: (8 + C,).
+#[pyfunction]
+#[pyo3(signature = (object, projection, number, luminance, /))]
+pub fn survey_of<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+    number: usize,
+    luminance: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let luminance = luminance.as_slice()?;
+    with_image!(image(object, None)?, image => {
+        let image = view(&projection.0, &image)?;
+        let patches = Patches::of_parts(image.map(), image.shape())?;
+        let sheet = numbered(&patches, number)?;
+        expect_length("luminance", luminance.len(), image.channels())?;
+        let survey = released(py, || {
+            Survey::of_sheet(&image, luminance, &patches, &sheet)
+        })?;
+        let numbers = survey.numbers();
+        filled(py, &[numbers.len()], |out| {
+            out.copy_from_slice(&numbers);
+            Ok(())
+        })
+    })
+}
+
+/// What all sheets, (N, 8 + C), tell of the light of an image: solid angle, integral, mean luminance, peak and where it is, the darkest
+/// luminance above 0, how many texels have a number below 0, and how far from the peak a sun may be, if not anywhere.
+#[pyfunction]
+#[pyo3(signature = (parts, projection, shape, /))]
+#[expect(clippy::type_complexity, reason = "eight results")]
+pub fn energy_from<'py>(
+    py: Python<'py>,
+    parts: PyReadonlyArrayDyn<'py, f64>,
+    projection: &PyProjection,
+    shape: &Bound<'py, PyAny>,
+) -> PyResult<(
+    f64,
+    Bound<'py, PyArray1<f64>>,
+    f64,
+    f64,
+    [f64; 3],
+    f64,
+    usize,
+    Option<f64>,
+)> {
+    let shape = size(&projection.0, shape)?;
+    let per = match parts.shape() {
+        &[_, per] if per > 8 => per,
+        _ => {
+            return Err(PyValueError::new_err(
+                "Expected `parts` to have shape (N, 8 + C).",
+            ));
+        }
+    };
+    let sheets = parts
+        .as_slice()?
+        .chunks_exact(per)
+        .filter_map(Survey::of_numbers);
+    let survey = Survey::of_sheets(sheets, per - 8);
+    let (peak, place) = survey
+        .peak
+        .ok_or_else(|| PyValueError::new_err("The image holds no sphere."))?;
+    let raster = Raster::new(&projection.0, &shape)?;
+    Ok((
+        survey.solid_angle,
+        PyArray1::from_vec(py, survey.integral),
+        survey.luminance / survey.solid_angle,
+        peak,
+        direction_of(&projection.0, &raster, place),
+        survey.darkest,
+        survey.negative,
+        sun::around(survey.widest),
+    ))
+}
+
+/// The texels of a sheet within an angle of a direction, or all, or their means over blocks: (N, 6 + C), index, direction, solid
+/// angle, luminance, light.
+#[pyfunction]
+#[pyo3(signature = (object, projection, number, luminance, direction, angle, block, /))]
+#[expect(clippy::too_many_arguments, reason = "a function of Python")]
+pub fn lit_of<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    projection: &PyProjection,
+    number: usize,
+    luminance: PyReadonlyArray1<'py, f64>,
+    direction: [f64; 3],
+    angle: Option<f64>,
+    block: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let luminance = luminance.as_slice()?;
+    with_image!(image(object, None)?, image => {
+        let image = view(&projection.0, &image)?;
+        let patches = Patches::of_parts(image.map(), image.shape())?;
+        let sheet = numbered(&patches, number)?;
+        expect_length("luminance", luminance.len(), image.channels())?;
+        let cap = angle.map(|angle| Cap::new(direction, angle));
+        let lit = released(py, || {
+            Lit::of_sheet(&image, luminance, &patches, &sheet, cap, block)
+        })?;
+        let numbers = lit.numbers();
+        filled(py, &[lit.index.len(), 6 + image.channels()], |out| {
+            out.copy_from_slice(&numbers);
+            Ok(())
+        })
+    })
+}
+
+/// The sun among such texels of all sheets, if there is one.
+#[pyfunction]
+#[pyo3(signature = (texels, /))]
+pub fn sun_from<'py>(
+    py: Python<'py>,
+    texels: PyReadonlyArrayDyn<'py, f64>,
+) -> PyResult<Option<PySun<'py>>> {
+    let &[_, per] = texels.shape() else {
+        return Err(PyValueError::new_err(
+            "Expected `texels` to have shape (N, 6 + C).",
+        ));
+    };
+    let lit = Lit::of_numbers(texels.as_slice()?, per.saturating_sub(6));
+    Ok(sun::among(&lit).map(|sun| sun_as_tuple(py, sun)))
 }

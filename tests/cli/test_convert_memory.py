@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import spheremap as sm
 from spheremap import io
-from spheremap.cli.large import as_bytes
+from spheremap.cli.lengths import as_bytes
 from spheremap.cli.terminal import UsageError
 from spheremap.io import parts
 from test_cli import bad, good, smooth
@@ -163,10 +163,10 @@ def test_holes_weigh_nothing(
     ("text", "number"), [("7", 7), ("512M", 1 << 29), ("4GiB", 1 << 32), ("1kb", 1024)]
 )
 def test_numbers_of_bytes(text: str, number: int) -> None:
-    assert as_bytes(text) == number
+    assert as_bytes("--memory", text) == number
 
 
 @pytest.mark.parametrize("text", ["", "M", "1.5G", "-1", "4P"])
 def test_what_is_no_number_of_bytes(text: str) -> None:
     with pytest.raises(UsageError, match="512M"):
-        as_bytes(text)
+        as_bytes("--memory", text)

@@ -71,6 +71,73 @@ def test_irradiance_has_the_bits_of_the_whole(projection, size, method):
     check(image, 300, sm.light.irradiance, smd.light.irradiance, projection, "angular", **options)
 
 
+def with_sun(p, size, channels=()):
+    """Return a dim image with a bright square."""
+    image = rng.random((*p.shape(size), *channels)).astype(np.float32)
+    shape = p.shape(size)
+    toward = sm.projection("latlong").in_world_of(p).decode([0.53, 0.48])
+    column, row, *face = p.directions_to_pixels(toward, shape).astype(int)
+    square = slice(row - 2, row + 3), slice(column - 3, column + 2)
+    image[(*face, *square)] = 90 + 10 * image[(*face, *square)]
+    # Two of the largest luminance, of which the first is the peak.
+    image[(*face, row, column)] = image[(*face, row + 1, column - 1)] = 900
+    image[(*face, row + 9, column)] = -1
+    return image
+
+
+def assert_same_energy(found, whole):
+    assert (found.sun is None) == (whole.sun is None)
+    for name in ("solid_angle", "luminance", "peak", "darkest", "negative", "dynamic_range"):
+        assert getattr(found, name) == getattr(whole, name), name
+    for name in ("integral", "mean", "peak_direction"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(whole, name))
+    for name in ("direction", "irradiance", "solid_angle", "surround") if whole.sun else ():
+        np.testing.assert_array_equal(getattr(found.sun, name), getattr(whole.sun, name))
+
+
+@pytest.mark.parametrize(("projection", "size"), [*LARGE.items(), ("latlong:blender", 80)])
+@pytest.mark.parametrize("channels", [(), (3,)])
+def test_energy_is_that_of_the_whole(projection, size, channels):
+    p = sm.projection(projection)
+    image = with_sun(p, size, channels)
+    whole = sm.light.energy(image, p)
+    assert whole.sun is not None and whole.negative == 1
+    # What makes luminance of three channels sums to 1 within rounding.
+    assert whole.peak == pytest.approx(900, rel=1e-12)
+    assert_same_energy(smd.light.energy(da.from_array(image, chunks=200), p), whole)
+
+
+def test_energy_of_what_is_no_sky():
+    image = texels("angular", 600, (2,))
+    options = {"luminance": (0.0, 2.0), "rotation": sm.rotation(9, 8, 7)}
+    whole = sm.light.energy(image, "angular", **options)
+    chunks = da.from_array(image, chunks=(600, 77, 1))
+    assert_same_energy(smd.light.energy(chunks, "angular", **options), whole)
+    image[300, 300] = np.nan
+    whole = sm.light.energy(image, "angular", skipna=True, **options)
+    chunks = da.from_array(image, chunks=256)
+    assert_same_energy(smd.light.energy(chunks, "angular", skipna=True, **options), whole)
+    with pytest.raises(ValueError, match=r"1 NaN or infinite value, at \(300, 300, 0\)|2 NaN"):
+        smd.light.energy(chunks, "angular", **options)
+    with pytest.raises(ValueError, match="`luminance` must say"):
+        smd.light.energy(chunks, "angular")
+
+
+def test_a_sun_is_looked_for_in_few_chunks():
+    image = with_sun(sm.projection("latlong"), 2048)
+    times = Counter()
+
+    def made(part, block_info=None):
+        times[tuple(block_info[0]["chunk-location"])] += 1
+        return part
+
+    held = da.from_array(image, chunks=512)
+    smd.light.energy(da.map_blocks(made, held, dtype=held.dtype, meta=held._meta), "latlong")
+    assert set(times) == {(j, i) for j in range(4) for i in range(8)}
+    # Of 32 chunks those that hold what is within 20 degrees of it, and some of their neighbors.
+    assert 2 <= sum(n > 1 for n in times.values()) <= 12
+
+
 @pytest.mark.parametrize("projection", ["latlong", "cube", "mollweide"])
 def test_small_images_as_well(projection):
     image = texels(projection, 21, (3,))

@@ -108,7 +108,8 @@ def fault_of(error: BaseException, text: str) -> tuple[str, str] | None:
     # What converts an argument of the core says which in a note.
     named = any("while processing '" in note for note in getattr(error, "__notes__", ()))
     allowed: tuple[type[BaseException], ...] = (ValueError, TypeError, MemoryError)
-    if any(word in text for word in ("sm.io.", "sm.tiles.", "sm.cameras.", "sm.video.", ".save(")):
+    files = "sm.io.", "sm.tiles.", "sm.cameras.", "sm.video.", ".save(", "_file("
+    if any(word in text for word in files):
         allowed += (OSError,)
     if named:
         # An integer beyond 64 bits.

@@ -78,6 +78,8 @@ def test_a_part_is_asked_for(tmp_path: Path) -> None:
         assert np.all(io.read(path, part=part) == 1)
     assert np.all(io.read(path, part="left") == 0)
     assert io.header(path, part=0).parts == ("left", "right")
+    with pytest.raises(ValueError, match="no part array"):
+        io.read(path, part=np.empty((3, 0)))
     with pytest.raises(ValueError, match="no part 'middle'"):
         io.read(path, part="middle")
 

@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pytest
 import spheremap as sm
-from spheremap.io import parts
+from spheremap.io import parts, reading
 
 rng = np.random.default_rng(17)
 
@@ -16,9 +16,9 @@ CROSS = sm.projection("cube", layout="cross")
 def little_memory(monkeypatch):
     """Images of a test are small: so are tiles, parts and what there is."""
     monkeypatch.setattr(parts, "_TILE", (16, 32))
-    monkeypatch.setattr(parts, "_CACHED", 16)
+    monkeypatch.setattr(reading, "_CACHED", 16)
     monkeypatch.setattr(parts, "_MOST", 40)
-    monkeypatch.setattr(parts, "_LEAST_MEMORY", 0)
+    monkeypatch.setattr(parts, "LEAST_MEMORY", 0)
     monkeypatch.setattr(parts, "_KEPT", 1)
 
 
@@ -97,20 +97,20 @@ def test_tiles_that_the_memory_does_not_hold_are_an_error(tmp_path):
     sm.io.convert_file(place, tmp_path / "a.exr", "latlong", "angular", memory=16 << 20)
 
 
-READ = parts._Reader.read
+PUT = parts._Made.put
 
 
 def cut_off(monkeypatch, after):
-    """Let a conversion fail after so many tiles of the source, and count them."""
+    """Let a conversion fail after so many parts of the result, and count them."""
     count = [0]
 
-    def counted(self, part):
+    def counted(self, window, texels):
         count[0] += 1
         if count[0] > after:
             raise KeyboardInterrupt
-        return READ(self, part)
+        PUT(self, window, texels)
 
-    monkeypatch.setattr(parts._Reader, "read", counted)
+    monkeypatch.setattr(parts._Made, "put", counted)
     return count
 
 

@@ -7,6 +7,8 @@ from spheremap.resample.seen import Rectangle, SourceTiles, tiles
 
 rng = np.random.default_rng(11)
 
+CROSS = sm.projection("cube", layout="cross")
+
 # Faces apart, an atlas with empty cells, rims, poles, blind spots, a grid of corners.
 TARGETS = {
     "cube": (6, 80, 80),
@@ -124,9 +126,27 @@ def test_a_mean_needs_no_tile_but_those_it_sees(src, dst):
     test_a_window_needs_no_tile_but_those_it_sees(src, dst, "area")
 
 
+@pytest.mark.parametrize(
+    ("name", "layout"), [("cube", "cross"), ("cube:openexr", None), ("healpix", "4x3")]
+)
+def test_faces_side_by_side_are_apart(name, layout):
+    source = sm.projection("latlong")
+    target = sm.projection(name, layout=layout).in_world_of(source)
+    size = target.shape(200)
+    known = SourceTiles(source, (800, 1600), tiles((800, 1600), (50, 50)))
+    # Of 512: what holds a pole sees the rows there. What saw its neighbor as well would see all.
+    for window in tiles(size, (100, 100), target):
+        assert len(known.seen_by(target, size, window)) <= 200
+
+
 def test_tiles_are_the_image():
     covered = np.zeros((2, 7, 9), int)
     for tile in tiles(covered.shape, (3, 4)):
         covered[tile.index] += 1
     assert (covered == 1).all()
     assert tiles((4, 4), (4, 4)) == [Rectangle(0, 4, 0, 4)]
+    covered = np.zeros((15, 20), int)
+    for tile in tiles(covered.shape, (3, 4), CROSS):
+        covered[tile.index] += 1
+        assert tile.top // 5 == (tile.bottom - 1) // 5 and tile.left // 5 == (tile.right - 1) // 5
+    assert (covered == 1).all()

@@ -168,6 +168,9 @@ def test_what_is_not_known_is_missing(tmp_path: Path) -> None:
         first, count = (cell - 4 * 4**k) << 2 * (order - k), 4 ** (order - k)
         covered |= set(range(first, first + count))
     assert covered == set(found) and len(cells) < len(found)
+    # Pictures have the coverage as well.
+    sm.tiles.write(np.clip(image, 0, 1), p, tmp_path / "png", extension="png", **options)
+    assert (tmp_path / "png/Moc.fits").read_bytes() == (tmp_path / "fits/Moc.fits").read_bytes()
     # NaN of numbers is alpha of pictures, of integers as well.
     for given in (image / 50, io.tonemap(image)):
         folder = tmp_path / given.dtype.name

@@ -11,7 +11,8 @@ import typer
 
 from spheremap.cli import files, sizes, targets
 from spheremap.cli.conversion import Options
-from spheremap.cli.large import IDLE, as_bytes
+from spheremap.cli.large import IDLE
+from spheremap.cli.lengths import as_bytes
 from spheremap.cli.options import (
     AnyAspect,
     ColorSpace,
@@ -164,8 +165,8 @@ class Asked:
             color_space=self.colorspace, tonemap=self.tonemap, exposure=self.exposure,
             preview=preview, compression=self.compression, mips=self.mips, part=self.part,
             any_aspect=self.any_aspect, no_clobber=self.no_clobber, verbose=verbose,
-            world=self.world, memory=None if self.memory is None else as_bytes(self.memory),
-            resume=self.resume,
+            world=self.world, resume=self.resume,
+            memory=None if self.memory is None else as_bytes("--memory", self.memory),
         )  # fmt: skip
 
 

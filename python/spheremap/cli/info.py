@@ -11,14 +11,25 @@ import typer
 
 from spheremap import io
 from spheremap.cli import files, picture, radiance, report
-from spheremap.cli.bands import bands
+from spheremap.cli.lengths import as_bytes
 from spheremap.cli.options import ColorSpace, FromGuess, Part
 from spheremap.cli.report import Channel, Found, Light
 from spheremap.cli.steps import Step
 from spheremap.cli.terminal import check_projection, progress, read
+from spheremap.light.files import reader_of
+from spheremap.resample.seen import tiles
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
+
+    from spheremap.resample.seen import Rectangle
+
+    Read = Callable[[Rectangle], NDArray[Any]]
+
+# Rows and columns of what is looked at together: so much stays in a processor's cache.
+_TILE = (128, 512)
 
 
 def info(
@@ -27,6 +38,12 @@ def info(
     colorspace: ColorSpace = None,
     part: Part = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False,
+    memory: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N", help="Take so many bytes at most, as 512M: for files larger than that."
+        ),
+    ] = None,
 ) -> None:
     """Tell what an image holds, which projections it may be, and its light.
 
@@ -37,11 +54,16 @@ def info(
     with progress() as step:
         step(f"reading {file.name}")
         head = io.header(file, part=part)
-        image = read(file, part=part)
+        most = radiance.MEMORY if memory is None else as_bytes("--memory", memory)
+        if memory is None:
+            image = read(file, part=part)
+            shape, of_part = image.shape, lambda part: image[part.index]
+        else:
+            of_part, shape = reader_of(file, part, most)
         step("looking at its numbers")
-        channels = _channels(image, head.channels, step)
+        channels = _channels(of_part, shape, head.channels, step)
         space = colorspace or head.color_space
-        light = _light(image, head, from_, space, step)
+        light = _light(of_part, shape, head, from_, space, step, most)
     found = Found(file, head, space, channels, light)
     if as_json:
         print(json.dumps(report.as_json(found), indent=1, allow_nan=False))
@@ -49,14 +71,17 @@ def info(
         report.print_text(found)
 
 
-def _channels(image: NDArray[Any], names: tuple[str, ...], step: Step) -> list[Channel]:
-    count = image.shape[-1]
+def _channels(
+    read: Read, shape: tuple[int, ...], names: tuple[str, ...], step: Step
+) -> list[Channel]:
+    height, width, count = shape
     least, largest = np.full(count, np.inf), np.full(count, -np.inf)
     total, nan, infinite, negative = (np.zeros(count) for _ in range(4))
-    for rows in bands(image, step.part):
+    parts = tiles((height, width), _TILE)
+    for k, part in enumerate(parts):
         # A channel after the other, in a type that processors compare: much faster.
         values: NDArray[np.float32] = np.ascontiguousarray(
-            image[rows].reshape(-1, count).T, dtype=np.float32
+            read(part).reshape(-1, count).T, dtype=np.float32
         )
         negative += (values < 0).sum(axis=1)
         finite = np.isfinite(values)
@@ -68,8 +93,9 @@ def _channels(image: NDArray[Any], names: tuple[str, ...], step: Step) -> list[C
         # It looks at the others as well.
         with np.errstate(invalid="ignore"):
             total += values.sum(axis=1, where=finite, dtype=np.float64)
+        step.part((k + 1) / len(parts))
     with np.errstate(invalid="ignore"):
-        mean = total / (image.shape[0] * image.shape[1] - nan - infinite)
+        mean = total / (height * width - nan - infinite)
     columns = zip(least, largest, mean, nan, infinite, negative, strict=True)
     return [
         Channel(name, float(a), float(b), float(m), int(n), int(i), int(k))
@@ -78,40 +104,39 @@ def _channels(image: NDArray[Any], names: tuple[str, ...], step: Step) -> list[C
 
 
 def _light(
-    image: NDArray[Any], head: io.Header, name: str | None, space: str, step: Step
+    read: Read,
+    shape: tuple[int, ...],
+    head: io.Header,
+    name: str | None,
+    space: str,
+    step: Step,
+    memory: int,
 ) -> Light | None:
     """Return the light of an image, unless there is no saying what it is."""
-    height, width, count = image.shape
+    height, width, count = shape
     alpha = head.alpha_channel
     colors = count if alpha is None else count - 1
     name = name or files.claimed(head.projection, height, width)
     if name is None and (colors not in (1, 3, 4) or not files.fitting(height, width)):
         return None
     p = files.taken(name, None, height, width)
-    light = image
-    if not (head.linear and space == head.color_space and image.dtype.kind == "f"):
-        step("decoding its colors")
-        light = _decoded(image, head, space, step)
-    if alpha is not None:
-        light = _without_alpha(light, alpha, head.alpha == "straight" or image.dtype.kind == "u")
-    return Light(p, radiance.energy(light, p, step))
+
+    def light(part: Rectangle) -> NDArray[Any]:
+        texels = read(part)
+        decodes = texels.dtype.kind != "f" or not head.linear or space != head.color_space
+        found = _decoded(texels, head, space) if decodes else texels
+        if alpha is None:
+            return found
+        # What `bake` and a conversion to floats take for light: colors, premultiplied.
+        straight = head.alpha == "straight" or texels.dtype.kind == "u"
+        light = np.delete(found, alpha, axis=-1)
+        return light * found[..., alpha : alpha + 1] if straight else light
+
+    return Light(p, radiance.energy_of(light, p, (height, width, colors), step, memory))
 
 
-def _without_alpha(light: NDArray[Any], alpha: int, straight: bool) -> NDArray[Any]:
-    """Return what `bake` and a conversion to floats take for light: colors, premultiplied."""
-    colors = np.delete(light, alpha, axis=-1)
-    if straight:
-        for rows in bands(colors):
-            colors[rows] *= light[rows][..., alpha : alpha + 1]
-    return colors
-
-
-def _decoded(image: NDArray[Any], head: io.Header, space: str, step: Step) -> NDArray[np.float16]:
-    """Return light a few rows at a time, in half floats: fine enough for what 16 bits encode."""
-    light, alpha = np.empty(image.shape, np.float16), head.alpha_channel
-    for rows in bands(image, step.part):
-        part = image[rows]
-        if head.alpha == "premultiplied" and alpha is not None and image.dtype.kind == "u":
-            part = picture.straightened(part, alpha)
-        light[rows] = io.to_linear(part, color_space=space, alpha=alpha)
-    return light
+def _decoded(texels: NDArray[Any], head: io.Header, space: str) -> NDArray[Any]:
+    alpha = head.alpha_channel
+    if head.alpha == "premultiplied" and alpha is not None and texels.dtype.kind == "u":
+        texels = picture.straightened(texels, alpha)
+    return io.to_linear(texels, color_space=space, alpha=alpha)

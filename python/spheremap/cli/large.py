@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -31,7 +30,8 @@ from spheremap.cli.terminal import UsageError, tell_worlds
 from spheremap.io.images import STORED
 from spheremap.io.large import expect_plain
 from spheremap.io.opened import opened
-from spheremap.io.parts import Source, convert_parts
+from spheremap.io.parts import convert_parts
+from spheremap.io.reading import Source
 from spheremap.map.named import resolve
 from spheremap.map.size import matching_size
 from spheremap.resample.conversion import Conversion, needs_chain
@@ -41,20 +41,10 @@ if TYPE_CHECKING:
 
     from spheremap.io import Header
 
-__all__ = ["IDLE", "as_bytes", "convert_any"]
+__all__ = ["IDLE", "convert_any"]
 
 # Options that need the whole image at once.
 IDLE = ("face_sun", "preview", "mips")
-
-_BYTES = re.compile(r"(\d+)\s*([kmgt]?)(?:i?b)?", re.IGNORECASE)
-
-
-def as_bytes(text: str) -> int:
-    """Return 536870912 of "512M"."""
-    found = _BYTES.fullmatch(text)
-    if found is None:
-        raise UsageError(f"--memory is a number of bytes, as 512M or 4G; got {text!r}")
-    return int(found[1]) << (10 * " kmgt".index(found[2].lower() or " "))
 
 
 def convert_any(

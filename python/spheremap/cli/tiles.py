@@ -144,9 +144,10 @@ def tiles(
     sky = sm.projection("healpix:healpy" if format == "hips" else "latlong")
     tell_worlds(src, sky, world)
     shape = " x ".join(map(str, made.shape))
+    levels = "1 level" if made.levels == 1 else f"{made.levels} levels"
     seconds = time.perf_counter() - start
     print(
-        f"{made.manifest}: {files.described(src)} as {format}, {shape}, {made.levels} levels, "
+        f"{made.manifest}: {files.described(src)} as {format}, {shape}, {levels}, "
         f"{made.tiles} tiles in {seconds:.1f} s"
     )
     if image.is_light and extension != "fits" and curve == "none":

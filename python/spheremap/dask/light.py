@@ -12,23 +12,26 @@ from .. import _core
 from .. import light as of_arrays
 from .._arrays import result_dtype, spatial_axes
 from .._scalars import as_flag, as_text
+from ..light.image import coefficients
 from ..light.lobes import lobe_image, normals_of, placed, seen_by
+from ..light.sheets import energy_of_sheets
 from ..map.images import target_shape
 from ..map.named import resolve, resolve_pair
 from .sh import Coefficients
-from .sheets import expect_image, summed
+from .sheets import computed, expect_image, summed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import dask.array as da
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Negative, Size
     from .._projection import Projection
+    from ..light.report import Energy
     from ..map.named import ProjectionLike, Worlds
 
-__all__ = ["average_direction", "integrate", "irradiance", "mean"]
+__all__ = ["average_direction", "energy", "integrate", "irradiance", "mean"]
 
 
 def __dir__() -> list[str]:
@@ -163,6 +166,61 @@ def average_direction(
     p = resolve(resolve(projection, axes), rotation=rotation)
     checks = {"skipna": skipna, "negative": negative}
     return _moments(image, p, "average_direction", checks, any_aspect)
+
+
+def energy(
+    image: da.Array,
+    /,
+    projection: ProjectionLike,
+    *,
+    axes: str | None = None,
+    rotation: Any | None = None,
+    luminance: ArrayLike | None = None,
+    skipna: bool = False,
+    negative: Negative = "keep",
+    any_aspect: bool = False,
+) -> Energy:
+    """Report the light that an image in chunks holds, at once: energy, peak, dynamic range, sun.
+
+    Parameters
+    ----------
+    image, projection, skipna, any_aspect
+        As for `integrate`.
+    axes, rotation
+        As for `encode`.
+    luminance, negative
+        As for `spheremap.light.energy`.
+
+    Returns
+    -------
+    report : Energy
+        That of `spheremap.light.energy`, to the bit. It is computed by the call: first a pass over
+        all chunks, and then one over those around the brightest texel, where a sun would be.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `integrate`, and for a `luminance` that is none of the channels.
+
+    Examples
+    --------
+    >>> import dask.array as da, numpy as np, spheremap.dask
+    >>> sky = np.full((600, 1200), 0.5, np.float32)
+    >>> sky[200, 400] = 4096
+    >>> report = spheremap.dask.light.energy(da.from_array(sky, chunks=300), "latlong")
+    >>> report.peak, report.sun is not None
+    (4096.0, True)
+    """
+    p = resolve(resolve(projection, axes), rotation=rotation)
+    pixels = expect_image(image, p, any_aspect)
+    spatial = spatial_axes(p)
+    weights = coefficients(np.empty((0,) * spatial + pixels.shape[spatial:]), spatial, luminance)
+    checks: dict[str, Any] = {"skipna": skipna, "negative": negative}
+
+    def of_each(sum: Any, numbers: Sequence[int]) -> list[NDArray[np.float64]]:
+        return computed(pixels, p, sum, numbers, **checks)
+
+    return energy_of_sheets(p, pixels.shape, weights, of_each)
 
 
 def irradiance(

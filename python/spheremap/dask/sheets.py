@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import dask.array as da
 import numpy as np
-from dask.base import tokenize
+from dask.base import compute_as_if_collection, tokenize
 from dask.highlevelgraph import HighLevelGraph
 
-from .. import _core
 from .._arrays import checked_image, spatial_axes
+from ..light.sheets import sheet_places
 from ..map.images import expect_aspect
 from ..resample.sparse import sparse_zeros
 
@@ -27,10 +27,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .._projection import Projection
+    from ..light.sheets import Place
 
-__all__ = ["Sum", "expect_image", "summed"]
-
-Place = tuple[slice, ...]
+__all__ = ["Sum", "computed", "expect_image", "summed"]
 
 # Images of at most so many texels are summed whole: all of one is no more than a sheet.
 _SMALL = 1 << 18
@@ -121,49 +120,54 @@ def summed(
 
     `checks` are what `checked_image` is told.
     """
-    kind = checked_image(np.zeros((1,) * image.ndim, image.dtype), **checks).dtype
-    axes = spatial_axes(projection)
-    small = prod(image.shape[:axes]) <= _SMALL
-    everything = tuple(slice(0, n) for n in image.shape)
-    parts = [everything] if small else _sheets(projection, image.shape, axes)
-    starts = [np.cumsum([0, *lengths]) for lengths in image.chunks]
-
-    token = tokenize(image.name, sum, shape, checks)
-    name, of_parts = f"spheremap-sum-{token}", f"spheremap-sheets-{token}"
-    tasks = {}
-    for number, part in enumerate(parts):
-        index, places = _seen(part, starts)
-        own = _Part(sum, image.shape, kind, checks, part, places, None if small else number)
-        tasks[(of_parts, number)] = (own, [(image.name, *i) for i in index])
+    name = f"spheremap-sum-{tokenize(image.name, sum, shape, checks)}"
     end = (0,) * len(shape)
-    if small:
-        graph = HighLevelGraph.from_collections(
-            name, {(name, *end): tasks[(of_parts, 0)]}, dependencies=[image]
-        )
+    if prod(image.shape[: spatial_axes(projection)]) <= _SMALL:
+        kind = checked_image(np.zeros((1,) * image.ndim, image.dtype), **checks).dtype
+        everything = tuple(slice(0, n) for n in image.shape)
+        index, places = _seen(everything, [np.cumsum([0, *k]) for k in image.chunks])
+        own = _Part(sum, image.shape, kind, checks, everything, places, None)
+        whole = {(name, *end): (own, [(image.name, *i) for i in index])}
+        graph = HighLevelGraph.from_collections(name, whole, dependencies=[image])
     else:
-        last = {(name, *end): (_Result(sum), [(of_parts, k) for k in range(len(parts))])}
-        below = HighLevelGraph.from_collections(of_parts, tasks, dependencies=[image])
-        graph = HighLevelGraph(
-            {**below.layers, name: last}, {**below.dependencies, name: {of_parts}}
-        )
+        tasks = _tasks(image, projection, sum, checks)
+        sheets = next(iter(tasks))[0]
+        below = HighLevelGraph.from_collections(sheets, tasks, dependencies=[image])
+        last = {(name, *end): (_Result(sum), list(tasks))}
+        graph = HighLevelGraph({**below.layers, name: last}, {**below.dependencies, name: {sheets}})
     meta = np.empty((0,) * len(shape), dtype)
     return da.Array(graph, name, tuple((n,) for n in shape), meta=meta)
 
 
-def _sheets(projection: Projection, shape: tuple[int, ...], axes: int) -> list[Place]:
-    """Return where the sheets of an image lie in it."""
-    rest = tuple(slice(0, n) for n in shape[axes:])
-    rows = shape[axes - 2]
-    found = []
-    for top, bottom, left, right in _core.sheets(projection, shape[:axes]):
-        columns = slice(left, right)
-        if axes == 2:
-            found.append((slice(top, bottom), columns, *rest))
-        else:
-            face = top // rows
-            within = slice(top - face * rows, bottom - face * rows)
-            found.append((slice(face, face + 1), within, columns, *rest))
-    return found
+def computed(
+    image: da.Array,
+    projection: Projection,
+    sum: Any,
+    numbers: Sequence[int],
+    **checks: Any,
+) -> list[NDArray[Any]]:
+    """Return what some sheets give, at once."""
+    tasks = _tasks(image, projection, sum, checks)
+    all_keys = list(tasks)
+    some = {key: tasks[key] for key in (all_keys[k] for k in numbers)}
+    keys = list(some)
+    graph = HighLevelGraph.from_collections(keys[0][0], some, dependencies=[image])
+    return list(compute_as_if_collection(da.Array, graph, keys))
+
+
+def _tasks(
+    image: da.Array, projection: Projection, sum: Any, checks: dict[str, Any]
+) -> dict[tuple[str, int], Any]:
+    """Return a task for each sheet, with the chunks that hold it."""
+    kind = checked_image(np.zeros((1,) * image.ndim, image.dtype), **checks).dtype
+    starts = [np.cumsum([0, *lengths]) for lengths in image.chunks]
+    name = f"spheremap-sheets-{tokenize(image.name, sum, checks)}"
+    tasks = {}
+    for number, part in enumerate(sheet_places(projection, image.shape)):
+        index, places = _seen(part, starts)
+        own = _Part(sum, image.shape, kind, checks, part, places, number)
+        tasks[(name, number)] = (own, [(image.name, *i) for i in index])
+    return tasks
 
 
 def _seen(

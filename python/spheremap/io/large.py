@@ -17,7 +17,8 @@ from ..resample.conversion import Conversion, needs_chain
 from .header import Header, header, header_of
 from .images import as_stored, check_target, write
 from .opened import opened
-from .parts import Source, convert_parts
+from .parts import convert_parts
+from .reading import Source
 from .whole import as_path
 
 if TYPE_CHECKING:

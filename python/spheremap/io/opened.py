@@ -73,7 +73,8 @@ def _seek(source: Any, name: str, part: int | str | None) -> None:
     listed = ", ".join(f"{k} ({word})" if word != str(k) else word for k, word in enumerate(names))
     if part is None:
         raise ValueError(f"{name!r} has {len(names)} parts: {listed}; say which `part` to read")
-    number = names.index(part) if part in names else _number(part)
+    is_name = isinstance(part, str) and part in names
+    number = names.index(part) if is_name else _number(part)
     if not 0 <= number < len(names):
         raise ValueError(f"{name!r} has no part {part!r}; it has {listed}")
     source.seek_subimage(number, 0)
@@ -82,7 +83,7 @@ def _seek(source: Any, name: str, part: int | str | None) -> None:
 def _number(part: int | str) -> int:
     try:
         return int(part)
-    except ValueError:
+    except (TypeError, ValueError):
         return -1
 
 

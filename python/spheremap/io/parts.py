@@ -11,9 +11,9 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,36 +25,27 @@ from ..map.named import resolve_pair
 from ..resample.conversion import Conversion
 from ..resample.parts import convert_seen, weighs
 from ..resample.seen import Rectangle, SourceTiles, tiles
-from .header import KINDS
-from .opened import library, one_line, opened
+from ..resample.sparse import sparse_zeros
+from .reading import Reader, Source
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .._projection import Projection
 
-__all__ = ["Source", "convert_parts"]
+__all__ = ["LEAST_MEMORY", "convert_parts", "expect_memory"]
 
-# Rows and columns of what is read at once; of what the cache keeps of files without tiles.
-_TILE, _CACHED = (128, 512), 128
+# Rows and columns of what is read at once.
+_TILE = (128, 512)
 
 # A part of the result has at most so many rows and columns.
 _MOST = 1024
 
+# Seconds after which the disk is asked to have all: what a power cut would take of a call.
+_SAY = 2.0
+
 # What a call takes whatever its images are, and what is kept of a tile of the source.
-_LEAST_MEMORY, _KEPT = 64 << 20, 256
-
-
-@dataclass(frozen=True, slots=True)
-class Source:
-    """An image in a file, or one in as many files as it has faces; and its texels there."""
-
-    files: Sequence[str]
-    part: int
-    dtype: np.dtype[Any]
-    channels: int
-    # What of a file's texels (H, W, C) is converted: each by itself, and of the conversion's dtype.
-    taken: Callable[[NDArray[Any]], NDArray[Any]]
+LEAST_MEMORY, _KEPT = 64 << 20, 256
 
 
 def convert_parts(
@@ -87,11 +78,10 @@ def convert_parts(
     said : str
         What tells this call from others that have the same files and the same conversion.
     """
-    if memory < _LEAST_MEMORY:
-        raise ValueError(f"Expected `memory` to be at least {_LEAST_MEMORY} bytes, got {memory}.")
+    expect_memory(memory, LEAST_MEMORY)
     conversion.nothing()
     kind = stored(np.zeros((1, 1, conversion.shape[-1]), conversion.dtype))
-    reader = _Reader(source, conversion, memory)
+    reader = Reader(source, conversion.shape[-2], 3 * memory // 8)
     name = _name(source, conversion, memory, f"{kind.dtype} {said}")
     made = _Made(target, (*conversion.size, kind.shape[-1]), kind.dtype, name, keep)
     there = resolve_pair(conversion.src, conversion.dst, None, conversion.options["world"])[1]
@@ -104,6 +94,12 @@ def convert_parts(
     made.leave(False)
 
 
+def expect_memory(memory: int, least: int) -> None:
+    """Raise where there is less memory than a call takes whatever its images are."""
+    if memory < least:
+        raise ValueError(f"Expected `memory` to be at least {least} bytes, got {memory}.")
+
+
 def _name(source: Source, conversion: Conversion, memory: int, said: str) -> str:
     """Return what tells a conversion from all others."""
     found = [(os.path.realpath(file), os.stat(file)) for file in source.files]
@@ -112,59 +108,6 @@ def _name(source: Source, conversion: Conversion, memory: int, said: str) -> str
     settings = [source.part, memory, repr(conversion.options), said]
     text = json.dumps([words, maps, settings], default=repr)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-class _Reader:
-    """Tiles of an image file, of which the last ones are remembered."""
-
-    def __init__(self, source: Source, conversion: Conversion, memory: int) -> None:
-        oiio = library()
-        self._source = source
-        self._kind = oiio.TypeDesc(KINDS[source.dtype.name])
-        # Of a file without tiles the cache reads strips; one of them has to stay.
-        row = conversion.shape[-2] * source.channels * source.dtype.itemsize
-        strip = _CACHED
-        while strip > 16 and strip * row > memory // 6:
-            strip //= 2
-        cached = 3 * memory // 8
-        for file in source.files:
-            _expect_tiles(file, source.part, cached)
-        self._cache = oiio.ImageCache(False)
-        for word, value in (
-            ("max_memory_MB", cached / (1 << 20)),
-            ("autotile", strip),
-            ("unassociatedalpha", 1),
-        ):
-            self._cache.attribute(word, value)
-
-    def read(self, part: Rectangle) -> NDArray[Any]:
-        """Return the texels of a part."""
-        file = self._source.files[part.face or 0]
-        found = self._cache.get_pixels(
-            file,
-            self._source.part,
-            0,
-            part.left,
-            part.right,
-            part.top,
-            part.bottom,
-            datatype=self._kind,
-        )
-        if found is None:
-            raise OSError(f"cannot read {file!r}: {one_line(self._cache.geterror())}")
-        return self._source.taken(np.asarray(found))
-
-
-def _expect_tiles(file: str, part: int, cached: int) -> None:
-    """Raise where the tiles of a file are too large for the cache: it reads whole ones."""
-    with opened(file, part) as handle:
-        spec = handle.spec()
-        length = 4 * spec.tile_bytes(True)
-    if spec.tile_width and length > cached:
-        raise ValueError(
-            f"Expected `memory` to be at least {math.ceil(length * 8 / 3)} bytes for {file!r}, "
-            f"whose tiles have {spec.tile_width} x {spec.tile_height} texels."
-        )
 
 
 class _Made:
@@ -192,23 +135,32 @@ class _Made:
                         why = f"no room for its texels beside it: {error.strerror}"
                         raise OSError(f"cannot write {str(target)!r}: {why}") from None
 
+        with open(self._path, "rb") as file:
+            file.seek(self._length)
+            self._finished = int.from_bytes(file.read(8), "little")
+        self._said = time.monotonic()
+
     @property
     def count(self) -> int:
         """How many parts are there."""
-        with open(self._path, "rb") as file:
-            file.seek(self._length)
-            return int.from_bytes(file.read(8), "little")
+        return self._finished
 
     def put(self, window: Rectangle, texels: NDArray[Any]) -> None:
         """Store a window."""
         self._mapped("r+")[window.index] = texels
 
     def finished(self, count: int) -> None:
-        """Say that so many parts are there, once the disk has them."""
+        """Say that so many parts are there, once the disk has them: now and then."""
+        self._finished = count
+        if time.monotonic() - self._said > _SAY:
+            self._say()
+
+    def _say(self) -> None:
         with open(self._path, "rb+") as file:
             os.fsync(file.fileno())
             file.seek(self._length)
-            file.write(count.to_bytes(8, "little"))
+            file.write(self._finished.to_bytes(8, "little"))
+        self._said = time.monotonic()
 
     def texels(self) -> NDArray[Any]:
         """Return all, read from the file as they are needed."""
@@ -216,8 +168,10 @@ class _Made:
 
     def leave(self, keep: bool) -> None:
         """Remove the file, or leave it for another call."""
-        if not keep:
-            with suppress(OSError):
+        with suppress(OSError):
+            if keep:
+                self._say()
+            else:
                 self._path.unlink()
 
     def _mapped(self, mode: Any) -> NDArray[Any]:
@@ -227,7 +181,7 @@ class _Made:
 def _fill(
     made: _Made,
     conversion: Conversion,
-    reader: _Reader,
+    reader: Reader,
     target: Projection,
     stored: Callable[[NDArray[Any]], NDArray[Any]],
     memory: int,
@@ -235,16 +189,19 @@ def _fill(
     """Make all parts of the result that are not there."""
     channels = conversion.shape[-1]
     shape = conversion.shape[:-1]
-    parts = tiles(shape, _tile(shape, memory))
+    parts = tiles(shape, _tile(shape, memory), conversion.src)
     source = SourceTiles(conversion.src, shape, parts)
     # A conversion may take some floats for each of the numbers that it makes.
     side = max(1, min(_MOST, math.isqrt(memory // 8 // (16 * channels))))
-    windows = tiles(conversion.size, (side, side))
+    windows = tiles(conversion.size, (side, side), target)
+
+    length_of = partial(_length, conversion, weighs(conversion))
+    kept = None if weighs(conversion) else _Kept(conversion, reader, length_of, memory // 2)
 
     def divided(window: Rectangle) -> Iterator[tuple[Rectangle, list[Rectangle]]]:
         """Yield parts of a window that see no more than there is memory for, and what they see."""
         seen = [parts[k] for k in source.seen_by(target, conversion.size, window)]
-        length = sum(_length(part, conversion) for part in seen)
+        length = length_of(seen)
         if length <= memory // 2:
             yield window, seen
             return
@@ -254,7 +211,13 @@ def _fill(
     for k in range(made.count, len(windows)):
         for window, seen in divided(windows[k]):
             held = [(part.index, partial(reader.read, part)) for part in seen]
-            (texels,) = convert_seen(conversion, held, [window])
+            # Nothing else may hold the source, which is let go of when it is full.
+            (texels,) = convert_seen(
+                conversion,
+                held,
+                [window],
+                source=None if kept is None else kept.with_parts(seen),
+            )
             made.put(window, stored(texels))
         made.finished(k + 1)
         done((k + 1) / len(windows))
@@ -270,15 +233,51 @@ def _tile(shape: tuple[int, ...], memory: int) -> tuple[int, int]:
     return rows, columns
 
 
-def _length(part: Rectangle, conversion: Conversion) -> int:
-    """Return the memory of a tile, whose rows begin and end within pages, in bytes."""
+class _Kept:
+    """The source with what the last windows saw: neighbors see much of the same."""
+
+    def __init__(
+        self,
+        conversion: Conversion,
+        reader: Reader,
+        length: Callable[[Iterable[Rectangle]], int],
+        room: int,
+    ) -> None:
+        self._conversion, self._reader = conversion, reader
+        self._length, self._room = length, room
+        self._forget()
+
+    def with_parts(self, seen: Sequence[Rectangle]) -> NDArray[Any]:
+        """Return the source, in which these parts are there."""
+        if self._length(self._there.union(seen)) > self._room:
+            self._forget()
+        for part in seen:
+            if part not in self._there:
+                self._texels[part.index] = self._reader.read(part)
+                self._there.add(part)
+        return self._texels
+
+    def _forget(self) -> None:
+        self._texels = sparse_zeros(self._conversion.shape, self._conversion.dtype)
+        self._there: set[Rectangle] = set()
+
+
+def _length(conversion: Conversion, weighed: bool, parts: Iterable[Rectangle]) -> int:
+    """Return the memory of tiles, in bytes: rows of neighbors follow each other in pages."""
     numbers, itemsize = conversion.shape[-1], conversion.dtype.itemsize
-    if weighs(conversion):
+    if weighed:
         # Floats, and a weight for each where some may be not finite.
         numbers *= 2 if conversion.dtype.kind == "f" else 1
         itemsize = max(itemsize, 4)
-    row = (part.right - part.left) * numbers * itemsize
-    return (part.bottom - part.top) * (row + 4096)
+    length, last = 0, None
+    for part in sorted(parts, key=lambda part: (part.face or 0, part.top, part.left)):
+        row = (part.right - part.left) * numbers * itemsize
+        if last is None or (part.face, part.top, part.left) != (last.face, last.top, last.right):
+            # Where a run of neighbors begins and ends, it has parts of pages.
+            row += 4096
+        length += (part.bottom - part.top) * row
+        last = part
+    return length
 
 
 def _quarters(window: Rectangle, length: int) -> list[Rectangle]:

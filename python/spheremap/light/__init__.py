@@ -7,6 +7,7 @@ True
 
 from .baking import Bake, bake
 from .distribution import Distribution
+from .files import energy_file
 from .lobes import convolve, irradiance, irradiance_at
 from .report import Energy, energy
 from .shading import bake_matcap, shade_environment, shade_matcap
@@ -28,6 +29,7 @@ __all__ = [
     "convolve",
     "dfg",
     "energy",
+    "energy_file",
     "integrate",
     "irradiance",
     "irradiance_at",

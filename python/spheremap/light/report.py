@@ -155,8 +155,20 @@ def energy(
     if several is not None:
         return several.each(energy, locals(), "object")
     light = light_of(image, resolve(p, rotation=rotation), luminance, skipna, negative)
-    found = _core.energy(*light)
-    solid_angle, integral, mean, peak, peak_direction, darkest, below, sun = found
+    return report(*_core.energy(*light))
+
+
+def report(
+    solid_angle: float,
+    integral: NDArray[np.float64],
+    mean: float,
+    peak: float,
+    peak_direction: Any,
+    darkest: float,
+    below: int,
+    sun: Any,
+) -> Energy:
+    """Return a report of what the core found."""
     return Energy(
         solid_angle=solid_angle,
         integral=integral,

@@ -42,6 +42,7 @@ def convert_seen(
     windows: Sequence[Rectangle],
     options: dict[str, Any] | None = None,
     dtype: np.dtype[Any] | None = None,
+    source: NDArray[Any] | None = None,
 ) -> list[NDArray[Any]]:
     """Return parts of the result from the parts of the source that they see.
 
@@ -54,6 +55,8 @@ def convert_seen(
     windows : sequence of Rectangle
     options, dtype
         Those of the conversion, unless others are given.
+    source : ndarray, optional
+        What holds the parts at their places already, of a conversion that weighs nothing.
 
     Returns
     -------
@@ -71,9 +74,10 @@ def convert_seen(
         # Where all is finite, this has the same bits.
         options = {**options, "skipna": False}
     if weights is None:
-        source = sparse_zeros(conversion.shape, conversion.dtype if dtype is None else dtype)
-        for index, texels in parts:
-            source[index] = texels()
+        if source is None:
+            source = sparse_zeros(conversion.shape, conversion.dtype if dtype is None else dtype)
+            for index, texels in parts:
+                source[index] = texels()
         return [conversion.window(source, window.window, options) for window in windows]
 
     width, holes = weights

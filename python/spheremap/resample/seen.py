@@ -37,6 +37,9 @@ _GROUP = 8
 # Tiles whose caps are found at a time.
 _PIECE = 1024
 
+# From an edge of a face to the last place on it, in texels.
+_WITHIN = 1e-6
+
 # More than the cosine of any angle: there is none.
 _NONE = 2.0
 
@@ -67,18 +70,39 @@ class Rectangle:
         return part if self.face is None else (*part, self.face)
 
 
-def tiles(shape: tuple[int, ...], tile: tuple[int, int]) -> list[Rectangle]:
+def tiles(
+    shape: tuple[int, ...], tile: tuple[int, int], projection: Projection | None = None
+) -> list[Rectangle]:
     """Return the tiles of at most so many rows and columns that an image of this shape is made of.
 
-    The shape is without channels. Tiles go by faces, rows and columns.
+    The shape is without channels. Tiles go by faces, rows and columns. With a projection no tile
+    has a part in two faces that lie in one image: what lies side by side there may look anywhere.
     """
     *faces, rows, columns = shape
+    height, width = (rows, columns) if projection is None else _cell(projection, shape)
     return [
-        Rectangle(top, min(top + tile[0], rows), left, min(left + tile[1], columns), face)
+        Rectangle(top, min(top + tile[0], bottom), left, min(left + tile[1], right), face)
         for face in (range(faces[0]) if faces else [None])
-        for top in range(0, rows, tile[0])
-        for left in range(0, columns, tile[1])
+        for above, bottom in _pieces(rows, height)
+        for before, right in _pieces(columns, width)
+        for top in range(above, bottom, tile[0])
+        for left in range(before, right, tile[1])
     ]
+
+
+def _pieces(length: int, piece: int) -> list[tuple[int, int]]:
+    """Return where the pieces of a side begin and end."""
+    return [(a, min(a + piece, length)) for a in range(0, length, max(piece, 1))]
+
+
+def _cell(projection: Projection, shape: tuple[int, ...]) -> tuple[int, int]:
+    """Return rows and columns of a face of an image, of all of it where it is one."""
+    *_, rows, columns = shape
+    if projection.layout in (None, "faces"):
+        return rows, columns
+    # Faces of 2 texels a side: a grid of corners has none of 1.
+    down, across = projection.shape(2)
+    return -(-2 * rows // down), -(-2 * columns // across)
 
 
 class SourceTiles:
@@ -115,6 +139,11 @@ class SourceTiles:
         The projection is in the world of the source.
         """
         return self.seen_by_each(projection, shape, [window])[0]
+
+    def within(self, direction: NDArray[np.float64], angle: float) -> NDArray[np.intp]:
+        """Return the numbers of the tiles that may hold what lies so near to a direction."""
+        found = self._meet(direction[None], np.array([angle]), slice(None))
+        return np.flatnonzero(found[0])
 
     def seen_by_each(
         self, projection: Projection, shape: tuple[int, ...], windows: Sequence[Rectangle]
@@ -156,18 +185,26 @@ def _lattice(
     count: int,
     grow: int,
 ) -> NDArray[np.float64]:
-    """Return directions at count × count places spread over each part, grown by some texels."""
+    """Return directions at count × count places spread over each part, grown by some texels.
+
+    A part does not grow into another face, where directions are of other places.
+    """
     *_, rows, columns = shape
+    height, width = _cell(projection, shape)
     share = np.linspace(0.0, 1.0, count)
 
-    def along(low: Any, high: Any, side: int) -> NDArray[np.float64]:
-        low, high = np.maximum(low - grow, 0), np.minimum(high + grow, side)
+    def along(low: Any, high: Any, side: int, cell: int) -> NDArray[np.float64]:
+        least, most = low // cell * cell, np.minimum(-(-high // cell) * cell, side)
+        # What lies on an edge between two faces is of the next one.
+        most = np.where(most < side, most - _WITHIN, most)
+        low, high = np.maximum(low - grow, least), np.minimum(high + grow, most)
         places: NDArray[np.float64] = low[:, None] + (high - low)[:, None] * share
         # Beyond the outermost centers a grid of corners has nothing.
         return np.clip(places, 0.5, side - 0.5) if projection.grid != "centers" else places
 
     ends = np.array([[p.top, p.bottom, p.left, p.right] for p in parts], np.float64).T
-    y, x = along(ends[0], ends[1], rows), along(ends[2], ends[3], columns)
+    y = along(ends[0], ends[1], rows, height)
+    x = along(ends[2], ends[3], columns, width)
     pixels = np.empty((len(parts), count, count, len(shape)))
     pixels[..., 0], pixels[..., 1] = x[:, None, :], y[:, :, None]
     if len(shape) == 3:

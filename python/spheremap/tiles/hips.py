@@ -16,6 +16,7 @@ import re
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from functools import partial
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -74,7 +75,8 @@ def hips(job: Job) -> Pyramid:
         while faces.shape[1] > _THUMB << _ALLSKY and order >= _ALLSKY:
             faces = _halved(faces)
             _write_allsky(job, faces, order)
-        if job.extension == "fits":
+        # Pictures need no astropy, and it alone writes this.
+        if job.extension == "fits" or find_spec("astropy") is not None:
             from .fits import moc
 
             job.folder.data("Moc.fits", moc(seen, order, job.frame))

@@ -1,0 +1,81 @@
+"""Files larger than memory take what they were given, and a tenth."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+oiio = pytest.importorskip("OpenImageIO")
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="looks into /proc"),
+]
+
+# Memory that no file backs: pages of files the system takes back when it needs the room.
+SCRIPT = """
+import sys, threading, time
+import numpy as np, spheremap as sm, spheremap.light
+
+place, limit = sys.argv[1], int(sys.argv[2]) << 20
+
+def used():
+    with open("/proc/self/status") as file:
+        return next(int(line.split()[1]) << 10 for line in file if line.startswith("RssAnon"))
+
+def watch():
+    while not done.is_set():
+        seen.append(used())
+        time.sleep(0.002)
+
+# What the first call of any size takes is there before.
+sm.io.write(place + ".small.exr", np.ones((64, 128, 3), np.float32))
+cross = sm.projection("cube", layout="cross")
+sm.io.convert_file(place + ".small.exr", place + ".exr", "latlong", cross, memory=limit)
+sm.light.energy_file(place + ".small.exr", "latlong", memory=limit)
+before, seen, done = used(), [], threading.Event()
+watcher = threading.Thread(target=watch)
+watcher.start()
+{call}
+done.set()
+watcher.join()
+print(max(seen) - before)
+"""
+
+CALLS = {
+    "convert": "sm.io.convert_file(place, place + '.out.tif', 'latlong', cross, any_aspect=True, "
+    "memory=limit)",
+    "alpha": "sm.io.convert_file(place, place + '.out.tif', 'latlong', 'angular', alpha=2, "
+    "any_aspect=True, size=2048, memory=limit)",
+    "energy": "sm.light.energy_file(place, 'latlong', any_aspect=True, memory=limit)",
+}
+
+
+@pytest.fixture(scope="module")
+def large(tmp_path_factory):
+    """Return a file in tiles, of 302 MB."""
+    place = str(tmp_path_factory.mktemp("large") / "sky.tif")
+    spec = oiio.ImageSpec(8192, 6144, 3, "uint16")
+    spec.tile_width = spec.tile_height = 256
+    spec.attribute("compression", "none")
+    out = oiio.ImageOutput.create(place)
+    assert out.open(place, spec), out.geterror()
+    band = np.random.default_rng(0).integers(0, 50_000, (256, 8192, 3), np.uint16)
+    band[100:110, 100:110] = 65_535
+    for top in range(0, 6144, 256):
+        assert out.write_tiles(0, 8192, top, top + 256, 0, 1, band), out.geterror()
+    out.close()
+    return place
+
+
+@pytest.mark.parametrize("what", CALLS)
+def test_it_keeps_within_its_memory(large, what):
+    script = SCRIPT.replace("{call}", CALLS[what])
+    done = subprocess.run(
+        [sys.executable, "-c", script, large, "128"], capture_output=True, text=True, check=True
+    )
+    taken = int(done.stdout) / 2**20
+    # A tenth more is what the page grants.
+    assert 8 < taken < 141, f"{taken:.0f} MiB"

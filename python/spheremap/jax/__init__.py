@@ -10,7 +10,7 @@ except ImportError:
     raise ImportError("`spheremap.jax` needs jax: pip install spheremap[jax]", name="jax") from None
 
 from .images import convert, integrate, pad, sample
-from .maps import decode, density, directions, encode, jacobian, reflect
+from .maps import decode, density, directions, encode, jacobian, projection, reflect
 
 __all__ = [
     "convert",
@@ -21,6 +21,7 @@ __all__ = [
     "integrate",
     "jacobian",
     "pad",
+    "projection",
     "reflect",
     "sample",
 ]

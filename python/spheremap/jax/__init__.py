@@ -9,6 +9,7 @@ try:
 except ImportError:
     raise ImportError("`spheremap.jax` needs jax: pip install spheremap[jax]", name="jax") from None
 
+from . import light, packing, sh
 from .images import convert, integrate, pad, sample
 from .maps import decode, density, directions, encode, jacobian, projection, reflect
 
@@ -20,10 +21,13 @@ __all__ = [
     "encode",
     "integrate",
     "jacobian",
+    "light",
+    "packing",
     "pad",
     "projection",
     "reflect",
     "sample",
+    "sh",
 ]
 
 

@@ -47,7 +47,8 @@ def sample(
     projection, axes, rotation
         As for `encode`: how the image maps the sphere.
     filter : {"bilinear", "nearest"} or str
-        As for `spheremap.sample`. Others have no gradient: asking for it is an error.
+        As for `spheremap.sample`. Gradients of directions are those of bilinear lookups: of others
+        they are an error.
     fill : float
         As for `spheremap.sample`.
     any_aspect : bool
@@ -236,7 +237,7 @@ def integrate(image: Any, /, projection: ProjectionLike, *, any_aspect: bool = F
     data = in_float(image, "image")
     spec = spec_of(projection)
     held = linear.image_axes(spec, data.shape, any_aspect)
-    texels, back = _channels_last(data, held)
+    texels, back = channels_last(data, held)
     weights = light.weights(map_of(spec), texels.shape[:-1], any_aspect=True)
     total = jnp.sum(_images.flat(texels) * jnp.asarray(weights, data.dtype).reshape(-1, 1), axis=0)
     return back(total).astype(jnp.asarray(image).dtype)
@@ -286,7 +287,7 @@ def _looked_up(
     looked = vectors(directions, 3, "directions").astype(data.dtype)
     if turn is not None:
         looked = turned_back(turn, looked)
-    texels, back = _channels_last(data, linear.image_axes(spec, data.shape, any_aspect))
+    texels, back = channels_last(data, linear.image_axes(spec, data.shape, any_aspect))
     if moving is None:
         found = _images.sample(texels, looked, spec, filter, fill)
     else:
@@ -297,7 +298,7 @@ def _looked_up(
 
 def _summed(image: Any, data: jax.Array, axes: int, key: str, made: int) -> jax.Array:
     """Return what a key stands for of an image, whose result has so many axes."""
-    texels, back = _channels_last(data, axes)
+    texels, back = channels_last(data, axes)
     found = _sums.apply(_images.Conversion(key), texels)
     many = back(jnp.moveaxis(found, -1, 0))
     extra = many.ndim - made
@@ -307,7 +308,7 @@ def _summed(image: Any, data: jax.Array, axes: int, key: str, made: int) -> jax.
     return many.astype(jnp.asarray(image).dtype)
 
 
-def _channels_last(
+def channels_last(
     image: jax.Array, axes: int
 ) -> tuple[jax.Array, Callable[[jax.Array], jax.Array]]:
     """Return an image with all its channels last, and what gives (channels, ...) its batch back.

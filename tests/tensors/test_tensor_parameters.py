@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from typing import Any
 
 import cv2
@@ -16,7 +15,6 @@ from smooth import smooth
 
 torch = pytest.importorskip("torch")
 import spheremap.torch as smt  # noqa: E402
-from spheremap.map.moving import spec_without  # noqa: E402
 
 pytestmark = [
     pytest.mark.programs,
@@ -217,22 +215,6 @@ def test_transforms_and_compilation() -> None:
     each = torch.func.vmap(torch.func.grad(total), in_dims=(0, None))(several, d)
     alone = torch.stack([torch.func.grad(total)(one, d) for one in several])
     torch.testing.assert_close(each, alone, **SAME)
-
-
-def test_operators_are_as_torch_wants_them() -> None:
-    moving = smt.projection("dual_fisheye", fov=torch.tensor(190.0))
-    spec = spec_without(sm.projection("dual_fisheye"), ["fov"])
-    d = torch.from_numpy(random_directions(3, 1)).requires_grad_()
-    parameters = moving.together().requires_grad_()
-    uv = smt.encode(d.detach(), moving).requires_grad_()
-    for operator, given in (
-        ("moving_encode", (d, parameters, spec, "fov", 3)),
-        ("moving_decode", (uv, parameters, spec, "fov")),
-    ):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            found = torch.library.opcheck(getattr(torch.ops.spheremap, operator).default, given)
-        assert set(found.values()) == {"SUCCESS"}
 
 
 def test_kinds_of_numbers() -> None:

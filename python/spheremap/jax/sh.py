@@ -111,8 +111,9 @@ def evaluate(coefficients: Any, directions: Any, /) -> jax.Array:
     --------
     >>> import jax.numpy as jnp, spheremap.jax as smj
     >>> along_x = jnp.array([0.0, 0.0, 0.0, 1.0])
-    >>> smj.sh.evaluate(along_x, jnp.array([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0]])).round(4).tolist()
-    [0.48859..., 0.0]
+    >>> values = smj.sh.evaluate(along_x, jnp.array([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
+    >>> [round(x, 4) for x in values.tolist()]
+    [0.4886, 0.0]
     """
     c, d = in_float(coefficients, "coefficients"), vectors(directions, 3, "directions")
     wide = jnp.promote_types(c.dtype, d.dtype)

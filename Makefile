@@ -155,7 +155,7 @@ test-torch: $(BUILT) $(DEV_DEPS)
 
 test-jax: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group jax
-	"$(BIN)/python" -m pytest -m programs tests/tensors/test_jax_maps.py tests/tensors/test_jax_images.py
+	"$(BIN)/python" -m pytest -m programs $(wildcard tests/tensors/test_jax_*.py)
 	"$(BIN)/python" -m pytest -m programs tests/tensors/test_examples.py -k jax
 	"$(BIN)/python" -m pytest tests/package/test_docs.py -k jax.md
 

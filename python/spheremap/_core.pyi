@@ -1,5 +1,5 @@
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, Self, TypeAlias, final, overload
+from typing import Any, Literal, Self, TypeAlias, TypeVar, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -22,6 +22,7 @@ __all__ = [
     "convert",
     "convert_depth",
     "dfg",
+    "encode_gradient",
     "energy",
     "energy_from",
     "filters",
@@ -52,6 +53,8 @@ __all__ = [
     "registry",
     "remove_sun",
     "rotation",
+    "sample_adjoint",
+    "sample_slopes",
     "sample_uv",
     "set_num_threads",
     "set_simd_level",
@@ -71,6 +74,7 @@ __all__ = [
     "sheets",
     "simd_level",
     "simd_levels",
+    "sums_of_planes",
     "sun",
     "sun_from",
     "survey_of",
@@ -84,6 +88,8 @@ __all__ = [
 ]
 
 __version__: str
+
+_Float = TypeVar("_Float", bound=np.floating[Any])
 
 @disjoint_base
 class Projection:
@@ -443,6 +449,32 @@ def sh_from(
 def sh_project(
     object: ArrayLike, projection: Projection, order: int, points: bool, /
 ) -> NDArray[np.float64]: ...
+def sample_adjoint(
+    projection: Projection,
+    shape: Sequence[int],
+    filter: str,
+    directions: NDArray[_Float],
+    gradient: NDArray[_Float],
+    /,
+) -> NDArray[_Float]: ...
+def sample_slopes(
+    projection: Projection,
+    image: NDArray[_Float],
+    directions: NDArray[_Float],
+    gradient: NDArray[_Float],
+    /,
+) -> NDArray[_Float]: ...
+def encode_gradient(
+    projection: Projection, directions: NDArray[_Float], gradient: NDArray[_Float], /
+) -> NDArray[_Float]: ...
+def sums_of_planes(
+    ends: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    weights: NDArray[_Float],
+    source: NDArray[_Float],
+    faces: int,
+    /,
+) -> NDArray[_Float]: ...
 def sh_project_adjoint(
     array: NDArray[np.float64], projection: Projection, shape: Sequence[int], points: bool, /
 ) -> NDArray[np.float64]: ...

@@ -10,6 +10,7 @@ mod compare;
 mod depth;
 mod distribution;
 mod functions;
+mod gradients;
 mod healpix;
 mod helpers;
 mod images;
@@ -45,6 +46,8 @@ mod _core {
         rebuild, reflect, registry, rotation, set_num_threads, set_simd_level, simd_level,
         simd_levels,
     };
+    #[pymodule_export]
+    use super::gradients::{encode_gradient, sample_adjoint, sample_slopes, sums_of_planes};
     #[pymodule_export]
     use super::healpix::{
         healpix_ang2pix, healpix_arrange, healpix_neighbors, healpix_pix2ang, healpix_pix2vec,

@@ -24,6 +24,7 @@ mod request;
 mod sample;
 mod seam;
 mod size;
+mod sums;
 pub(crate) mod weighted;
 mod window;
 
@@ -33,6 +34,7 @@ pub use mip_sampler::{Detail, MipSampler};
 pub use mips::{Level, chain};
 pub use options::{Fill, Options};
 pub use pad::{pad, padded_shape};
-pub use sample::Sampler;
+pub use sample::{Sampler, sample_adjoint, sample_slopes};
+pub use sums::sums_of_planes;
 pub use size::matching_size;
 pub use window::Window;

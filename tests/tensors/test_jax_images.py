@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import spheremap as sm
-from conftest import FILTERS, NAMES, random_directions
+from conftest import FILTERS, LOOKUPS, NAMES, random_directions
 from smooth import WHOLE, inside
 
 jax = pytest.importorskip("jax")
@@ -76,10 +76,10 @@ def assert_adjoint(verb: Any, shape: tuple[int, ...]) -> None:
 def test_lookups_have_exact_adjoints(case: str) -> None:
     p, d = made(case), random_directions(400, 1)
     x = random(p.shape(6), 4)
-    for filter in ("bilinear", "nearest"):
+    for filter in LOOKUPS:
         assert_adjoint(lambda x, f=filter: smj.sample(x, d, p, filter=f), p.shape(6))
         found = smj.sample(x, d, p, filter=filter, fill=-1.0)
-        # Four products of numbers of up to 1, of places within the bound of printed code.
+        # Some products of numbers of up to 1, of places within the bound of printed code.
         close(found, sm.sample(x, d, p, filter=filter, fill=-1.0))
 
 
@@ -179,12 +179,9 @@ def test_no_gradient_is_silently_wrong() -> None:
     cube = random((6, 4, 4), 1)
     with pytest.raises(NotImplementedError, match="no second derivative"):
         jax.hessian(lambda d: smj.sample(cube, d, "cube").sum())(d)
-    for verb in (
-        lambda x: smj.sample(x, d, "latlong", filter="catmull-rom").sum(),
-        lambda x: smj.convert(x, "latlong", "cube", size=2, filter="mode").sum(),
-    ):
-        with pytest.raises(Exception, match="has no gradient"):
-            jax.grad(verb)(x).block_until_ready()
+    with pytest.raises(Exception, match="has no gradient"):
+        wrong = jax.grad(lambda x: smj.convert(x, "latlong", "cube", size=2, filter="mode").sum())
+        wrong(x).block_until_ready()
 
 
 @pytest.mark.parametrize("src, dst", [("latlong", "cube"), ("cube", "latlong"), ("cube", "cube")])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from typing import Any
 
 import cv2
@@ -11,11 +10,11 @@ import numpy as np
 import pytest
 import spheremap as sm
 from conftest import NAMES, REGISTRY, random_directions
+from moving_cases import CASES, maximum
 from smooth import smooth
 
 torch = pytest.importorskip("torch")
 import spheremap.torch as smt  # noqa: E402
-from spheremap.map.moving import spec_without  # noqa: E402
 
 pytestmark = [
     pytest.mark.programs,
@@ -27,34 +26,6 @@ SAME = {"rtol": 0.0, "atol": 0.0}
 # Differences of fourth order at a step h = 3e-4: h⁴ and what kernels round over h are near 1e-12,
 # times fifth derivatives of some hundreds.
 SLOPE = {"rtol": 1e-9, "atol": 1e-9}
-
-# Inside their ranges and at their ends: the default of `angular` is the largest that there is.
-CASES: list[tuple[str, dict[str, float]]] = [
-    ("angular", {}),
-    ("angular", {"fov": 200.0}),
-    ("perspective", {"fov": 70.0, "aspect": 1.5, "cx": 0.1, "cy": -0.05}),
-    ("cylindrical", {}),
-    ("cylindrical", {"fov": 200.0, "aspect": 2.0}),
-    ("equisolid", {"fov": 220.0}),
-    ("stereographic", {"fov": 220.0}),
-    ("orthographic", {"fov": 120.0}),
-    ("dual_fisheye", {"fov": 200.0}),
-    ("kannala_brandt", {"fov": 170.0, "k1": 0.02, "k2": -0.004, "k3": 0.001, "k4": -0.0002}),
-    ("unified", {}),
-    ("double_sphere", {"fov": 170.0}),
-    ("pannini", {"fov": 140.0, "d": 0.8, "s": 0.2, "aspect": 1.8}),
-    ("mercator", {"latitude": 80.0}),
-    ("camera_pinhole", {"fx": 0.6, "fy": 0.8, "cx": 0.02, "cy": -0.03, "aspect": 1.3}),
-    ("camera_brown_conrady", {}),
-    (
-        "camera_brown_conrady",
-        {"fx": 0.7, "fy": 0.9, "k1": -0.2, "k2": 0.05, "p1": 1e-3, "p2": -2e-3, "k4": 0.01},
-    ),
-    ("camera_kannala_brandt", {"fx": 0.4, "fy": 0.4, "k1": 0.02, "k2": -0.004, "k3": 0.001}),
-    ("camera_unified", {"xi": 0.8, "k1": -0.1, "p1": 1e-3}),
-    ("camera_double_sphere", {"fx": 0.4, "fy": 0.5}),
-    ("camera_eucm", {"fx": 0.4, "fy": 0.5, "alpha": 0.6, "beta": 1.1}),
-]
 
 
 def test_every_map_that_has_parameters_is_here() -> None:
@@ -98,11 +69,6 @@ def test_values_and_first_derivatives(name: str, given: dict[str, float]) -> Non
         assert torch.autograd.gradcheck(
             verb, (x, *some), check_forward_ad=True, check_batched_grad=True
         )
-
-
-def maximum(name: str, key: str) -> float:
-    (entry,) = (entry for entry in REGISTRY if entry["name"] == name)
-    return next(one["maximum"] for one in entry["parameters"] if one["name"] == key)
 
 
 def all_of(moving: list[Any], free: list[int], some: tuple[Any, ...]) -> list[Any]:
@@ -249,22 +215,6 @@ def test_transforms_and_compilation() -> None:
     each = torch.func.vmap(torch.func.grad(total), in_dims=(0, None))(several, d)
     alone = torch.stack([torch.func.grad(total)(one, d) for one in several])
     torch.testing.assert_close(each, alone, **SAME)
-
-
-def test_operators_are_as_torch_wants_them() -> None:
-    moving = smt.projection("dual_fisheye", fov=torch.tensor(190.0))
-    spec = spec_without(sm.projection("dual_fisheye"), ["fov"])
-    d = torch.from_numpy(random_directions(3, 1)).requires_grad_()
-    parameters = moving.together().requires_grad_()
-    uv = smt.encode(d.detach(), moving).requires_grad_()
-    for operator, given in (
-        ("moving_encode", (d, parameters, spec, "fov", 3)),
-        ("moving_decode", (uv, parameters, spec, "fov")),
-    ):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            found = torch.library.opcheck(getattr(torch.ops.spheremap, operator).default, given)
-        assert set(found.values()) == {"SUCCESS"}
 
 
 def test_kinds_of_numbers() -> None:

@@ -9,8 +9,9 @@ try:
 except ImportError:
     raise ImportError("`spheremap.jax` needs jax: pip install spheremap[jax]", name="jax") from None
 
+from . import light, packing, sh
 from .images import convert, integrate, pad, sample
-from .maps import decode, density, directions, encode, jacobian, reflect
+from .maps import decode, density, directions, encode, jacobian, projection, reflect
 
 __all__ = [
     "convert",
@@ -20,9 +21,13 @@ __all__ = [
     "encode",
     "integrate",
     "jacobian",
+    "light",
+    "packing",
     "pad",
+    "projection",
     "reflect",
     "sample",
+    "sh",
 ]
 
 

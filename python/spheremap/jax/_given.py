@@ -27,6 +27,20 @@ def vectors(given: Any, length: int, name: str) -> jax.Array:
     return array
 
 
+def unit_vectors(directions: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Return directions of length 1, as printed code takes them, and which there are (..., 1).
+
+    Others are along z, so that what is left out spoils no gradient.
+    """
+    known = jnp.all(jnp.isfinite(directions), axis=-1, keepdims=True)
+    known &= jnp.any(directions != 0, axis=-1, keepdims=True)
+    safe = jnp.where(known, directions, jnp.array([0.0, 0.0, 1.0], directions.dtype))
+    # Squares of the largest and the smallest have no width.
+    largest = jax.lax.stop_gradient(jnp.max(jnp.abs(safe), axis=-1, keepdims=True))
+    scaled = safe / largest
+    return scaled / jnp.linalg.norm(scaled, axis=-1, keepdims=True), known
+
+
 def split_rotation(rotation: Any | None) -> tuple[jax.Array | None, Any | None]:
     """Return a rotation that gradients may flow to, or one that the map is turned by."""
     if rotation is None or hasattr(rotation, "as_matrix"):

@@ -9,10 +9,12 @@ import jax
 import jax.numpy as jnp
 
 from .. import light
+from ..map.grid import places
 from ..map.spec import map_of, spec_of
 from ..resample import linear
 from . import _images, _sums
 from ._given import in_float, split_rotation, turned_back, vectors
+from ._moving import Moving, now, seen
 
 if TYPE_CHECKING:
     from .._arrays import Size
@@ -26,7 +28,7 @@ def sample(
     image: Any,
     directions: Any,
     /,
-    projection: ProjectionLike,
+    projection: ProjectionLike | Moving,
     *,
     filter: str = "bilinear",
     axes: str | None = None,
@@ -45,7 +47,8 @@ def sample(
     projection, axes, rotation
         As for `encode`: how the image maps the sphere.
     filter : {"bilinear", "nearest"} or str
-        As for `spheremap.sample`. Others have no gradient: asking for it is an error.
+        As for `spheremap.sample`. Gradients of directions are those of bilinear lookups: of others
+        they are an error.
     fill : float
         As for `spheremap.sample`.
     any_aspect : bool
@@ -82,15 +85,15 @@ def sample(
     ((3, 32, 64), 1.0)
     """
     turn, fixed = split_rotation(rotation)
-    spec = spec_of(projection, axes, fixed)
-    return _looked_up(image, directions, spec, turn, filter, float(fill), any_aspect)
+    spec, moving = seen(projection, axes, fixed)
+    return _looked_up(image, directions, spec, turn, filter, float(fill), any_aspect, moving)
 
 
 def convert(
     image: Any,
     /,
-    src: ProjectionLike,
-    dst: ProjectionLike,
+    src: ProjectionLike | Moving,
+    dst: ProjectionLike | Moving,
     *,
     size: Size | None = None,
     rotation: Any | None = None,
@@ -110,7 +113,8 @@ def convert(
         As for `spheremap.convert`.
     rotation : Array, array_like or an object with ``.as_matrix()``, optional
         As for `spheremap.convert`, of shape (3, 3). An array of JAX is one that gradients flow to,
-        with ``filter="bilinear", antialias=False``; other filters want one of NumPy.
+        as are the parameters of `src` and `dst` that are, with ``filter="bilinear",
+        antialias=False``; other filters want arrays of NumPy, and numbers.
     fill : float
         As for `spheremap.convert`.
 
@@ -122,7 +126,8 @@ def convert(
     Raises
     ------
     ValueError, TypeError
-        As for `spheremap.convert`; ValueError for an array of JAX as `rotation` with other filters.
+        As for `spheremap.convert`; ValueError for an array of JAX as `rotation` or as a parameter
+        with other filters, and without a `size` where a transform hides a parameter.
 
     Notes
     -----
@@ -142,19 +147,14 @@ def convert(
     """
     turn, fixed = split_rotation(rotation)
     data = in_float(image, "image")
-    if turn is not None:
+    if turn is not None or isinstance(src, Moving) or isinstance(dst, Moving):
         if filter != "bilinear" or antialias:
             raise ValueError(
-                "An array of JAX as `rotation` wants filter='bilinear' and antialias=False; "
-                "give others as one of NumPy."
+                "An array of JAX as `rotation`, or as a parameter of a map, wants "
+                "filter='bilinear' and antialias=False; give others as one of NumPy, and as a "
+                "number."
             )
-        source, grid = linear.turned_grid(src, dst, size, data.shape, world, any_aspect)
-        directions = jnp.asarray(grid, data.dtype)
-        found = _looked_up(image, directions, source, turn, filter, float(fill), any_aspect)
-        # (channels, faces, rows, columns), as values of directions come.
-        extra = data.ndim - linear.image_axes(source, data.shape, any_aspect)
-        faces = extra > 0 and grid.ndim == 4
-        return jnp.moveaxis(found, extra - 1, -3) if faces else found
+        return _moved(image, src, dst, size, turn, fixed, float(fill), world, any_aspect)
     held, key, made = linear.conversion(
         data.shape, src, dst, size, fixed, filter, fill, antialias, world, any_aspect
     )
@@ -237,10 +237,40 @@ def integrate(image: Any, /, projection: ProjectionLike, *, any_aspect: bool = F
     data = in_float(image, "image")
     spec = spec_of(projection)
     held = linear.image_axes(spec, data.shape, any_aspect)
-    texels, back = _channels_last(data, held)
+    texels, back = channels_last(data, held)
     weights = light.weights(map_of(spec), texels.shape[:-1], any_aspect=True)
     total = jnp.sum(_images.flat(texels) * jnp.asarray(weights, data.dtype).reshape(-1, 1), axis=0)
     return back(total).astype(jnp.asarray(image).dtype)
+
+
+def _moved(
+    image: Any,
+    src: ProjectionLike | Moving,
+    dst: ProjectionLike | Moving,
+    size: Size | None,
+    turn: jax.Array | None,
+    fixed: Any | None,
+    fill: float,
+    world: Worlds,
+    any_aspect: bool,
+) -> jax.Array:
+    """Return a conversion by bilinear lookups, whose places are no constants."""
+    if size is None and not all(p.is_known for p in (src, dst) if isinstance(p, Moving)):
+        raise ValueError("Expected `size`, since the parameters of a map are not known here.")
+    data = in_float(image, "image")
+    spec, moving = seen(src, None, fixed)
+    source, grid = linear.turned_grid(map_of(spec), now(dst), size, data.shape, world, any_aspect)
+    directions = jnp.asarray(grid, data.dtype)
+    if isinstance(dst, Moving):
+        target = dst.in_world_of(source) if world == "match" else dst
+        directions = target.decode(
+            jnp.asarray(places(map_of(target.spec), grid.shape[:-1]), data.dtype)
+        )
+    found = _looked_up(image, directions, source, turn, "bilinear", fill, any_aspect, moving)
+    # (channels, faces, rows, columns), as values of directions come.
+    extra = data.ndim - linear.image_axes(source, data.shape, any_aspect)
+    faces = extra > 0 and grid.ndim == 4
+    return jnp.moveaxis(found, extra - 1, -3) if faces else found
 
 
 def _looked_up(
@@ -251,20 +281,24 @@ def _looked_up(
     filter: str,
     fill: float,
     any_aspect: bool,
+    moving: Moving | None = None,
 ) -> jax.Array:
     data = in_float(image, "image")
     looked = vectors(directions, 3, "directions").astype(data.dtype)
     if turn is not None:
         looked = turned_back(turn, looked)
-    texels, back = _channels_last(data, linear.image_axes(spec, data.shape, any_aspect))
-    found = _images.sample(texels, looked, spec, filter, fill)
+    texels, back = channels_last(data, linear.image_axes(spec, data.shape, any_aspect))
+    if moving is None:
+        found = _images.sample(texels, looked, spec, filter, fill)
+    else:
+        found = moving.sample(texels, looked, filter, fill)
     # (..., channels) becomes (N, C, ...).
     return back(jnp.moveaxis(found, -1, 0)).astype(jnp.asarray(image).dtype)
 
 
 def _summed(image: Any, data: jax.Array, axes: int, key: str, made: int) -> jax.Array:
     """Return what a key stands for of an image, whose result has so many axes."""
-    texels, back = _channels_last(data, axes)
+    texels, back = channels_last(data, axes)
     found = _sums.apply(_images.Conversion(key), texels)
     many = back(jnp.moveaxis(found, -1, 0))
     extra = many.ndim - made
@@ -274,7 +308,7 @@ def _summed(image: Any, data: jax.Array, axes: int, key: str, made: int) -> jax.
     return many.astype(jnp.asarray(image).dtype)
 
 
-def _channels_last(
+def channels_last(
     image: jax.Array, axes: int
 ) -> tuple[jax.Array, Callable[[jax.Array], jax.Array]]:
     """Return an image with all its channels last, and what gives (channels, ...) its batch back.

@@ -69,6 +69,21 @@ def coordinate(places: NDArray[Any], n: int, cells: int, corners: bool) -> NDArr
     return u
 
 
+def places(p: Projection, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return the coordinates of an image's texels, those outside the valid image among them."""
+    height, width = shape[-2:]
+    (cells_v, cells_u), (corners_v, corners_u) = cells(p), on_corners(p)
+    if cells_u * cells_v > 1 and (corners_u or corners_v):
+        # Texels on the edges of joined faces lie on two at once; only the core tells them apart.
+        return p.encode(p.directions(shape)).astype(np.float64, copy=False)
+    uv = np.empty((*shape, len(shape)))
+    uv[..., 0] = centers(width, cells_u, corners_u)
+    uv[..., 1] = centers(height, cells_v, corners_v)[:, None]
+    if len(shape) == 3:
+        uv[..., 2] = np.arange(shape[0])[:, None, None]
+    return uv
+
+
 def row_blocks(p: Projection, shape: tuple[int, ...]) -> Iterator[tuple[slice, NDArray[Any]]]:
     """Yield an image's texels by blocks of its rows, those of all faces in turn.
 

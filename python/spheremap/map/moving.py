@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .named import registered, resolve
+from .named import projection, registered, resolve
+from .spec import spec_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,10 +25,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .._projection import Projection
+    from .named import ProjectionLike
 
     Floats = NDArray[np.floating[Any]]
 
-__all__ = ["at_rest", "decode_slopes", "encode_slopes", "moved", "spec_without"]
+__all__ = ["at_rest", "decode_slopes", "encode_slopes", "made", "moved", "now", "spec_without"]
 
 # How far a parameter moves, over its size or 1: its fourth power is 1e-14, and what a kernel rounds
 # over it 1e-12.
@@ -47,6 +49,26 @@ def spec_without(p: Projection, names: Sequence[str]) -> str:
     _, (_, name, options) = p.__reduce__()
     kept = {key: value for key, value in options.items() if key not in names}
     return json.dumps([name, kept])
+
+
+def made(name: ProjectionLike, numbers: dict[str, Any]) -> Projection:
+    """Return a projection with other parameters; of a name also with other options."""
+    if isinstance(name, str):
+        return projection(name, **numbers)
+    given = resolve(name)
+    if numbers.keys() - given.parameters.keys():
+        raise TypeError("Expected parameters alone beside a Projection, which has all the rest.")
+    return moved(spec_without(given, tuple(numbers)), tuple(numbers), tuple(numbers.values()))
+
+
+def now(name: ProjectionLike, numbers: dict[str, Any], values: dict[str, float | None]) -> str:
+    """Return the text of a map as it is now; a number that is not known is what it is by itself."""
+    known = {key: value for key, value in values.items() if value is not None}
+    found = made(name, {**numbers, **known})
+    for key in values.keys() - found.parameters.keys():
+        # It says which there are.
+        projection(found.name, **{key: 1.0})
+    return spec_of(found)
 
 
 def at_rest(p: Projection, names: Sequence[str]) -> Projection:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import _core
 from .._arrays import spatial_axes
 from .._threads import on_all_threads
 from ..map.images import expect_aspect, target_shape
@@ -59,6 +60,25 @@ class Matrix:
     def adjoint(self, columns: Reals) -> Reals:
         """Return the transposed matrix times columns (targets, channels)."""
         return self._product("adjoint", self.weights.T, columns)
+
+    def adjoint_of_planes(self, planes: Reals, faces: int) -> Reals | None:
+        """Return the transposed matrix times images (N, F, C, texels), as (N, faces, C, texels).
+
+        None where there is none, or where an image has more numbers than places in 32 bits.
+        """
+        _, own, channels, texels = planes.shape
+        if not planes.size or own * channels * texels > np.iinfo(np.int32).max:
+            return None
+        key = ("planes", planes.dtype, channels)
+        if key not in self._held:
+            rows = self.weights.T.tocsr().astype(planes.dtype)
+            # Weights of a row in the order of its columns: sums have one order.
+            rows.sort_indices()
+            skipped = rows.indices // texels * ((channels - 1) * texels)
+            columns = (rows.indices + skipped).astype(np.int32)
+            self._held[key] = (rows.indptr.astype(np.int32), columns, rows.data)
+        ends, columns, weights = self._held[key]
+        return _core.sums_of_planes(ends, columns, weights, planes, faces)
 
     def _product(self, way: str, weights: Any, given: Reals) -> Reals:
         columns = np.ascontiguousarray(given)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import _core
 from .._threads import on_all_threads
 from ..map.grid import on_corners, texel
 from ..map.spec import HELD, map_of
@@ -149,74 +150,31 @@ class Lookups:
         columns = np.concatenate([index[:, within].T.ravel(), column])
         return csr_matrix((data, (rows, columns)), shape=shape)
 
-    def nearest(self, directions: Floats) -> Any:
-        """Return lookups of the nearest texel as a sparse matrix."""
-        from scipy.sparse import csr_matrix
-
-        numbers = np.arange(float(self.texels)).reshape(self.shape)
-        some = directions.astype(np.float64)
-        options: dict[str, Any] = {"filter": "nearest", "fill": -1.0, "any_aspect": True}
-        column = sample(numbers, some, self.p, **options).astype(np.int64)
-        rows = np.flatnonzero(column >= 0)
-        parts = (np.ones(len(rows)), (rows, column[rows]))
-        return csr_matrix(parts, shape=(len(directions), self.texels))
-
     def adjoint(self, gradient: Floats, directions: Floats, filter: str) -> Floats:
         """Return what flows back to the texels (texels, channels), from lookups (n, channels)."""
-        if filter not in ("bilinear", "nearest"):
-            raise NotImplementedError(
-                f"`sample` with filter={filter!r} has no gradient; 'bilinear' and 'nearest' have."
-            )
-        if filter == "bilinear" and self.is_whole:
-            return self._folded(self._spread(gradient, directions))
-        weights = self.weights(directions) if filter == "bilinear" else self.nearest(directions)
-        # Lookup by lookup: no sum waits for another, and the order is theirs.
-        held = weights.T.astype(gradient.dtype, copy=False)
-        found: Floats = held @ np.ascontiguousarray(gradient)
+        looked = np.ascontiguousarray(directions, gradient.dtype)
+        columns = np.ascontiguousarray(gradient)
+        found = _core.sample_adjoint(self.p, self.shape, filter, looked, columns)
+        return found.reshape(self.texels, -1)
+
+    def pulled(self, image: Floats, directions: Floats, gradient: Floats) -> Floats:
+        """Return what flows back to u and v (n, 2) from lookups, whose gradient is (n, channels).
+
+        At rims and at the edges of faces, where lookups have rules of their own, of differences.
+        """
+        texels = np.ascontiguousarray(image).reshape(*self.shape, -1)
+        looked = np.ascontiguousarray(directions, image.dtype)
+        columns = np.ascontiguousarray(gradient, image.dtype)
+        if self.p.layout in (None, "faces"):
+            found = _core.sample_slopes(self.p, texels, looked, columns)
+        else:
+            # Faces in one image: its u and v are not those of a face.
+            found = np.full((len(looked), 2), np.nan, image.dtype)
+        rest = np.flatnonzero(np.isnan(found[:, 0]))
+        if len(rest):
+            slopes = np.nan_to_num(self._differences(image, looked[rest]))
+            found[rest] = np.einsum("knc,nc->nk", slopes, columns[rest])
         return found
-
-    def _spread(self, gradient: Floats, directions: Floats) -> Floats:
-        """Return what flows back to the texels of the padded image."""
-        from scipy.sparse import csr_matrix
-
-        count, padded = len(directions), (self.shape[0] + 2) * (self.shape[1] + 2)
-        chosen = np.empty((count, 4), np.int32)
-        mix = np.empty((count, 4), directions.dtype)
-
-        def work(block: slice) -> None:
-            uv: Floats = type(self.p).encode(self.p, directions[block])
-            column, row, x, y = between(np, uv, self.places, self.shape)
-            first = number(self.shape, column.astype(np.int32), row.astype(np.int32))
-            for k, step in enumerate(steps(self.shape)):
-                chosen[block, k] = first + step
-            mix[block] = np.nan_to_num(shares(np, x, y), copy=False).T
-
-        on_all_threads(work, [slice(k, k + _BLOCK) for k in range(0, count, _BLOCK)])
-        rows = np.arange(0, 4 * count + 1, 4, dtype=np.int32)
-        weights = csr_matrix((mix.ravel(), chosen.ravel(), rows), shape=(count, padded))
-        # Lookup by lookup: no sum waits for another, and the order is theirs.
-        held = weights.T.astype(gradient.dtype, copy=False)
-        found: Floats = held @ np.ascontiguousarray(gradient)
-        return found
-
-    def _folded(self, spread: Floats) -> Floats:
-        """Return what flows back to the texels, from that of the padded image."""
-        height, width = self.shape
-        own, mixed = self.padded
-        whole = spread.reshape(height + 2, width + 2, -1)
-        out = np.ascontiguousarray(whole[1:-1, 1:-1]).reshape(self.texels, -1)
-        border = np.ones((height + 2, width + 2), bool)
-        border[1:-1, 1:-1] = False
-        there = np.flatnonzero(border)
-        single = there[own[there] < self.texels]
-        np.add.at(out, own[single], spread[single])
-        if mixed is not None:
-            row, column, weight = mixed
-            several = there[own[there] >= self.texels]
-            of_mixes = np.zeros((self.mixes, out.shape[1]), out.dtype)
-            np.add.at(of_mixes, own[several] - self.texels, spread[several])
-            np.add.at(out, column, of_mixes[row] * weight[:, None].astype(out.dtype))
-        return out
 
     def slopes(self, image: Floats, directions: Floats) -> Floats:
         """Return the derivatives (2, n, channels) of lookups in texels (texels, channels).

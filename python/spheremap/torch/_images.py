@@ -166,9 +166,10 @@ def _sample_places(
 ) -> Tensor:
     _expect_bilinear(filter)
     made = lookups(spec, tuple(image.shape[:-1]))
-    texels = _flat(image, image.ndim - 1).detach().cpu()
-    columns = gradient.reshape(-1, gradient.shape[-1]).detach().cpu()
-    found = made.of_places(texels, directions.reshape(-1, 3).detach().cpu(), columns)
+    texels = _flat(image, image.ndim - 1).detach().cpu().numpy()
+    columns = gradient.reshape(-1, gradient.shape[-1]).detach().cpu().numpy()
+    looked = directions.reshape(-1, 3).detach().cpu().numpy()
+    found = torch.from_numpy(made.taps.pulled(texels, looked, columns))
     return found.reshape(*directions.shape[:-1], 2).to(image.device)
 
 

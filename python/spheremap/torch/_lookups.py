@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-import numpy as np
 import torch
 
 from ..resample import lookups as held
@@ -47,36 +46,6 @@ class Lookups:
         border = image.new_zeros((self.taps.mixes, image.shape[1]))
         border.index_add_(0, row, image[column] * weight.to(image.dtype)[:, None])
         return torch.cat([image, border])
-
-    def of_places(self, image: Tensor, directions: Tensor, gradient: Tensor) -> Tensor:
-        """Return what flows back to u and v (n, 2) from lookups, whose gradient is (n, channels).
-
-        Channels are summed before anything else is done: what is left is of single numbers.
-        """
-        if not self.taps.is_whole:
-            slopes = self.slopes(image, directions)
-            return (slopes * gradient).sum(-1).movedim(0, -1)
-        whole = self.extended(image).index_select(0, self._own(directions)).numpy()
-        given, looked = gradient.contiguous().numpy(), directions.numpy()
-        out = np.empty((len(looked), 2), whole.dtype)
-        (scale_u, _), (scale_v, _) = self.taps.places
-        shape, p = self.taps.shape, self.taps.p
-
-        def work(block: slice) -> None:
-            uv = type(p).encode(p, looked[block])
-            column, row, x, y = held.between(np, uv, self.taps.places, shape)
-            first = held.number(shape, column.astype(np.int32), row.astype(np.int32))
-            a, b, c, d = (
-                np.einsum("nc,nc->n", whole.take(first + step, axis=0), given[block])
-                for step in held.steps(shape)
-            )
-            out[block, 0] = ((b - a) * (1 - y) + (d - c) * y) * scale_u
-            out[block, 1] = ((c - a) * (1 - x) + (d - b) * x) * scale_v
-            # Nothing changes where everything is `fill`.
-            np.nan_to_num(out[block], copy=False)
-
-        on_blocks(work, len(looked))
-        return torch.from_numpy(out)
 
     def slopes(self, image: Tensor, directions: Tensor) -> Tensor:
         """Return the derivatives (2, n, channels) of lookups by u and by v."""

@@ -13,8 +13,6 @@ import numpy as np
 import torch
 
 from ..map import moving
-from ..map.named import projection as fixed_projection
-from ..map.named import resolve
 from ..map.spec import spec_of
 from ._operators import define
 from ._specs import map_of
@@ -121,7 +119,7 @@ def projection(name: ProjectionLike, /, **parameters: Any) -> Projection | Movin
     tensors = {key: value for key, value in parameters.items() if isinstance(value, torch.Tensor)}
     numbers = {key: value for key, value in parameters.items() if key not in tensors}
     if not tensors:
-        return _made(name, numbers)
+        return moving.made(name, numbers)
     for key, tensor in tensors.items():
         if tensor.ndim != 0 or not tensor.dtype.is_floating_point:
             raise ValueError(
@@ -141,25 +139,7 @@ def _value(tensor: Tensor) -> float | None:
         return None
 
 
-def _made(name: ProjectionLike, numbers: dict[str, Any]) -> Projection:
-    if isinstance(name, str):
-        return fixed_projection(name, **numbers)
-    given = resolve(name)
-    if numbers.keys() - given.parameters.keys():
-        raise TypeError("Expected parameters alone beside a Projection, which has all the rest.")
-    spec = moving.spec_without(given, tuple(numbers))
-    return moving.moved(spec, tuple(numbers), tuple(numbers.values()))
-
-
-@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
-def _now(name: ProjectionLike, numbers: dict[str, Any], values: dict[str, float | None]) -> str:
-    """Return the text of a map as it is now; a number that is not known is what it is by itself."""
-    known = {key: value for key, value in values.items() if value is not None}
-    made = _made(name, {**numbers, **known})
-    for key in values.keys() - made.parameters.keys():
-        # It says which there are.
-        fixed_projection(made.name, **{key: 1.0})
-    return spec_of(made)
+_now = torch.compiler.assume_constant_result(moving.now)
 
 
 # Operators ----------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 Kernels take channels last. To turn a whole image takes longer than to convert it; so these
 operators take planes and turn blocks of texels, which stay in a core's cache, of a few images at a
-time.
+time. What flows back is summed in the planes themselves.
 """
 
 from __future__ import annotations
@@ -28,7 +28,10 @@ if TYPE_CHECKING:
 
 # So many texels are turned at a time, and images of so many channels together.
 _BLOCK = 1 << 12
-_CHANNELS = 16
+_CHANNELS = 24
+
+# Blocks go to threads in so many parts.
+_PARTS = 8
 
 
 def are_planes(image: Tensor) -> bool:
@@ -48,10 +51,18 @@ def _planes(images: Tensor) -> Planes:
     return found.reshape(count, -1, channels, math.prod(found.shape[-2:]))
 
 
-def _blocks(planes: Planes) -> list[tuple[int, slice]]:
+def _on_blocks(work: Callable[[int, slice], None], planes: Planes) -> None:
+    """Do the work on each block of a face's texels, by all threads."""
     _, faces, _, texels = planes.shape
     starts = range(0, texels, _BLOCK)
-    return [(face, slice(k, min(k + _BLOCK, texels))) for face in range(faces) for k in starts]
+    blocks = [(face, slice(k, min(k + _BLOCK, texels))) for face in range(faces) for k in starts]
+
+    def part(some: list[tuple[int, slice]]) -> None:
+        for face, block in some:
+            work(face, block)
+
+    # To hand one over takes as long as to turn it.
+    on_all_threads(part, [blocks[k::_PARTS] for k in range(_PARTS)])
 
 
 def _turned(planes: Planes) -> Floats:
@@ -59,11 +70,10 @@ def _turned(planes: Planes) -> Floats:
     count, faces, channels, texels = planes.shape
     out = np.empty((faces, texels, count, channels), planes.dtype)
 
-    def work(block: tuple[int, slice]) -> None:
-        face, some = block
+    def work(face: int, some: slice) -> None:
         out[face, some] = planes[:, face, :, some].transpose(2, 0, 1)
 
-    on_all_threads(work, _blocks(planes))
+    _on_blocks(work, planes)
     return out.reshape(faces * texels, count * channels)
 
 
@@ -72,11 +82,10 @@ def _turn_back(columns: Floats, planes: Planes) -> None:
     count, faces, channels, texels = planes.shape
     given = columns.reshape(faces, texels, count, channels)
 
-    def work(block: tuple[int, slice]) -> None:
-        face, some = block
+    def work(face: int, some: slice) -> None:
         planes[:, face, :, some] = given[face, some].transpose(1, 2, 0)
 
-    on_all_threads(work, _blocks(planes))
+    _on_blocks(work, planes)
 
 
 def _by_few(run: Callable[[Floats], Floats], images: Tensor, target: tuple[int, ...]) -> Tensor:
@@ -99,7 +108,12 @@ def _linear(images: Tensor, key: str) -> Tensor:
 
 def _adjoint(gradient: Tensor, key: str) -> Tensor:
     made = linear_of(key)
-    return _by_few(made.matrix.adjoint, gradient, made.source)
+    given = gradient.detach().contiguous()
+    faces = math.prod(made.source[:-2])
+    found = made.matrix.adjoint_of_planes(_planes(given), faces)
+    if found is None:
+        return _by_few(made.matrix.adjoint, gradient, made.source)
+    return torch.from_numpy(found.reshape(_shape(made.source, given)))
 
 
 def _batched(operator: str) -> Callable[..., tuple[Tensor, int]]:

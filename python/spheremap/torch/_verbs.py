@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
+from .. import _core
 from ._operators import alike, define, has_kernel
 from ._printed import by_place, run
-from ._specs import map_of, on_blocks
+from ._specs import map_of
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -135,17 +136,11 @@ def _composed(directions: Tensor, gradient: Tensor, spec: str) -> Tensor:
 
 
 def _encode_gradient(directions: Tensor, gradient: Tensor, spec: str) -> Tensor:
-    """Do it block by block, whose two dozen components stay in a core's cache."""
     if not has_kernel(directions):
         return _composed(directions, gradient, spec)
-    flat, of_uv = directions.reshape(-1, 3), gradient.reshape(-1, 2)
-    out = torch.empty(flat.shape, dtype=flat.dtype)
-
-    def work(block: slice) -> None:
-        out[block] = _composed(flat[block], of_uv[block], spec)
-
-    on_blocks(work, len(flat))
-    return out.reshape(directions.shape)
+    flat, of_uv = directions.reshape(-1, 3).contiguous(), gradient.reshape(-1, 2).contiguous()
+    found = _core.encode_gradient(map_of(spec), flat.detach().numpy(), of_uv.detach().numpy())
+    return torch.from_numpy(found).reshape(directions.shape)
 
 
 def _again_reverse(

@@ -47,7 +47,8 @@ def sample(
     projection, axes, rotation
         As for `encode`: how the image maps the sphere.
     filter : {"bilinear", "nearest"} or str
-        As for `spheremap.sample`. Others have no gradient: asking for it is an error.
+        As for `spheremap.sample`. Gradients of directions are those of bilinear lookups: of others
+        they are an error.
     fill : float
         As for `spheremap.sample`.
     any_aspect : bool
@@ -68,8 +69,7 @@ def sample(
     Notes
     -----
     The gradient of the image is the exact adjoint, summed in the order of the directions: the same
-    bits with any number of threads. It costs most for lookups at rims (`sphere`, `angular`) and
-    along the edges of a cube's faces, whose weights are found by looking up.
+    bits with any number of threads.
 
     The gradient of directions is that of bilinear lookups: constant along each axis between four
     texels, and of one side on the lines between centers. At rims and at the edges of faces, where

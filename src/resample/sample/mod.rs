@@ -13,6 +13,7 @@
 //! What did not help: continuing the image by its nearest texels (an error of first order at every seam), and a
 //! padded copy of the source (a copy a call, for the few lookups that need it).
 
+mod adjoint;
 mod border;
 mod edges;
 pub(crate) mod ellipse;
@@ -26,6 +27,7 @@ mod spread;
 mod taps;
 mod texture;
 
+pub use adjoint::{sample_adjoint, sample_slopes};
 pub(crate) use gather::Rectangle;
 pub(crate) use level::Level;
 pub(crate) use lookups::Lookups;

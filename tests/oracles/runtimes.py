@@ -63,7 +63,7 @@ def _dxc() -> str:
     # Nothing asks the library for its version; it is one of its strings.
     folder = Path(compushady.__file__).parent / "backends"
     strings = next(folder.glob("libdxcompiler*")).read_bytes()
-    number = re.search(rb"\0(1\.\d+\.\d+\.\d+)\0", strings)
+    number = re.search(rb"(?<![\d.])(1\.\d+\.\d+\.\d+)(?![\d.])", strings)
     return f"DXC {number[1].decode() if number else 'of compushady'}, {_vulkan()}"
 
 
@@ -76,8 +76,8 @@ def _opencl() -> str:
     import pyopencl as cl
 
     device = cl.create_some_context(interactive=False).devices[0]
-    kind = cl.device_type.to_string(device.type)
-    return f"{device.platform.version.split(' Linux')[0].strip()}, {kind}"
+    card = "CPU" if device.type & cl.device_type.CPU else device.name
+    return f"{device.platform.version.split(' Linux')[0].strip()}, {card}"
 
 
 def _torch() -> str:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import ran
 import reference
 import spheremap as sm
 from hypothesis import settings
@@ -50,6 +51,15 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--no-skips", action="store_true", help="a test that skips fails")
+    whole = "bring the record of what ran printed code up to date; run whole files, in one process"
+    parser.addoption("--record-languages", action="store_true", help=whole)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("record_languages"):
+        if getattr(config.option, "numprocesses", None):
+            raise pytest.UsageError("--record-languages wants one process, without -n")
+        config.pluginmanager.register(ran.Recorder())
 
 
 @pytest.hookimpl(wrapper=True)

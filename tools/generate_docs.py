@@ -9,6 +9,7 @@ python tools/generate_docs.py --check    fail if one is out of date
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import re
 import sys
@@ -26,6 +27,8 @@ FILTERS_BEGIN = "<!-- filters: written by tools/generate_docs.py -->"
 FILTERS_END = "<!-- end of filters -->"
 LANGUAGES_BEGIN = "<!-- languages: written by tools/generate_docs.py -->"
 LANGUAGES_END = "<!-- end of languages -->"
+RAN_BEGIN = "<!-- ran: written by tools/generate_docs.py from tests/languages/ran.json -->"
+RAN_END = "<!-- end of ran -->"
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
@@ -302,22 +305,74 @@ def language_table() -> str:
             e["title"],
             f"`.{e['extension']}`",
             "32, 64" if e["double"] else "32",
-            e["checked"],
             e["promise"],
         ]
         for e in _core.code_languages()
     ]
-    head = ["name", "language", "files", "bits of a number", "checked by", "`exact`"]
+    head = ["name", "language", "files", "bits of a number", "`exact`"]
     return table(head, rows)
+
+
+# What writes it: the tests, told --record-languages.
+RAN = ROOT / "tests" / "languages" / "ran.json"
+
+
+def counted(done: dict | None) -> str:
+    """Return how many of a subject ran, and of how many every number was the library's."""
+    if done is None:
+        return "–"
+    return f"{done['run']}" if "same" not in done else f"{done['run']} ({done['same']})"
+
+
+def ran_table() -> str:
+    """Return what the tests recorded of each language, a row a runtime, width and precision."""
+    record = json.loads(RAN.read_text(encoding="utf-8"))
+    rows = []
+    for language in _core.code_languages():
+        name = f"`{language['name']}`"
+        of_language = [row for row in record if row["language"] == language["name"]]
+        if not of_language:
+            rows.append([name, "not run", *["–"] * 8])
+        for row in of_language:
+            maps = row.get("maps", {})
+            apart = maps.get("apart")
+            rows.append(
+                [
+                    name,
+                    row["runtime"],
+                    f"`{row['precision']}`",
+                    str(row["bits"]),
+                    counted(row.get("maps")),
+                    f"{len(maps['verbs'])}" if maps else "–",
+                    f"{maps['directions']:,}" if "directions" in maps else "–",
+                    "–" if apart is None else f"{apart:.0e}" if apart else "0",
+                    counted(row.get("packings")),
+                    row["date"],
+                ]
+            )
+    head = ["name", "ran by", "precision", "bits", "maps (same)", "verbs", "directions"]
+    return table([*head, "apart, rad", "packings (same)", "on"], rows)
 
 
 def between(path: Path, begin: str, end: str, body: str) -> str:
     """Return a file's text with what stands between two marks brought up to date."""
-    before, _, rest = path.read_text(encoding="utf-8").partition(begin)
+    return replaced(path.read_text(encoding="utf-8"), path.name, begin, end, body)
+
+
+def replaced(text: str, name: str, begin: str, end: str, body: str) -> str:
+    """Return a text with what stands between two marks brought up to date."""
+    before, _, rest = text.partition(begin)
     _, found, after = rest.partition(end)
     if not found:
-        raise SystemExit(f"{path.name} lacks the marks {begin} and {end}")
+        raise SystemExit(f"{name} lacks the marks {begin} and {end}")
     return f"{before}{begin}\n{body}\n{end}{after}"
+
+
+def languages_page(path: Path) -> str:
+    """Return the page of languages with both of its tables."""
+    text = path.read_text(encoding="utf-8")
+    text = replaced(text, path.name, LANGUAGES_BEGIN, LANGUAGES_END, language_table())
+    return replaced(text, path.name, RAN_BEGIN, RAN_END, ran_table())
 
 
 def render() -> dict[Path, str]:
@@ -330,7 +385,7 @@ def render() -> dict[Path, str]:
     return {
         readme: between(readme, BEGIN, END, names(registry)),
         resampling: between(resampling, FILTERS_BEGIN, FILTERS_END, filters),
-        languages: between(languages, LANGUAGES_BEGIN, LANGUAGES_END, language_table()),
+        languages: languages_page(languages),
         ROOT / "docs" / "projections.md": page(registry),
         ROOT / "docs" / "conventions.md": conventions_page(registry, _core.convention_table()),
     }

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import ran
 import spheremap as sm
 from oracles import cuda_oracle
 from printed import (
@@ -71,14 +72,17 @@ def ptx_of(case: str, number: str) -> str:
 NUMBERS = {"float": np.float32, "double": np.float64}
 
 
+@pytest.mark.runs("nvrtc", language="cuda")
 @pytest.mark.parametrize("number", NUMBERS)
 @pytest.mark.parametrize("case", CASES)
 def test_nvrtc_compiles_every_map_and_rounds_as_written(case: str, number: str) -> None:
     ptx = ptx_of(case, number)
     assert all(f".entry run_{verb}(" in ptx for verb in VERBS)
     assert not LOOSE.findall(ptx)
+    ran.note("maps", case, 8 * np.dtype(NUMBERS[number]).itemsize, verbs=VERBS)
 
 
+@pytest.mark.runs("cuda", language="cuda")
 @pytest.mark.parametrize("number", NUMBERS)
 @pytest.mark.parametrize("case", CASES)
 def test_a_card_has_the_bits_of_the_library(case: str, number: str) -> None:
@@ -106,12 +110,15 @@ def packing_ptx(name: str, rounding: str) -> str:
     )
 
 
+@pytest.mark.runs("nvrtc", language="cuda")
 @pytest.mark.parametrize("name", PACKINGS_DOUBLE)
 def test_nvrtc_compiles_every_packing(name: str) -> None:
     for rounding in roundings(name):
         assert not LOOSE.findall(packing_ptx(name, rounding))
+    ran.note("packings", name, 64)
 
 
+@pytest.mark.runs("cuda", language="cuda")
 @pytest.mark.parametrize("name", PACKINGS_DOUBLE)
 def test_a_card_has_the_integers_of_packings(name: str) -> None:
     for rounding in roundings(name):

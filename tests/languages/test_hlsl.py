@@ -12,12 +12,13 @@ from printed import (
     VERBS,
     Array,
     assert_alike,
+    assert_native,
     assert_packs_alike,
     made,
     roundings,
 )
 
-pytestmark = pytest.mark.programs
+pytestmark = [pytest.mark.programs, pytest.mark.runs("dxc", language="hlsl")]
 
 DIRECTION = "float3(given[3 * i], given[3 * i + 1], given[3 * i + 2])"
 
@@ -51,6 +52,14 @@ def test_dxc_has_the_bits_of_the_library(case: str) -> None:
         return out[:, 0] if n == 1 else out
 
     assert_alike(p, np.float32, verb)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_dxc_has_functions_of_its_own(case: str) -> None:
+    p = made(case)
+    text = sm.code(p, "hlsl", name="m", precision="native")
+    call = f"float3 r = m_decode(m_encode({DIRECTION})); {stores(3)}"
+    assert_native(p, lambda d: hlsl_oracle.run(text, call, d).reshape(-1, 3))
 
 
 CALLS = {

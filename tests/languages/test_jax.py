@@ -25,7 +25,7 @@ from printed import (
     roundings,
 )
 
-pytestmark = pytest.mark.programs
+pytestmark = [pytest.mark.programs, pytest.mark.runs("jax", language="jax")]
 
 
 def functions(p: sm.Projection, *verbs: str) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import spheremap as sm
 from oracles import need
-from printed import CASES, VERBS, Array, assert_alike, made
+from printed import CASES, VERBS, Array, assert_alike, assert_native, made
 
 pytestmark = pytest.mark.programs
 
@@ -20,6 +20,7 @@ def arrays_of(language: str, p: sm.Projection, dtype: type) -> dict[str, Any]:
     return names
 
 
+@pytest.mark.runs("torch", language="torch")
 @pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
 @pytest.mark.parametrize("case", CASES)
 def test_torch_is_within_the_bounds(case: str, dtype: type) -> None:
@@ -34,6 +35,22 @@ def test_torch_is_within_the_bounds(case: str, dtype: type) -> None:
     assert_alike(p, dtype, verb, exact=False)
 
 
+@pytest.mark.runs("torch", language="torch")
+@pytest.mark.parametrize("case", CASES)
+def test_torch_has_functions_of_its_own(case: str) -> None:
+    torch = need("torch")
+    p = made(case)
+    names: dict[str, Any] = {}
+    exec(sm.code(p, "torch", name="m", precision="native"), names)
+
+    def there_and_back(d: Array) -> Array:
+        out: Array = names["m_decode"](names["m_encode"](torch.from_numpy(d))).numpy()
+        return out
+
+    # Its vectors of functions, those of SLEEF, state 3.5 units at most.
+    assert_native(p, there_and_back, ulps=4)
+
+
 KERNEL = """{text}
 __kernel void run(__global const {number}* given, __global {number}* made) {{
     size_t i = get_global_id(0);
@@ -42,12 +59,25 @@ __kernel void run(__global const {number}* given, __global {number}* made) {{
 """
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
-@pytest.mark.parametrize("case", CASES)
-def test_opencl_has_the_bits_of_the_library(case: str, dtype: type) -> None:
+def by_opencl(source: str, data: Array, width: int) -> Array:
+    """Return what a kernel makes of each row, so many numbers."""
     cl = need("pyopencl")
     context = cl.create_some_context(interactive=False)
     queue = cl.CommandQueue(context)
+    kernel = cl.Program(context, source).build(["-cl-fp32-correctly-rounded-divide-sqrt"]).run
+    out = np.empty((len(data), width), data.dtype)
+    flags = cl.mem_flags
+    given = cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=data)
+    target = cl.Buffer(context, flags.WRITE_ONLY, out.nbytes)
+    kernel(queue, (len(data),), None, given, target)
+    cl.enqueue_copy(queue, out, target)
+    return out
+
+
+@pytest.mark.runs("opencl", language="opencl")
+@pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
+@pytest.mark.parametrize("case", CASES)
+def test_opencl_has_the_bits_of_the_library(case: str, dtype: type) -> None:
     p = made(case)
     width = p.encode(np.zeros(3)).shape[-1]
     number = "float" if dtype is np.float32 else "double"
@@ -67,17 +97,24 @@ def test_opencl_has_the_bits_of_the_library(case: str, dtype: type) -> None:
         "valid": (f"made[i] = m_valid({place}) ? 1 : 0;", 1),
         "jacobian": (f"{number}3 r, s; m_jacobian({place}, &r, &s); {columns}", 6),
     }
-    flags = cl.mem_flags
 
     def verb(name: str, data: Array) -> Array:
         call, n = of[name]
-        program = cl.Program(context, KERNEL.format(text=text, number=number, call=call))
-        kernel = program.build(["-cl-fp32-correctly-rounded-divide-sqrt"]).run
-        out = np.empty((len(data), n), dtype)
-        source = cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=data)
-        target = cl.Buffer(context, flags.WRITE_ONLY, out.nbytes)
-        kernel(queue, (len(data),), None, source, target)
-        cl.enqueue_copy(queue, out, target)
+        out = by_opencl(KERNEL.format(text=text, number=number, call=call), data, n)
         return out[:, 0] if n == 1 else out
 
     assert_alike(p, dtype, verb)
+
+
+@pytest.mark.runs("opencl", language="opencl")
+@pytest.mark.parametrize("case", CASES)
+def test_opencl_has_functions_of_its_own(case: str) -> None:
+    p = made(case)
+    text = sm.code(p, "opencl", name="m", precision="native")
+    call = (
+        "float3 r = m_decode(m_encode((float3)(given[3 * i], given[3 * i + 1], given[3 * i + 2])));"
+    )
+    call += " made[3 * i] = r.x; made[3 * i + 1] = r.y; made[3 * i + 2] = r.z;"
+    source = KERNEL.format(text=text, number="float", call=call)
+    # The standard allows an arctangent 6 units.
+    assert_native(p, lambda d: by_opencl(source, d, 3), ulps=6)

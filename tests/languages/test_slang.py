@@ -16,6 +16,7 @@ from printed import (
     Array,
     asked,
     assert_alike,
+    assert_native,
     assert_packs_alike,
     assert_taps,
     made,
@@ -56,6 +57,7 @@ def in_one(name: str, out: Array) -> Array:
     return out[:, 0] if name in ("density", "valid") else out
 
 
+@pytest.mark.runs("slangc, c++", language="slang")
 @pytest.mark.parametrize("case", CASES)
 def test_slang_as_cpp_has_the_bits_of_the_library(case: str, tmp_path: Path) -> None:
     p = made(case)
@@ -65,6 +67,7 @@ def test_slang_as_cpp_has_the_bits_of_the_library(case: str, tmp_path: Path) -> 
     assert_alike(p, np.float32, lambda name, _: in_one(name, found[name]))
 
 
+@pytest.mark.runs("slangc, vulkan", language="slang")
 @pytest.mark.parametrize("case", CASES)
 def test_slang_by_vulkan_has_the_bits_of_the_library(case: str, tmp_path: Path) -> None:
     p = made(case)
@@ -77,6 +80,16 @@ def test_slang_by_vulkan_has_the_bits_of_the_library(case: str, tmp_path: Path) 
     assert_alike(p, np.float32, verb)
 
 
+@pytest.mark.runs("slangc, vulkan", language="slang")
+@pytest.mark.parametrize("case", CASES)
+def test_slang_by_vulkan_has_functions_of_its_own(case: str, tmp_path: Path) -> None:
+    p = made(case)
+    text = sm.code(p, "slang", name="m", precision="native")
+    call = f"float3 r = m_decode(m_encode({vector(3)})); {stores(3)}"
+    assert_native(p, lambda d: slang_oracle.as_spirv(text, call, d, tmp_path))
+
+
+@pytest.mark.runs("slangc, vulkan", language="slang")
 @pytest.mark.parametrize(("case", "size"), TAPPED)
 def test_slang_taps(case: str, size: tuple[int, int], tmp_path: Path) -> None:
     text = sm.code(made(case), "slang", verbs=["taps"], name="m")
@@ -93,6 +106,7 @@ def test_slang_taps(case: str, size: tuple[int, int], tmp_path: Path) -> None:
     assert_taps(case, size, lambda d: slang_oracle.as_spirv(text, call, d, tmp_path))
 
 
+@pytest.mark.runs("slangc, vulkan", language="slang")
 @pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])
 def test_slang_by_vulkan_has_the_integers_of_packings(name: str, tmp_path: Path) -> None:
     for rounding in roundings(name):
@@ -111,6 +125,7 @@ def test_slang_by_vulkan_has_the_integers_of_packings(name: str, tmp_path: Path)
         assert_packs_alike(name, rounding, np.float32, pack, unpack)
 
 
+@pytest.mark.runs("slangc, c++", language="slang")
 @pytest.mark.parametrize("name", PACKINGS)
 def test_slang_as_cpp_has_the_integers_of_packings(name: str, tmp_path: Path) -> None:
     word = np.uint32 if sm.packing.packing(name).bits <= 32 else np.uint64

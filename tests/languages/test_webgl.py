@@ -18,6 +18,7 @@ from printed import (
     Array,
     asked,
     assert_alike,
+    assert_native,
     assert_packs_alike,
     assert_sums_alike,
     assert_taps,
@@ -26,7 +27,7 @@ from printed import (
     roundings,
 )
 
-pytestmark = pytest.mark.programs
+pytestmark = [pytest.mark.programs, pytest.mark.runs("webgl", language="glsl_es")]
 
 SHADER = """#version 300 es
 {text}
@@ -81,6 +82,14 @@ def test_webgl_is_within_the_bounds(case: str, page: Any) -> None:
 
     assert len(given["encode"]) > 20_000
     assert_alike(p, np.float32, verb, exact=False)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_webgl_has_functions_of_its_own(case: str, page: Any) -> None:
+    p = made(case)
+    text = sm.code(p, "glsl_es", name="m", precision="native")
+    source = shader(text, "first.xyz = m_decode(m_encode(row.xyz));")
+    assert_native(p, lambda d: webgl_oracle.run(page, source, [d])[0][:, :3])
 
 
 def test_webgl_reflects(page: Any) -> None:

@@ -22,7 +22,7 @@ from printed import (
     roundings,
 )
 
-pytestmark = pytest.mark.programs
+pytestmark = [pytest.mark.programs, pytest.mark.runs("webgpu", language="wgsl")]
 
 SHADER = """{text}
 @group(0) @binding(0) var<storage, read> given: array<f32>;

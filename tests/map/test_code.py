@@ -22,6 +22,7 @@ from printed import (
     VERBS,
     Array,
     assert_alike,
+    assert_native,
     assert_taps,
     called,
     compiled,
@@ -75,6 +76,7 @@ def run_c(library: ctypes.CDLL, number: int, p: sm.Projection) -> Callable[[str,
     return verb
 
 
+@pytest.mark.runs("cc", language="c")
 @pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
 @pytest.mark.parametrize("case", CASES)
 def test_compiled_c_has_the_bits_of_the_library(
@@ -84,6 +86,7 @@ def test_compiled_c_has_the_bits_of_the_library(
     assert_alike(p, dtype, run_c(library(dtype), CASES.index(case), p))
 
 
+@pytest.mark.runs("numpy", language="numpy")
 @pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["f32", "f64"])
 @pytest.mark.parametrize("case", CASES)
 def test_numpy_has_the_bits_of_the_library(case: str, dtype: type) -> None:
@@ -116,6 +119,31 @@ def test_native_functions_are_those_of_the_language(case: str) -> None:
     # They round a few hundred times; what loses digits loses them in the map.
     bound = max(2 * BOUNDS[p.name][1], 1e-13)
     assert np.nanmax(np.linalg.norm(back - d, axis=-1)) <= bound
+
+
+@pytest.fixture(scope="session")
+def native_library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    """Return a round trip of every case by the functions of C."""
+    parts = []
+    for k, case in enumerate(CASES):
+        p = made(case)
+        width = p.encode(np.zeros(3)).shape[-1]
+        parts.append(sm.code(p, "c", name=f"m{k}", precision="native"))
+        parts.append(
+            f"void all{k}(const float* in, float* out, long n) {{\n"
+            f"    for (long i = 0; i < n; i++) {{\n        float uv[{width}];\n"
+            f"        m{k}_encode(in + 3 * i, uv);\n        m{k}_decode(uv, out + 3 * i);\n"
+            "    }\n}\n"
+        )
+    return compiled("\n".join(parts), tmp_path_factory.mktemp("native"))
+
+
+@pytest.mark.runs("cc", language="c")
+@pytest.mark.parametrize("case", CASES)
+def test_c_has_functions_of_its_own(case: str, native_library: ctypes.CDLL) -> None:
+    function = native_library[f"all{CASES.index(case)}"]
+    # Its standard promises nothing; C libraries state 1 to 4 units.
+    assert_native(made(case), lambda d: called(function, d, np.empty_like(d)), ulps=4)
 
 
 @pytest.mark.parametrize("language", [entry["name"] for entry in LANGUAGES])
@@ -234,6 +262,7 @@ def test_reflect_has_the_bits_of_the_library(dtype: type, tmp_path: Path) -> Non
     assert same_bits(names["m_reflect"](view, normal), wanted).all()
 
 
+@pytest.mark.runs("cc", language="c")
 @pytest.mark.parametrize(("case", "size"), TAPPED)
 def test_taps_are_those_of_sample(case: str, size: tuple[int, int], tmp_path: Path) -> None:
     options: dict[str, Any] = {"verbs": ["taps"], "name": "m", "dtype": "float64"}

@@ -18,6 +18,7 @@ def as_numpy(array: Any) -> Array:
     return np.from_dlpack(array)
 
 
+@pytest.mark.runs("array_api", language="array_api")
 @DTYPES
 @pytest.mark.parametrize("case", CASES)
 def test_printed_code_has_the_bits_of_the_library(case: str, dtype: type) -> None:

@@ -18,6 +18,7 @@ from printed import (
     VERBS,
     Array,
     assert_alike,
+    assert_native,
     assert_packs_alike,
     assert_taps,
     called,
@@ -86,6 +87,7 @@ def run_shader(text: str, call: str, data: Array, dtype: type) -> Array:
     return np.frombuffer(target.read(), dtype)
 
 
+@pytest.mark.runs("opengl", language="glsl")
 @pytest.mark.parametrize("case", CASES)
 def test_opengl_has_the_bits_of_the_library(case: str) -> None:
     p = made(case)
@@ -104,6 +106,33 @@ DIRECTION = "vec3(given[3 * i], given[3 * i + 1], given[3 * i + 2])"
 STORE = "made[3 * i] = r.x; made[3 * i + 1] = r.y; made[3 * i + 2] = r.z;"
 
 
+@pytest.mark.runs("opengl", language="glsl")
+@pytest.mark.parametrize("case", CASES)
+def test_opengl_has_functions_of_its_own(case: str) -> None:
+    p = made(case)
+    text = sm.code(p, "glsl", name="m", precision="native")
+    call = f"vec3 r = m_decode(m_encode({DIRECTION})); {STORE}"
+    assert_native(p, lambda d: run_shader(text, call, d, np.float32).reshape(-1, 3))
+
+
+def test_the_arctangent_of_a_renderer_is_not_ours() -> None:
+    """What docs/languages.md says of `precision="native"`: twenty roundings, wrong at the poles."""
+    opengl_oracle.need_exact()
+    d = directions(np.float32)
+    d = d[(d[:, 0] != 0) | (d[:, 1] != 0)]
+    found = run_shader("", "made[i] = atan(abs(given[3 * i]), given[3 * i + 1]);", d, np.float32)
+    off = np.abs(found - np.arctan2(np.abs(d[:, 0].astype(float)), d[:, 1].astype(float)))
+    # Near twenty, as the page says; 18.9 were measured.
+    assert 15 < off.max() / (2.0**-24 * np.pi) < 25
+    poles = np.array([[0, 1, 0], [0, -1, 0]], np.float32)
+    call = f"vec2 r = m_encode({DIRECTION}); made[2 * i] = r.x; made[2 * i + 1] = r.y;"
+    for precision, in_middle in (("exact", True), ("native", False)):
+        text = sm.code("latlong", "glsl", verbs=["encode"], name="m", precision=precision)
+        u, v = run_shader(text, call, poles, np.float32).reshape(-1, 2).T
+        assert v.tolist() == [0, 1] and ((u == 0.5) == in_middle).all()
+
+
+@pytest.mark.runs("opengl", language="glsl")
 @pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])
 def test_opengl_has_the_integers_of_packings(name: str) -> None:
     opengl_oracle.need_exact()
@@ -120,6 +149,7 @@ def test_opengl_has_the_integers_of_packings(name: str) -> None:
         assert_packs_alike(name, rounding, np.float32, pack, unpack)
 
 
+@pytest.mark.runs("opengl", language="glsl")
 @pytest.mark.parametrize(("case", "size"), TAPPED)
 def test_opengl_fetches_what_sample_mixes(case: str, size: tuple[int, int]) -> None:
     text = sm.code(made(case), "glsl", verbs=["taps"], name="m")
@@ -151,6 +181,7 @@ def test_opengl_samples_a_cube_by_the_same_taps(n: int) -> None:
     assert np.abs(mixed_by(found, image[..., 0]) - wanted).max() <= rounding
 
 
+@pytest.mark.runs("opengl", language="glsl")
 @pytest.mark.parametrize("channels", [1, 3])
 def test_opengl_sums_harmonics(channels: int) -> None:
     c = np.random.default_rng(2).normal(size=(25, channels))
@@ -234,6 +265,7 @@ def dialect(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], ctypes.
     return build
 
 
+@pytest.mark.runs("c++")
 @pytest.mark.slow
 @pytest.mark.parametrize("language", DIALECTS)
 def test_dialects_of_cpp_have_the_bits_of_the_library(
@@ -253,6 +285,7 @@ def test_dialects_of_cpp_have_the_bits_of_the_library(
         assert_alike(p, np.float32, verb)
 
 
+@pytest.mark.runs("c++")
 @pytest.mark.slow
 @pytest.mark.parametrize("language", DIALECTS)
 def test_dialects_of_cpp_have_the_integers_of_packings(language: str, tmp_path: Path) -> None:

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 import spheremap as sm
-from printed import CASES, VERBS, Array, assert_alike, directions, made
+from printed import CASES, VERBS, Array, assert_alike, assert_native, directions, made
 
 from oracles import osl_oracle
 
-pytestmark = pytest.mark.programs
+pytestmark = [pytest.mark.programs, pytest.mark.runs("cycles", language="osl")]
 
 
 @pytest.fixture(scope="module")
@@ -45,3 +45,10 @@ def test_cycles_is_within_the_bounds(case: str, cycles: osl_oracle.Shading) -> N
     d = directions(np.float32)
     outside = d[np.isnan(p.encode(d)[:, 0])]
     assert len(outside) == 0 or (verb("encode", outside)[:, :2] == -1).all()
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_cycles_has_functions_of_its_own(case: str, cycles: osl_oracle.Shading) -> None:
+    p = made(case)
+    text = sm.code(p, "osl", name="m", precision="native")
+    assert_native(p, lambda d: cycles.run(text, "r = m_decode(m_encode(given));", d))

@@ -63,6 +63,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Callable[[type], ctypes
     return of_type
 
 
+@pytest.mark.runs("cc", language="c")
 @pytest.mark.parametrize(("dtype", "name", "rounding"), CASES, ids=IDS)
 def test_compiled_c_has_the_integers_of_the_library(
     dtype: type, name: str, rounding: str, library: Callable[[type], ctypes.CDLL]
@@ -79,6 +80,7 @@ def test_compiled_c_has_the_integers_of_the_library(
     assert_packs_alike(name, rounding, dtype, pack, unpack)
 
 
+@pytest.mark.runs("numpy", language="numpy")
 @pytest.mark.parametrize(("dtype", "name", "rounding"), CASES, ids=IDS)
 def test_numpy_has_the_integers_of_the_library(dtype: type, name: str, rounding: str) -> None:
     names: dict[str, Any] = {}

@@ -106,9 +106,9 @@ def _expect_own(url: str, said: list[str]) -> None:
         said.append(f"asked for {url}")
 
 
-def drawn(page: Any, tmp_path: Path) -> np.ndarray:
-    """Return the canvas as it is now."""
-    script = "() => { spheremap.draw(3); return spheremap.canvas.toDataURL('image/png'); }"
+def drawn(page: Any, tmp_path: Path, samples: int = 3) -> np.ndarray:
+    """Return the canvas as it is now; one sample a pixel is what it has while it moves."""
+    script = f"spheremap.draw({samples}), spheremap.canvas.toDataURL('image/png')"
     path = tmp_path / "canvas.png"
     path.write_bytes(base64.b64decode(page.evaluate(script).split(",")[1]))
     return io.read(path)[..., :3]
@@ -174,6 +174,20 @@ def test_stills_are_what_is_seen(
     ratio = peak_to_noise(part[inside], still[inside])
     print(f"{look}: {ratio:.1f} dB")
     assert ratio >= LEAST
+
+
+@pytest.mark.parametrize("name", ["latlong", "cube", "angular", "healpix"])
+@pytest.mark.parametrize("settings", [{}, {"false_color": True, "graticule": 15, "valid": True}])
+def test_what_moves_is_what_rests(
+    name: str, settings: dict[str, Any], opened: Callable[..., Any], tmp_path: Path
+) -> None:
+    p = sm.projection(name)
+    page = opened(sm.view(image(p), p, fov=75, **settings))
+    rests = drawn(page, tmp_path)
+    moves = drawn(page, tmp_path, samples=1)
+    assert moves.std() > 5
+    # Weights of 8 bits, of a texture unit.
+    assert peak_to_noise(moves, rests) >= LEAST
 
 
 @pytest.mark.parametrize("name", ["latlong", "latlong(grid)", "cube:unity", "angular", "healpix"])

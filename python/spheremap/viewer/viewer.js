@@ -14,8 +14,8 @@ const WIDEST_PERSPECTIVE = 170;
 const COMPARISONS = ["first", "second", "split", "difference", "signed", "blink"];
 // Of directions that are placed on screens, in a row of their texture.
 const POINTS = 1024;
-// What a program has only where it is asked for: compilers take their time.
-const EXTRAS = ["density", "tissot", "seams"];
+// What a program has only where it is asked for: compilers take their time, and renderers in software run all that there is.
+const EXTRAS = ["false_color", "isolines", "clipping", "graticule", "valid", "density", "tissot", "seams"];
 const DEGREE = Math.PI / 180;
 const KEYS = [
     ["arrows", "turn (with Shift further)"], ["+ −", "closer, wider"], ["Home", "first view"],
@@ -61,8 +61,10 @@ async function textureWords(image) {
     const states = image.states && (await unpacked(image.states, count, 1, false));
     const texels = new Uint16Array(4 * count);
     for (let i = 0, j = 0, k = 0; i < count; i++, j += channels, k += 4) {
-        for (let c = 0, at = j; c < 3; c++, at += step) texels[k + c] = table ? table[words[at]] : words[at];
         texels[k + 3] = states ? [0, 0x3c00, 0xbc00][states[i]] : 0x3c00;
+        // What is no value is black, to be between values.
+        if (texels[k + 3] !== 0x3c00) continue;
+        for (let c = 0, at = j; c < 3; c++, at += step) texels[k + c] = table ? table[words[at]] : words[at];
     }
     return texels;
 }
@@ -138,8 +140,9 @@ class Painter {
         const texture = gl.createTexture();
         gl.activeTexture(gl.TEXTURE0);
         gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
+        for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D_ARRAY, side, gl.CLAMP_TO_EDGE);
         gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, gl.RGBA16F, width, height, layers, 0, gl.RGBA, gl.HALF_FLOAT, words);
         return texture;
     }
@@ -207,10 +210,16 @@ class Painter {
         gl.uniformMatrix3fv(places.pose, false, view.pose);
     }
 
+    // The program of a view: at rest, or while it moves.
+    drawing(view, look, moving) {
+        const second = look.comparison === "first" || this.scene.images.length < 2 ? null : look.second;
+        const extras = EXTRAS.filter((part) => look[part]);
+        return { second, made: this.program(look.first, second, view.screen, "", moving ? [...extras, "moving"] : extras) };
+    }
+
     picture(view, look, samples) {
         const { gl, scene } = this;
-        const second = look.comparison === "first" || scene.images.length < 2 ? null : look.second;
-        const made = this.program(look.first, second, view.screen, "", EXTRAS.filter((part) => look[part]));
+        const { second, made } = this.drawing(view, look, samples === 1);
         const { places } = made;
         gl.useProgram(made.program);
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -241,12 +250,8 @@ class Painter {
         gl.uniform1f(places.exposure, look.exposure);
         gl.uniform1i(places.curve, scene.curves.indexOf(look.curve));
         gl.uniform1f(places.white, scene.white);
-        gl.uniform1i(places.false_color, look.false_color);
         gl.uniform3fv(places.ramp, scene.ramp.flat());
-        gl.uniform1i(places.isolines, look.isolines);
-        gl.uniform1i(places.clipping, look.clipping);
         gl.uniform1f(places.graticule, look.graticule);
-        gl.uniform1i(places.valid, look.valid);
         if (look.tissot) gl.uniform2fv(places.circles, scene.tissot);
         if (look.density) gl.uniform1f(places.mean_density, scene.images[look.first].mean_density);
         gl.uniform3fv(places.outside, scene.outside);
@@ -417,7 +422,7 @@ export function mount(root, scene) {
     root.classList.add("spheremap");
     root.replaceChildren(stage, readout, bar, said);
 
-    let painter = null, wanted = 0, quiet = 0, shrink = 1, last = 0;
+    let shownSettings = "", painter = null, wanted = 0, quiet = 0, shrink = 1;
     const listeners = [], picked = [], resized = [];
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
@@ -516,7 +521,11 @@ export function mount(root, scene) {
             made("ol", {}, words.map((text) => made("li", { text }))));
     }
 
+    // Controls, when what they show has changed: a browser lays a page out anew for each.
     function show() {
+        const settings = JSON.stringify({ ...look, yaw: 0, pitch: 0, fov: 0 });
+        if (settings === shownSettings) return;
+        shownSettings = settings;
         controls.forEach((control) => control.show());
         drawLegend();
     }
@@ -530,16 +539,27 @@ export function mount(root, scene) {
     function frame(now, moving) {
         wanted = 0;
         if (!painter) return;
-        const took = last ? now - last : 0;
-        if (moving) {
-            if (took > 50 && took < 4000) shrink = Math.max(shrink / 1.4, 0.3);
-            else if (took && took < 20) shrink = Math.min(shrink * 1.2, 1);
-        }
-        last = moving ? now : 0;
-        fitted((moving ? shrink : 1) * Math.min(devicePixelRatio, 2));
+        // In steps: a canvas of another size is another buffer.
+        const part = moving ? 2 ** (Math.round(4 * Math.log2(shrink)) / 4) : 1;
+        fitted(part * Math.min(devicePixelRatio, 2));
         draw(moving ? 1 : 3);
-        // Longer than a slow frame takes.
-        if (moving) quiet = setTimeout(() => ask(false), 400);
+        clearTimeout(quiet);
+        if (moving) {
+            requestAnimationFrame((next) => learn(next - now));
+            // Longer than a slow frame takes.
+            quiet = setTimeout(() => ask(false), 400);
+        } else quiet = setTimeout(prepare, 50);
+    }
+
+    // Milliseconds that a frame took: 25 a second are aimed at.
+    function learn(took) {
+        const factor = took > 45 ? Math.max(Math.sqrt(40 / took), 0.75) : took < 30 ? 1.1 : 1;
+        shrink = clamp(shrink * factor, 0.25, 1);
+    }
+
+    // What the first move draws by, which would wait for its compiler.
+    function prepare() {
+        if (painter) views().forEach((view) => painter.drawing(view, look, true));
     }
 
     function set(changes, moving = false) {
@@ -680,6 +700,7 @@ export function mount(root, scene) {
         show();
         fitted(Math.min(devicePixelRatio, 2));
         draw();
+        quiet = setTimeout(prepare, 50);
     })().catch(fail);
     // The camera that looks along a direction of the reader's world.
     function aim(direction) {

@@ -17,7 +17,8 @@ import pytest
 import spheremap as sm
 from browser import launched
 from spheremap import io
-from spheremap.viewer import colors
+from spheremap.viewer import answers, colors, still
+from spheremap.viewer.page import page as page_of
 from spheremap.viewer.page import source
 
 pytestmark = pytest.mark.programs
@@ -328,6 +329,87 @@ def test_what_is_not_held_is_striped(opened: Callable[..., Any], tmp_path: Path)
     striped = (np.abs(seen.astype(int) - 128) > 1).any(axis=-1)
     middle = seen.shape[0] // 2
     assert striped[middle].sum() > 100 and not striped[middle, seen.shape[1] // 2]
+
+
+def test_a_large_image_follows_an_overview(opened: Callable[..., Any], tmp_path: Path) -> None:
+    light = image(sm.projection("latlong"), 1280)
+    viewer = sm.view(light, "latlong", fov=30)
+    page = opened(viewer)
+    read = "(name) => JSON.parse(document.getElementById(name).textContent)"
+    first, (whole,) = page.evaluate(read, "scene")["images"][0], page.evaluate(read, "whole")
+    assert first["width"] <= 1026 and whole["width"] == 2562 and not whole["reduced"]
+    found = page.evaluate("spheremap.pick(300.5, 200.5)")
+    column, row = found["texel"]
+    # Half floats, of the whole image.
+    assert np.allclose(found["value"], light[row, column], rtol=2**-11)
+    assert peak_to_noise(drawn(page, tmp_path), viewer.snapshot(size_of(page))) >= LEAST
+
+
+@pytest.mark.parametrize(
+    "look",
+    [
+        {"fov": 40},
+        {"fov": 168},
+        {"fov": 250},
+        {"screen": "stereographic", "fov": 90},
+        {"screen": "mollweide"},
+        {"screen": "latlong", "zoom": 6.3},
+        {"screen": "octahedral", "zoom": 11, "beside": "latlong"},
+    ],
+    ids=str,
+)
+def test_what_a_kernel_sends_is_seen(
+    look: dict[str, Any], opened: Callable[..., Any], tmp_path: Path
+) -> None:
+    """The part of a widget that sharpens a picture, on every kind of screen."""
+    d = sm.directions("latlong", 1024, dtype=np.float32)
+    # A wave takes twelve texels, and a third of what is sent first.
+    light = (0.5 + 0.4 * np.sin(500 * d)).astype(np.float32)
+    settings = {name: value for name, value in look.items() if name in ("fov", "screen")}
+    viewer = sm.view(light, "latlong", curve="none", direction=(0.4, 0.25, -0.6), **settings)
+    page = opened(_Sent(viewer))
+    page.evaluate("(look) => spheremap.set(look)", look)
+    before = drawn(page, tmp_path)
+    asked = page.evaluate("spheremap.seen()")
+    images, screen = viewer._images, viewer._screen_named(asked["screen"])
+    made = answers.sharper(images[0], asked, screen)
+    assert made is not None
+    record, words = made
+    script = """([record, text]) => spheremap.sharpen(0, record,
+        new Uint16Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer))"""
+    page.evaluate(script, [record, base64.b64encode(words).decode()])
+    seen = drawn(page, tmp_path)
+    height, width = asked["size"]
+    found, held = still.seen(
+        light,
+        images[0].projection,
+        screen,
+        screen.name if not look.get("zoom") else "",
+        asked["fov"],
+        sm.rotation(asked["yaw"], asked["pitch"]),
+        (height, width - (width - height) % 2),
+        asked["zoom"],
+    )
+    wanted = io.tonemap(found, curve="none")
+    top, left = ((a - b) // 2 for a, b in zip((height, width), held.shape, strict=True))
+    parts = [
+        picture[top : top + held.shape[0], left : left + held.shape[1]]
+        for picture in (before, seen)
+    ]
+    blurred, sharp = (peak_to_noise(part[held], wanted[held]) for part in parts)
+    print(f"{look}: {blurred:.1f} dB and then {sharp:.1f} dB")
+    # A lookup between four more texels; of a planet half a pixel of a fast wave is all of it.
+    assert sharp >= 30 and sharp > blurred + 3
+
+
+class _Sent:
+    """What a widget is sent first, as a page."""
+
+    def __init__(self, viewer: Any) -> None:
+        self.viewer = viewer
+
+    def save(self, path: Path) -> None:
+        path.write_text(page_of(self.viewer._shown_in_widget()), encoding="utf-8")
 
 
 def test_a_notebooks_frame_draws(chromium: Any) -> None:

@@ -32,9 +32,14 @@ struct Grid {
 uniform sampler2DArray texels[2];
 uniform Grid grids[2];
 #ifdef DETAIL
-uniform sampler2DArray details[2];  // what a perspective sees of the whole image, sharper
+uniform sampler2DArray details[2];  // what a perspective, or this screen, sees of the whole image, sharper
 uniform mat3 detail_pose[2];
-uniform vec3 detail_scale[2];       // its part of the widest lens, and its gain: 0 for none
+uniform vec3 detail_scale[2];       // its part of the widest lens or of the screen, and its gain: 0 for none
+#ifdef OWN_SCREEN
+#define DETAIL_ENCODE screen_encode
+#else
+#define DETAIL_ENCODE detail_encode
+#endif
 #endif
 uniform int comparison;     // 0 the first image, 1 the second, 2 split, 3 difference, 4 signed
 uniform float split;        // where, from the left edge, 0 to 1
@@ -118,7 +123,7 @@ vec4 lookup(sampler2DArray image, Grid grid, vec3 uvf) {
 #ifdef DETAIL
 // What lies in the sharper picture; the fourth is -2 where that ends.
 vec4 detailed(sampler2DArray image, mat3 own, vec3 scale, vec3 d) {
-    vec2 part = 0.5 + (detail_encode(d * own) - 0.5) / scale.xy, size = vec2(textureSize(image, 0).xy);
+    vec2 part = 0.5 + (DETAIL_ENCODE(d * own) - 0.5) / scale.xy, size = vec2(textureSize(image, 0).xy);
     vec2 edge = min(part, 1.0 - part) * size - 1.0;
     if (scale.z == 0.0 || is_nan(part.x) || min(edge.x, edge.y) < 0.0) return vec4(0.0, 0.0, 0.0, -2.0);
     return lookup(image, Grid(vec4(size, -0.5, -0.5), scale.z), vec3(part, 0.0));

@@ -30,11 +30,15 @@ const tail = (x) => (x === 0 ? "0" : Math.abs(x) < 1e-3 || Math.abs(x) >= 1e5 ? 
 
 // Arrays -----------------------------------------------------------------------------------------
 
-async function unpacked(text, count, channels, wide) {
-    const raw = atob(text);
-    const bytes = new Uint8Array(raw.length);
+function bytesOf(text) {
+    if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
+    const raw = atob(text), bytes = new Uint8Array(raw.length);
     for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+    return bytes;
+}
+
+async function unpacked(text, count, channels, wide) {
+    const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
     const planes = new Uint8Array(await new Response(stream).arrayBuffer());
     const words = new (wide ? Uint16Array : Uint8Array)(count * channels);
     for (let c = 0; c < channels; c++) {
@@ -125,7 +129,7 @@ class Painter {
             }
             this.textures.push(this.texture([image.width, image.height, image.faces], all[k]));
             // Where there is nothing sharper, a texture of one texel stands for it.
-            this.details.push({ texture: this.texture([1, 1, 1], null), pose: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: [1, 1, 0] });
+            this.details.push({ texture: this.texture([1, 1, 1], null), pose: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: [1, 1, 0], screen: "" });
         });
         const lookups = JSON.stringify(scene.images.map(({ lookup, own }) => [lookup, own]));
         if (lookups !== this.lookups) {
@@ -147,11 +151,16 @@ class Painter {
         return texture;
     }
 
-    // A picture by a perspective that is sharper than an image: halves of RGBA.
-    sharpen(which, { width, height, pose, scale }, words) {
+    // A picture by a perspective, or by a screen, that is sharper than an image: halves of RGBA.
+    sharpen(which, { width, height, pose, scale, screen }, words) {
         if (!this.details[which]) return;
         this.gl.deleteTexture(this.details[which].texture);
-        this.details[which] = { texture: this.texture([width, height, 1], words), pose, scale };
+        this.details[which] = { texture: this.texture([width, height, 1], words), pose, scale, screen };
+    }
+
+    // Whether what is sharper was made for a screen, of the images that are drawn.
+    made_for(screen, look, second) {
+        return [look.first, second].some((which) => this.details[which]?.screen === screen);
     }
 
     drop() {
@@ -214,6 +223,7 @@ class Painter {
     drawing(view, look, moving) {
         const second = look.comparison === "first" || this.scene.images.length < 2 ? null : look.second;
         const extras = EXTRAS.filter((part) => look[part]);
+        if (this.scene.detail && this.made_for(view.screen, look, second)) extras.push("own_screen");
         return { second, made: this.program(look.first, second, view.screen, "", moving ? [...extras, "moving"] : extras) };
     }
 
@@ -241,7 +251,8 @@ class Painter {
             });
             gl.uniform1iv(places.details, [2, 3]);
             gl.uniformMatrix3fv(places.detail_pose, false, details.flatMap(({ pose }) => pose));
-            gl.uniform3fv(places.detail_scale, details.flatMap(({ scale }) => scale));
+            const kind = this.made_for(view.screen, look, second) ? view.screen : "";
+            gl.uniform3fv(places.detail_scale, details.flatMap(({ scale, screen }) => (screen === kind ? scale : [1, 1, 0])));
         }
         const blink = look.comparison === "blink";
         const mode = blink ? (look.blinked ? 1 : 0) : COMPARISONS.indexOf(look.comparison);
@@ -719,9 +730,12 @@ export function mount(root, scene) {
         painter.mark(placedOn().points);
         ask();
     }
-    // What a camera of the page sees now; null where it is no lens.
-    const seen = () => (scene.screens[lensOf(look)].edge ? { yaw: look.yaw, pitch: look.pitch, fov: look.fov,
-        size: [canvas.height, canvas.width], images: several && look.comparison !== "first" ? [look.first, look.second] : [look.first] } : null);
+    // What the page shows now, of whole images.
+    const seen = () => {
+        const [{ screen, rect }] = views(), { yaw, pitch, fov, zoom } = look;
+        return { yaw, pitch, fov, zoom, screen, size: [rect[3], rect[2]],
+            images: several && look.comparison !== "first" ? [look.first, look.second] : [look.first] };
+    };
     const sharpen = (which, record, words) => { painter?.sharpen(which, record, words); ask(); };
     function dispose() {
         gone = true;
@@ -779,7 +793,7 @@ function render({ model, el }) {
     let resting = 0, waited = false, seen = "";
     const look = () => {
         const asked = view.seen(), key = JSON.stringify(asked);
-        if (!asked || waited || key === seen || !view.canvas.isConnected) return;
+        if (waited || key === seen || !view.canvas.isConnected) return;
         const sent = model.get("scene").images;
         asked.images = asked.images.filter((k) => sent[k].reduced);
         if (!asked.images.length) return;

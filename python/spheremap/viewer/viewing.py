@@ -36,7 +36,7 @@ __all__ = ["Viewer", "view"]
 
 # The longer side of what a notebook keeps with its text.
 _IN_NOTEBOOKS = 2048
-# And of what a widget, which can ask for more, sends first.
+# And of what is seen first: a widget asks for more, and a page goes on reading.
 _OVERVIEW = 1024
 
 
@@ -280,7 +280,7 @@ class Viewer:
         -------
         str
         """
-        return page.page(self._scene(self.max_size))
+        return self._page(self.max_size)
 
     def widget(self) -> Any:
         """Return a widget for notebooks, by anywidget: ``pip install spheremap[view]``.
@@ -369,11 +369,27 @@ class Viewer:
         )
 
     def _repr_html_(self) -> str:
-        return page.iframe(page.page(self._scene(min(self.max_size, _IN_NOTEBOOKS))))
+        return page.iframe(self._page(min(self.max_size, _IN_NOTEBOOKS)))
+
+    def _page(self, max_size: int) -> str:
+        held = [_held(shown, max_size) for shown in self._images]
+        whole = [_record(shown, pixels) for shown, pixels in zip(self._images, held, strict=True)]
+        if max(max(record["height"], record["width"]) for record in whole) <= 2 * _OVERVIEW:
+            return page.page(self._scene_of(whole))
+        first = [
+            _record(shown, reduced(pixels, shown.projection, _OVERVIEW))
+            for shown, pixels in zip(self._images, held, strict=True)
+        ]
+        return page.page(self._scene_of(first), whole)
 
     def _shown_in_widget(self) -> dict[str, Any]:
         scene = self._scene(min(self.max_size, _OVERVIEW))
         return scene | {"detail": shaders.detail()}
+
+    def _screen_named(self, name: str) -> Projection:
+        """Return a screen of the page."""
+        own = self.screen
+        return own if name in (own.name, repr(own)) else _screen(name)
 
     def _replace(self, image: ArrayLike, projection: ProjectionLike | None, options: Any) -> None:
         """Put an image in the place of the first."""
@@ -387,6 +403,9 @@ class Viewer:
         return yaw_and_pitch(_world(self._images[0].projection).T @ np.array(self.direction))
 
     def _scene(self, max_size: int) -> dict[str, Any]:
+        return self._scene_of([_record(shown, _held(shown, max_size)) for shown in self._images])
+
+    def _scene_of(self, images: list[dict[str, Any]]) -> dict[str, Any]:
         screens, own = dict(shaders.screens()), self.screen
         name = own.name
         if name not in screens or own != _screen(name):
@@ -400,7 +419,7 @@ class Viewer:
         return page.scene(
             " and ".join(shown.name for shown in self._images),
             look,
-            [_record(shown, max_size) for shown in self._images],
+            images,
             screens,
             world,
             self._overlays.records(world),
@@ -587,19 +606,23 @@ def _first(p: Projection) -> NDArray[np.float64]:
     return ahead if p.covers(ahead) or not np.isfinite(middle).all() else middle
 
 
-def _record(shown: Shown, max_size: int) -> dict[str, Any]:
-    """Return what the page holds of an image."""
+def _held(shown: Shown, max_size: int) -> NDArray[Any]:
+    """Return what is shown of an image, channels last, no larger than that."""
+    p = shown.projection
+    return reduced(shown_channels(shown.pixels, p), p, max_size)
+
+
+def _record(shown: Shown, held: NDArray[Any]) -> dict[str, Any]:
+    """Return what the page holds of an image: all of it, or a smaller one."""
     p = shown.projection
     shape = shown.pixels.shape[: spatial_axes(p)]
-    whole = shown_channels(shown.pixels, p)
-    held = reduced(whole, p, max_size)
     sent = texels(apart(held, p), p)
     about = f"{p.name} of {' x '.join(map(str, shape))} texels"
     return {
         "name": shown.name,
         "about": about,
         "shape": (1, *shape) if p.faces == 1 else shape,
-        "reduced": held.shape != whole.shape,
+        "reduced": held.shape[: len(shape)] != shape,
         "mean_density": p.covered_solid_angle / (p.used_part * p.faces),
         "grid": p.grid,
         **shaders.image(p),

@@ -380,16 +380,12 @@ def test_what_a_kernel_sends_is_seen(
     page.evaluate(script, [record, base64.b64encode(words).decode()])
     seen = drawn(page, tmp_path)
     height, width = asked["size"]
-    found, held = still.seen(
-        light,
-        images[0].projection,
-        screen,
-        screen.name if not look.get("zoom") else "",
-        asked["fov"],
-        sm.rotation(asked["yaw"], asked["pitch"]),
-        (height, width - (width - height) % 2),
-        asked["zoom"],
-    )
+    pose = sm.rotation(asked["yaw"], asked["pitch"])
+    # A disk has as many pixels to each side of it.
+    size = height, width - (width - height) % 2
+    name = screen.name if "zoom" not in look and screen.name != "mollweide" else ""
+    by = still.placed(screen, name, asked["fov"], pose, size, asked["zoom"])
+    found, held = still.seen(light, images[0].projection, *by, still.sights(*by))
     wanted = io.tonemap(found, curve="none")
     top, left = ((a - b) // 2 for a, b in zip((height, width), held.shape, strict=True))
     parts = [

@@ -14,7 +14,7 @@ from ..map.named import resolve
 from ..map.verbs import rotation
 from .look import FOV, as_direction
 from .shaders import LENSES
-from .still import lens, placed, seen
+from .still import lens, placed, seen, sights
 from .texels import halves, shown_channels
 
 if TYPE_CHECKING:
@@ -75,7 +75,8 @@ def sharper(
     pose = rotation(yaw, pitch)
     p = shown.projection
     pixels = shown_channels(shown.pixels, p)
-    light, held = seen(pixels, p, screen, name, fov, pose, size, zoom)
+    by = placed(screen, name, fov, pose, size, zoom)
+    light, held = seen(pixels, p, *by, sights(*by))
     size = held.shape[0], held.shape[1]
     missing = np.isnan(light).any(axis=-1)
     words = np.empty((*size, 4), np.uint16)
@@ -88,7 +89,7 @@ def sharper(
         half = math.tan(math.radians(fov) / turns) / math.tan(math.radians(LENSES[name]) / turns)
         parts = half, half * size[0] / size[1]
     else:
-        _, whole, _ = placed(screen, name, fov, pose, size, zoom)
+        _, whole, _ = by
         parts = size[1] / whole[1], size[0] / whole[0]
     record = {
         "width": size[1],

@@ -34,22 +34,17 @@ def lens(name: str, fov: float) -> str:
 def seen(
     image: NDArray[Any],
     p: Projection,
-    screen: Projection,
-    name: str,
-    fov: float,
-    pose: NDArray[np.float64],
-    size: tuple[int, int],
-    zoom: float = 1.0,
+    camera: Projection,
+    shape: tuple[int, ...],
+    crop: Crop,
+    directions: NDArray[np.float32],
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Return the light of a picture (H, W, 3) and where it holds some.
 
-    `size` is that of a lens, and what a flat map fits into, of which `zoom` shows the middle.
-    `pose` is the camera's in a world that is x right, y up, -z ahead.
+    What it is by is what `placed` returns; `directions` are those of its pixels, by `sights`.
     """
-    camera, shape, crop = placed(screen, name, fov, pose, size, zoom)
     there = p.in_world_of("latlong")
     picture = convert(image, there, camera, size=shape, any_aspect=True, window=crop)
-    directions = sights(camera, shape, crop)
     held = np.isfinite(directions[..., 0])
     held &= there.covers(np.where(held[..., None], directions, np.float32(1.0)))
     picture = picture if picture.ndim == 3 else picture[..., None]
@@ -72,7 +67,11 @@ def placed(
     size: tuple[int, int],
     zoom: float = 1.0,
 ) -> tuple[Projection, tuple[int, ...], Crop]:
-    """Return what a picture is by: a camera, the shape of all that it sees, and a part of that."""
+    """Return what a picture is by: a camera, the shape of all that it sees, and a part of that.
+
+    `size` is that of a lens, and what a flat map fits into, of which `zoom` shows the middle.
+    `pose` is the camera's in a world that is x right, y up, -z ahead.
+    """
     height, width = size
     name = lens(name, fov)
     crop = (slice(0, height), slice(0, width))

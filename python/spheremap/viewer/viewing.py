@@ -17,7 +17,7 @@ from ..map.images import channels_last, expect_aspect
 from ..map.named import resolve
 from ..map.variants import changed
 from ..map.verbs import rotation as turned_by
-from . import page, shaders, still
+from . import figures, page, shaders, still, stripes
 from .answers import Shown
 from .look import CHECKS, as_side, yaw_and_pitch
 from .overlays import Overlays
@@ -38,6 +38,7 @@ __all__ = ["Viewer", "view"]
 _IN_NOTEBOOKS = 2048
 # And of what is seen first: a widget asks for more, and a page goes on reading.
 _OVERVIEW = 1024
+_AXES = ("+x", "+y", "+z", "-x", "-y", "-z")
 
 
 class Viewer:
@@ -335,11 +336,13 @@ class Viewer:
         Returns
         -------
         picture : ndarray of uint8, shape (H, W, 3)
-            Gray where nothing is known of the sphere, magenta where a value is NaN. Without
-            graticule, axes, isolines, marks of clipping, and what is drawn over images.
+            Gray where nothing is known of the sphere, magenta where a value is NaN, and with what
+            the page draws over images: of Tissot's circles the rims.
 
         Raises
         ------
+        ImportError
+            For lines, names and lights if matplotlib is missing: ``pip install spheremap[plot]``.
         ValueError, TypeError
             For a size that is none.
 
@@ -355,18 +358,19 @@ class Viewer:
             raise ValueError(f"Expected `size` to be rows and columns, got {len(sides)} numbers.")
         first = self._images[0]
         yaw, pitch = self._angles()
-        found, held = still.seen(
-            first.pixels,
-            first.projection,
-            self.screen,
-            self.screen.name if _is_lens(self.screen) else "",
-            self.fov,
-            turned_by(yaw, pitch),
-            (sides[0], sides[1]),
-        )
-        return still.toned(
+        name = self.screen.name if _is_lens(self.screen) else ""
+        pose, sized = turned_by(yaw, pitch), (sides[0], sides[1])
+        by = still.placed(self.screen, name, self.fov, pose, sized)
+        directions = still.sights(*by)
+        found, held = still.seen(first.pixels, first.projection, *by, directions)
+        picture = still.toned(
             found, held, exposure=self.exposure, curve=self.curve, false_color=self.false_color
         )
+        there = first.projection.in_world_of("latlong")
+        asked = {name: getattr(self, name) for name in stripes.ASKED}
+        if any(asked.values()):
+            stripes.mark(picture, found, held, directions, there, asked, self.exposure, self.curve)
+        return self._drawn_over(picture, figures.Frame(*by))
 
     def _repr_html_(self) -> str:
         return page.iframe(self._page(min(self.max_size, _IN_NOTEBOOKS)))
@@ -398,6 +402,20 @@ class Viewer:
         settings |= {"any_aspect": False, "channels_first": False} | options
         p = before.projection if projection is None else projection
         self._images[0] = _shown(image, p, **settings)
+
+    def _drawn_over(self, picture: NDArray[np.uint8], frame: figures.Frame) -> NDArray[np.uint8]:
+        """Return a still with what stands on the sphere."""
+        world = _world(self._images[0].projection)
+        records = self._overlays.records(world)
+        if self.axes:
+            ends = np.concatenate([np.eye(3), -np.eye(3)]) @ world
+            named = [{"text": name, "direction": d} for name, d in zip(_AXES, ends, strict=True)]
+            records["marks"] = named + records["marks"]
+        thin = figures.graticule(self.graticule) if self.graticule else []
+        circles = figures.circles() if self.tissot else []
+        if not (thin or circles or any(records.values())):
+            return picture
+        return figures.over(picture, frame, thin=thin, circles=circles, records=records)
 
     def _angles(self) -> tuple[float, float]:
         return yaw_and_pitch(_world(self._images[0].projection).T @ np.array(self.direction))

@@ -26,6 +26,8 @@ pytestmark = pytest.mark.programs
 # 8-bit pictures of the same light: the page looks up in half floats and float32, and both round.
 # A tenth of a texel at the edge of something bright is worth more than all of that.
 LEAST = 40.0
+# Of light without such edges it is more: a shift by a third of a texel has 40 to 50 dB.
+EXACT = 60.0
 SIZE = {"width": 960, "height": 700}
 # Whole and part, of one face and of several, of grids, layouts and left-handed worlds.
 MAPS = (
@@ -143,7 +145,7 @@ def test_a_perspective_is_what_convert_gives(
     picture = io.tonemap(wanted, exposure=-0.5)
     ratio = peak_to_noise(drawn(page, tmp_path)[held], picture[held])
     print(f"{name}: {ratio:.1f} dB")
-    assert ratio >= LEAST
+    assert ratio >= EXACT
 
 
 @pytest.mark.parametrize(
@@ -174,7 +176,7 @@ def test_stills_are_what_is_seen(
     part = seen[top : top + still.shape[0], left : left + still.shape[1]]
     ratio = peak_to_noise(part[inside], still[inside])
     print(f"{look}: {ratio:.1f} dB")
-    assert ratio >= LEAST
+    assert ratio >= EXACT
 
 
 @pytest.mark.parametrize("name", ["latlong", "cube", "angular", "healpix"])
@@ -544,11 +546,21 @@ def test_memory_is_stable_while_images_are_swapped(opened: Callable[..., Any]) -
 
     def held() -> float:
         devtools.send("HeapProfiler.collectGarbage")
-        return float(devtools.send("Runtime.getHeapUsage")["usedSize"])
+        usage = devtools.send("Runtime.getHeapUsage")
+        # Arrays of numbers are no part of the heap itself.
+        return float(usage["usedSize"] + usage["backingStorageSize"])
 
     page.evaluate(swaps, 20)
+    # Textures are a graphics card's memory, which no heap shows.
+    page.evaluate("""() => {
+        window.alive = 0;
+        const own = WebGL2RenderingContext.prototype, { createTexture, deleteTexture } = own;
+        own.createTexture = function () { window.alive++; return createTexture.call(this); };
+        own.deleteTexture = function (texture) { window.alive--; deleteTexture.call(this, texture); };
+    }""")
     before = held()
     page.evaluate(swaps, 200)
+    assert page.evaluate("window.alive") == 0
     # Less than what five of two hundred images take: 128 × 256 texels of eight bytes.
     assert held() - before < 5 * 128 * 256 * 8
     found = page.evaluate("spheremap.pick(300.5, 200.5)")

@@ -556,7 +556,7 @@ def test_memory_is_stable_while_images_are_swapped(opened: Callable[..., Any]) -
         window.alive = 0;
         const own = WebGL2RenderingContext.prototype, { createTexture, deleteTexture } = own;
         own.createTexture = function () { window.alive++; return createTexture.call(this); };
-        own.deleteTexture = function (texture) { window.alive--; deleteTexture.call(this, texture); };
+        own.deleteTexture = function (one) { window.alive--; deleteTexture.call(this, one); };
     }""")
     before = held()
     page.evaluate(swaps, 200)

@@ -298,6 +298,9 @@ bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/languages.py
 	"$(BIN)/python" benches/healpix.py
 	"$(BIN)/python" benches/cameras.py
+	@if command -v "$${SPHEREMAP_CHROMIUM:-chromium}" >/dev/null; then set -x; \
+		"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --group browser; \
+		"$(BIN)/python" benches/viewer.py; fi
 
 docs: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" tools/make_doc_images.py

@@ -38,6 +38,23 @@ def test_several_images_are_compared(sky: Path, tmp_path: Path) -> None:
     assert out.read_text(encoding="utf-8") == wanted.html()
 
 
+def test_overlays_are_those_of_the_function(sky: Path, tmp_path: Path) -> None:
+    out = tmp_path / "look.html"
+    good("view", sky, "-o", out, "--overlay", "graticule, seams,lights,sun", "--false-color")
+    light = io.read(sky)
+    wanted = sm.view(light, "latlong", name="sky.exr", graticule=30, seams=True, false_color=True)
+    wanted.lights(sm.light.lights(light, "latlong", count=32, negative="clip", skipna=True))
+    sun = sm.light.sun(light, "latlong")
+    if sun is not None:
+        wanted.lights(sun)
+    assert len(wanted._overlays.lights) > 4
+    assert out.read_text(encoding="utf-8") == wanted.html()
+    picture = tmp_path / "sky.png"
+    io.write(picture, np.tile(np.arange(0, 256, 8, dtype=np.uint8), (16, 1)))
+    good("view", picture, "-o", out, "--overlay", "lights,axes")
+    assert '"axes":true' in out.read_text(encoding="utf-8")
+
+
 @pytest.mark.skipif(os.name == "nt", reason="a script stands for a browser")
 def test_it_opens_what_it_writes(
     sky: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -59,6 +76,7 @@ def test_what_does_not_go_together_is_one_line(sky: Path, tmp_path: Path) -> Non
     bad("view", sky, "-o", out, "--from", "nothing", code=2, says="unknown projection")
     bad("view", sky, "-o", out, "--fov", 400, code=2, says="--fov")
     bad("view", sky, "-o", out, "--max-size", 0, code=2, says="--max-size")
+    bad("view", sky, "-o", out, "--overlay", "graticule,light", code=2, says="did you mean")
     bad("view", sky, "-o", out, "--from", "perspective", code=1, says="expected for example")
     bad("view", tmp_path / "none.exr", "-o", out, code=1, says="none.exr")
     assert not out.exists()

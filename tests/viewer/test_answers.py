@@ -73,6 +73,35 @@ def test_a_sharper_picture_is_a_perspective_of_the_whole_image() -> None:
     assert record["scale"][:2] == pytest.approx([half, half * 108 / 192], rel=1e-12)  # doubles
 
 
+@pytest.mark.parametrize(
+    ("screen", "fov", "zoom"),
+    [
+        ("stereographic", 100, 1),
+        ("perspective", 250, 1),
+        ("mollweide", 60, 7.3),
+        ("latlong", 60, 64),
+        ("octahedral", 60, 3),
+    ],
+)
+def test_a_sharper_picture_of_a_screen_is_what_it_shows(
+    screen: str, fov: float, zoom: float
+) -> None:
+    image = (1 + sm.directions("latlong", 512, dtype=np.float32)) / 2
+    asked = {"yaw": 30, "pitch": 10, "fov": fov, "zoom": zoom, "size": [91, 160], "screen": screen}
+    made = sharper(Shown(image, sm.projection("latlong"), "a"), asked, sm.projection(screen))
+    assert made is not None
+    light, states = read(*made)
+    wide, high, _ = made[0]["scale"]
+    part = np.stack(np.meshgrid(*((np.arange(n) + 0.5) / n for n in states.shape[::-1])), axis=-1)
+    uv = 0.5 + (part - 0.5) * [wide, high]
+    # A wide perspective is one as well.
+    lens = "stereographic(fov=344)" if screen in ("stereographic", "perspective") else screen
+    d = sm.projection(lens).decode(uv) @ sm.rotation(30, 10).T
+    assert (states == 1).mean() > 0.5
+    # What is seen is the direction itself: half floats, and means over the arc that a pixel sees.
+    assert np.allclose(light[states == 1], (1 + d[states == 1]) / 2, atol=2e-3)
+
+
 def test_states_say_what_is_missing() -> None:
     image = np.ones((64, 64), np.float32)
     image[31:33, 31:33] = np.nan
@@ -86,9 +115,9 @@ def test_states_say_what_is_missing() -> None:
 
 
 @pytest.mark.parametrize(
-    "asked", [{"fov": 170}, {"fov": -3}, {"size": [1, 5]}, {"size": [5, np.nan]}]
+    "asked", [{"fov": 341}, {"fov": -3}, {"zoom": 0.5}, {"size": [1, 5]}, {"size": [5, np.nan]}]
 )
-def test_there_is_none_of_what_is_seen_as_a_whole(asked: dict[str, Any]) -> None:
+def test_there_is_none_of_what_no_page_shows(asked: dict[str, Any]) -> None:
     shown = Shown(np.ones((8, 16)), sm.projection("latlong"), "a")
     given = {"yaw": 0, "pitch": 0, "fov": 60, "size": [64, 64]} | asked
     assert sharper(shown, given) is None
@@ -102,7 +131,8 @@ def test_a_widget_answers_and_takes_other_images() -> None:
     assert w.scene["images"][0]["width"] == 1026 and w.scene["detail"]
     sent: list[Any] = []
     w.send = lambda content, buffers=None: sent.append((content, buffers))
-    asked = {"kind": "see", "yaw": 0, "pitch": 0, "fov": 60, "size": [9, 16], "images": [0, 7]}
+    asked = {"kind": "see", "yaw": 0, "pitch": 0, "fov": 60, "size": [9, 16]}
+    asked |= {"screen": "perspective", "images": [0, 7]}
     w._handle_custom_msg(asked, [])
     (detail, buffers), (seen, _) = sent
     assert (detail["kind"], detail["image"], seen) == ("detail", 0, {"kind": "seen"})

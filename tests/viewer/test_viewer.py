@@ -47,13 +47,13 @@ def light_of(image: dict[str, Any]) -> np.ndarray:
 def test_a_page_is_complete_in_itself() -> None:
     page = sm.view(SKY, "latlong").html()
     assert not re.search(r"https?://|\ssrc=|@import|url\(|import\(|fetch\(", page)
-    assert page.count("<script") == 2 == page.count("</script>")
+    assert page.count("<script") == 3 == page.count("</script>")
     assert "export function mount" in page
 
 
 def test_a_name_cannot_end_the_script() -> None:
     page = sm.view(SKY, "latlong", name="</script><b>").html()
-    assert page.count("</script>") == 2 and "<b>" not in page
+    assert page.count("</script>") == 3 and "<b>" not in page
     assert record(page)["title"] == "</script><b>"
 
 

@@ -74,6 +74,7 @@ COMMANDS = {
             "spheremap view sky.exr",
             "spheremap view probe.exr --from angular -o look.html",
             "spheremap view before.exr after.exr -o both.html --open",
+            "spheremap view sky.exr --overlay graticule,lights,sun -o look.html",
         ),
     ),
     "video": Command(

@@ -12,9 +12,9 @@ from .._arrays import spatial_axes
 from .._scalars import as_items, as_number
 from ..map.named import resolve
 from ..map.verbs import rotation
-from .look import as_direction
+from .look import FOV, as_direction
 from .shaders import LENSES
-from .still import seen
+from .still import lens, placed, seen, sights
 from .texels import halves, shown_channels
 
 if TYPE_CHECKING:
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Shown", "picked", "sharper"]
 
-# How much wider than the view a picture is, so that a small turn needs no other; and at most.
+# How much wider than the view a perspective is, so that a small turn needs no other; and at most.
 _MARGIN, _WIDEST, _LARGEST = 1.2, 165.0, 2048
+_ZOOM = 64.0
 # Halves of what a texel is: a value, outside, NaN.
 _VALUE, _OUTSIDE, _MISSING = 0x3C00, 0, 0xBC00
 
@@ -44,36 +45,59 @@ class Shown:
         return self.pixels.shape[: spatial_axes(self.projection)]
 
 
-def sharper(shown: Shown, asked: dict[str, Any]) -> tuple[dict[str, Any], bytes] | None:
-    """Return what a camera sees of an image, as halves of RGBA, or None where it sees too much.
+def sharper(
+    shown: Shown, asked: dict[str, Any], screen: Projection | None = None
+) -> tuple[dict[str, Any], bytes] | None:
+    """Return what a camera sees of an image, as halves of RGBA, or None for what is none.
 
-    `asked` has its angles, field of view, and rows and columns of the picture.
+    `asked` has its angles, field of view, zoom, and rows and columns of the picture; `screen` is
+    what the picture plane is.
     """
     yaw, pitch, fov = (as_number(asked[name], name) for name in ("yaw", "pitch", "fov"))
+    zoom = as_number(asked.get("zoom", 1.0), "zoom")
     height, width = (as_number(n, "size") for n in as_items(asked["size"], "size", "two sides"))
-    if not (0 < fov < _WIDEST and math.isfinite(height + width) and min(height, width) >= 2):
+    if not (FOV[0] <= fov <= FOV[1] and 1 <= zoom <= _ZOOM and math.isfinite(height + width)):
         return None
-    wide, widest = (math.tan(math.radians(angle) / 2) for angle in (fov, _WIDEST))
-    margin = min(_MARGIN, widest / wide)
+    if min(height, width) < 2:
+        return None
+    screen = resolve("perspective") if screen is None else screen
+    name = lens(screen.name, fov) if screen.name in LENSES else ""
+    margin = 1.0
+    if name == "perspective":
+        # One that is wide enough holds what is seen after a small turn as well.
+        wide, widest = (math.tan(math.radians(angle) / 2) for angle in (fov, _WIDEST))
+        margin = max(1.0, min(_MARGIN, widest / wide))
+        fov = math.degrees(2 * math.atan(wide * margin))
     scale = min(margin, _LARGEST / max(height, width))
     size = max(2, round(height * scale)), max(2, round(width * scale))
+    # A disk has as many pixels to each side of it.
+    size = size[0], size[1] - (size[1] - size[0]) % 2
     pose = rotation(yaw, pitch)
-    across = math.degrees(2 * math.atan(wide * margin))
     p = shown.projection
-    lens = resolve("perspective")
     pixels = shown_channels(shown.pixels, p)
-    light, held = seen(pixels, p, lens, "perspective", across, pose, size)
+    by = placed(screen, name, fov, pose, size, zoom)
+    light, held = seen(pixels, p, *by, sights(*by))
+    size = held.shape[0], held.shape[1]
     missing = np.isnan(light).any(axis=-1)
     words = np.empty((*size, 4), np.uint16)
     known = np.where((held & ~missing)[..., np.newaxis], light, np.float32(0))
     words[..., :3], gain = halves(known)
     words[..., 3] = np.where(held, np.where(missing, _MISSING, _VALUE), _OUTSIDE)
-    half = wide * margin / math.tan(math.radians(LENSES["perspective"]) / 2)
+    if name:
+        # Of the lens that is printed.
+        turns = 2 if name == "perspective" else 4
+        half = math.tan(math.radians(fov) / turns) / math.tan(math.radians(LENSES[name]) / turns)
+        parts = half, half * size[0] / size[1]
+    else:
+        _, whole, _ = by
+        parts = size[1] / whole[1], size[0] / whole[0]
     record = {
         "width": size[1],
         "height": size[0],
         "pose": pose.T.ravel().tolist(),
-        "scale": [half, half * size[0] / size[1], gain],
+        "scale": [*parts, gain],
+        # What it is a picture by; a perspective is a part of other screens as well.
+        "screen": "" if name == "perspective" else str(asked.get("screen", "")),
     }
     return record, words.tobytes()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from ..light.image import REC709
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["MISSING", "OUTSIDE", "RAMP", "falsely"]
+__all__ = ["MISSING", "OUTSIDE", "RAMP", "falsely", "ramped"]
 
 # What holds no sphere, and NaN.
 OUTSIDE = (0.5, 0.5, 0.5)
@@ -43,7 +43,11 @@ _STOPS = 8
 def falsely(light: NDArray[np.float32], exposure: float) -> NDArray[np.uint8]:
     """Return the colors of luminance in stops of 1, at an exposure."""
     luminance = np.clip(np.nan_to_num(light, nan=0.0) @ np.array(REC709), 1e-12, 1e30)
-    stops = np.clip(np.log2(luminance) + exposure, -_STOPS, _STOPS)
+    return np.asarray(np.rint(ramped(np.log2(luminance) + exposure) * 255), dtype=np.uint8)
+
+
+def ramped(stops: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
+    """Return the colors of stops; beyond its ends a ramp is its ends."""
     places = np.arange(-_STOPS, _STOPS + 1)
     colors = [np.interp(stops, places, channel) for channel in zip(*RAMP, strict=True)]
-    return np.asarray(np.rint(np.stack(colors, axis=-1) * 255), dtype=np.uint8)
+    return np.stack(colors, axis=-1)

@@ -13,10 +13,10 @@ from .._arrays import as_doubles
 from .._scalars import as_flag, as_number, as_text
 from ..io.tonemap import CURVES
 
-__all__ = ["CHECKS", "TISSOT", "as_direction", "as_side", "yaw_and_pitch"]
+__all__ = ["CHECKS", "FOV", "TISSOT", "as_direction", "as_side", "yaw_and_pitch"]
 
 # Degrees across; beyond the widest perspective it is a little planet.
-_FOV = (15.0, 340.0)
+FOV = (15.0, 340.0)
 _STOPS = 126.0
 # Degrees: radius of the circles, and between their centers.
 TISSOT = (5.0, 30.0)
@@ -73,7 +73,7 @@ def _curve(value: object, name: str) -> str:
 # What makes a value of each setting, or raises.
 CHECKS: dict[str, Callable[[object, str], Any]] = {
     "direction": as_direction,
-    "fov": _within(*_FOV),
+    "fov": _within(*FOV),
     "exposure": _within(-_STOPS, _STOPS),
     "curve": _curve,
     "false_color": as_flag,

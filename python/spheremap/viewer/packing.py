@@ -27,16 +27,18 @@ def packed(array: NDArray[Any]) -> str:
     planes = channels * (2 if wide else 1)
     parts = [b""] * planes
 
-    def work(channel: int) -> None:
-        own = np.ascontiguousarray(words[:, channel])
+    def work(place: int) -> None:
+        own = np.ascontiguousarray(words[:, place % channels])
         steps = own.copy()
         steps[1:] -= own[:-1]
-        for k, byte in enumerate((steps & 0xFF, steps >> 8) if wide else (steps,)):
-            place = k * channels + channel
-            # The fastest level: the others gain a few percent.
-            stream = zlib.compressobj(1, wbits=-15)
-            end = zlib.Z_FINISH if place == planes - 1 else zlib.Z_SYNC_FLUSH
-            parts[place] = stream.compress(byte.astype(np.uint8).tobytes()) + stream.flush(end)
+        if wide:
+            # The bytes of a word, the low one first.
+            steps = steps.astype("<u2", copy=False).view(np.uint8)[place // channels :: 2]
+        # The fastest level: the others gain a few percent.
+        stream = zlib.compressobj(1, wbits=-15)
+        end = zlib.Z_FINISH if place == planes - 1 else zlib.Z_SYNC_FLUSH
+        parts[place] = stream.compress(steps.tobytes()) + stream.flush(end)
 
-    on_all_threads(work, range(channels))
+    # Low bytes first, which take longer than high ones.
+    on_all_threads(work, range(planes))
     return base64.b64encode(b"".join(parts)).decode("ascii")

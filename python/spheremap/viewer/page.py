@@ -34,13 +34,24 @@ html, body {{ height: 100%; margin: 0; }}
 <body>
 <main id="view"></main>
 <script id="scene" type="application/json">{scene}</script>
-<script type="module">
+<script type="module" async>
 {js}
-const scene = JSON.parse(document.getElementById("scene").textContent);
-window.spheremap = mount(document.getElementById("view"), scene);
+const read = (name) => JSON.parse(document.getElementById(name).textContent);
+const view = mount(document.getElementById("view"), read("scene"));
+// What comes after this script is read while a first picture is seen.
+const loaded = new Promise((done) => {{
+    if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", done);
+    else done();
+}});
+const whole = Promise.all([view.ready, loaded]).then(() => {{
+    const images = read("whole");
+    return images && view.swap({{ images }});
+}});
+window.spheremap = {{ ...view, first: view.ready, ready: whole }};
 // A page of its own listens to keys at once; a frame in a notebook would take them from the reader.
 if (window.parent === window) document.querySelector("#view canvas").focus();
 </script>
+<script id="whole" type="application/json">{whole}</script>
 </body>
 </html>
 """
@@ -81,16 +92,23 @@ def scene(
     }
 
 
-def page(made: dict[str, Any]) -> str:
-    """Return a scene as HTML that is complete in itself."""
-    # A closing tag in a string would end the script.
-    data = json.dumps(made, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+def page(made: dict[str, Any], whole: Sequence[dict[str, Any]] | None = None) -> str:
+    """Return a scene as HTML that is complete in itself.
+
+    `whole` are images that take the place of the scene's when they are read, which takes a while.
+    """
     return _PAGE.format(
         title=html.escape(made["title"]),
         css=source("viewer.css"),
-        scene=data,
+        scene=_data(made),
         js=source("viewer.js"),
+        whole=_data(whole),
     )
+
+
+def _data(value: Any) -> str:
+    # A closing tag in a string would end the script.
+    return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
 def iframe(text: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..io.tonemap import tonemap
 from ..map.named import resolve
+from ..map.pixels import pixels_to_directions
 from ..resample.verbs import convert
 from .colors import MISSING, OUTSIDE, falsely
 from .shaders import LENSES
@@ -19,7 +20,10 @@ if TYPE_CHECKING:
 
     from .._projection import Projection
 
-__all__ = ["lens", "seen", "toned"]
+    # Rows and columns of a picture.
+    Crop = tuple[slice, slice]
+
+__all__ = ["lens", "placed", "seen", "sights", "toned"]
 
 
 def lens(name: str, fov: float) -> str:
@@ -30,16 +34,43 @@ def lens(name: str, fov: float) -> str:
 def seen(
     image: NDArray[Any],
     p: Projection,
+    camera: Projection,
+    shape: tuple[int, ...],
+    crop: Crop,
+    directions: NDArray[np.float32],
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return the light of a picture (H, W, 3) and where it holds some.
+
+    What it is by is what `placed` returns; `directions` are those of its pixels, by `sights`.
+    """
+    there = p.in_world_of("latlong")
+    picture = convert(image, there, camera, size=shape, any_aspect=True, window=crop)
+    held = np.isfinite(directions[..., 0])
+    held &= there.covers(np.where(held[..., None], directions, np.float32(1.0)))
+    picture = picture if picture.ndim == 3 else picture[..., None]
+    picture = picture[..., : 3 if picture.shape[-1] >= 3 else 1]
+    return np.broadcast_to(light(picture), (*held.shape, 3)), held
+
+
+def sights(camera: Projection, shape: tuple[int, ...], crop: Crop) -> NDArray[np.float32]:
+    """Return the directions that the pixels of a part of a picture see."""
+    rows, columns = (np.arange(side.start, side.stop) + 0.5 for side in crop)
+    pixels = np.stack(np.meshgrid(columns, rows), axis=-1)
+    return pixels_to_directions(pixels, camera, shape, any_aspect=True).astype(np.float32)
+
+
+def placed(
     screen: Projection,
     name: str,
     fov: float,
     pose: NDArray[np.float64],
     size: tuple[int, int],
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return the light of a picture (H, W, 3) and where it holds some.
+    zoom: float = 1.0,
+) -> tuple[Projection, tuple[int, ...], Crop]:
+    """Return what a picture is by: a camera, the shape of all that it sees, and a part of that.
 
-    `size` is that of a lens, and what a flat map fits into. `pose` is the camera's in a world that
-    is x right, y up, -z ahead.
+    `size` is that of a lens, and what a flat map fits into, of which `zoom` shows the middle.
+    `pose` is the camera's in a world that is x right, y up, -z ahead.
     """
     height, width = size
     name = lens(name, fov)
@@ -59,20 +90,16 @@ def seen(
         wider = math.tan(math.radians(fov) / 4) * side / width
         camera = resolve(f"{name}(fov={math.degrees(4 * math.atan(wider))!r})")
         shape = (side, side)
-        top, left = (side - height) // 2, (side - width) // 2
-        crop = (slice(top, top + height), slice(left, left + width))
+        crop = _middle(shape, size)
     else:
-        camera, shape = screen, _fitting(screen, size)
-        crop = (slice(0, shape[0]), slice(0, shape[1]))
-    camera = camera.in_world_of("latlong").turned(pose)
-    there = p.in_world_of("latlong")
-    picture = convert(image, there, camera, size=shape, any_aspect=True)[crop]
-    directions = camera.directions(shape, any_aspect=True, dtype=np.float32)[crop]
-    held = np.isfinite(directions[..., 0])
-    held &= there.covers(np.where(held[..., None], directions, np.float32(1.0)))
-    picture = picture if picture.ndim == 3 else picture[..., None]
-    picture = picture[..., : 3 if picture.shape[-1] >= 3 else 1]
-    return np.broadcast_to(light(picture), (*held.shape, 3)), held
+        camera, shape = screen, _fitting(screen, (zoom * height, zoom * width))
+        # As much as the size holds, with as many pixels to each side of it.
+        rows, columns = (
+            (n := min(side, whole)) - (whole - n) % 2
+            for side, whole in zip(size, shape, strict=True)
+        )
+        crop = _middle(shape, (rows, columns))
+    return camera.in_world_of("latlong").turned(pose), shape, crop
 
 
 def toned(
@@ -92,7 +119,14 @@ def toned(
     return picture
 
 
-def _fitting(screen: Projection, size: tuple[int, int]) -> tuple[int, ...]:
+def _middle(shape: tuple[int, ...], size: tuple[int, int]) -> Crop:
+    (top, height), (left, width) = (
+        ((whole - side) // 2, side) for whole, side in zip(shape, size, strict=True)
+    )
+    return slice(top, top + height), slice(left, left + width)
+
+
+def _fitting(screen: Projection, size: tuple[float, float]) -> tuple[int, ...]:
     """Return the shape of a flat map that fits into a size."""
     rows, columns = screen.shape(64)
     count = int(64 * min(size[0] / rows, size[1] / columns))

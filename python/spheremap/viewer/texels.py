@@ -15,6 +15,7 @@ import numpy as np
 
 from .._arrays import spatial_axes
 from .._srgb import decoded
+from .._threads import on_all_threads
 from ..map.variants import changed
 from ..resample.padding import pad
 from .packing import packed
@@ -31,6 +32,8 @@ BORDER = 1
 OUTSIDE, VALUE, MISSING = 0, 1, 2
 # The largest half is just below 2^16.
 _EXPONENT = 16
+# Numbers that a thread takes at a time: what is made on the way stays in its cache.
+_BLOCK = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -151,15 +154,31 @@ def _missing(bordered: NDArray[Any], valid: NDArray[np.uint8] | None) -> NDArray
 
 def halves(values: NDArray[np.float32]) -> tuple[NDArray[np.uint16], float]:
     """Return values as halves, and what those are to be multiplied with."""
-    largest = float(np.max(np.abs(values), initial=0.0))
-    if not math.isfinite(largest):
-        with np.errstate(invalid="ignore"):
-            largest = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+    flat = values.reshape(-1)
+    starts = range(0, flat.size, _BLOCK)
+    tops: list[float] = []
+    on_all_threads(lambda start: tops.append(_largest(flat[start : start + _BLOCK])), starts)
+    largest = max(tops, default=0.0)
     exponent = math.frexp(largest)[1] - (_EXPONENT - 1) if largest else 0
     # In two steps: one power of two alone may be more than float32 holds.
     first = -exponent // 2
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        scaled = values * np.float32(2.0**first)
-        scaled *= np.float32(2.0 ** (-exponent - first))
-        scaled = scaled.astype(np.float16)
-    return scaled.view(np.uint16), math.ldexp(1.0, exponent)
+    factors = np.float32(2.0**first), np.float32(2.0 ** (-exponent - first))
+    made = np.empty(flat.shape, np.float16)
+
+    def scale(start: int) -> None:
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            scaled = flat[start : start + _BLOCK] * factors[0]
+            scaled *= factors[1]
+            made[start : start + _BLOCK] = scaled
+
+    on_all_threads(scale, starts)
+    return made.reshape(values.shape).view(np.uint16), math.ldexp(1.0, exponent)
+
+
+def _largest(values: NDArray[np.float32]) -> float:
+    """Return the largest absolute value of those that are finite."""
+    sizes = np.abs(values)
+    largest = float(np.max(sizes, initial=0.0))
+    if math.isfinite(largest):
+        return largest
+    return float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))

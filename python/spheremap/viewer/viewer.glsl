@@ -1,5 +1,8 @@
 // What the page draws with. Maps are no part of it: image0_encode, own_encode, screen_decode,
 // globe_encode ... stand in front, printed by the library. The world is x right, y up, -z ahead.
+//
+// What is switched off is not compiled: renderers in software run both sides of a branch. With MOVING
+// a pixel is one lookup by the texture unit, whose weights have 8 bits.
 
 precision highp sampler2DArray;
 
@@ -29,22 +32,22 @@ struct Grid {
 uniform sampler2DArray texels[2];
 uniform Grid grids[2];
 #ifdef DETAIL
-uniform sampler2DArray details[2];  // what a perspective sees of the whole image, sharper
+uniform sampler2DArray details[2];  // what a perspective, or this screen, sees of the whole image, sharper
 uniform mat3 detail_pose[2];
-uniform vec3 detail_scale[2];       // its part of the widest lens, and its gain: 0 for none
+uniform vec3 detail_scale[2];       // its part of the widest lens or of the screen, and its gain: 0 for none
+#ifdef OWN_SCREEN
+#define DETAIL_ENCODE screen_encode
+#else
+#define DETAIL_ENCODE detail_encode
+#endif
 #endif
 uniform int comparison;     // 0 the first image, 1 the second, 2 split, 3 difference, 4 signed
 uniform float split;        // where, from the left edge, 0 to 1
 uniform float exposure;     // in stops
 uniform int curve;          // 0 none, 1 reinhard
 uniform float white;        // light that reinhard shows as white
-uniform bool false_color;
 uniform vec3 ramp[17];      // colors of -8 to 8 stops
-uniform bool isolines;
-uniform bool clipping;
-uniform float graticule;    // degrees between lines, 0 for none
-uniform bool valid;         // stripes where the image holds nothing
-uniform bool density;       // colors of the solid angle of texels
+uniform float graticule;    // degrees between lines
 uniform float mean_density; // steradians per unit of du dv, on average
 uniform vec2 circles;       // their radius, and degrees between them
 uniform vec3 outside;       // the color of what holds no sphere
@@ -88,35 +91,39 @@ void main() {
 
 #else
 
-// Light of four texels by their weights, and what they are: 1 values, 0 outside, -1 NaN.
+// Light of four texels by their weights, and what they are: 1 values, 0 outside, -1 NaN. Texels
+// that are no values are black.
+#ifdef MOVING
+vec4 lookup(sampler2DArray image, Grid grid, vec3 uvf) {
+    vec2 place = uvf.xy * grid.place.xy + grid.place.zw + 0.5;
+    vec4 found = textureLod(image, vec3(place / vec2(textureSize(image, 0).xy), uvf.z), 0.0);
+    if (is_nan(uvf.x) || abs(found.a) < 0.004) return vec4(0.0);
+    return vec4(clamp(found.rgb / found.a, -65504.0, 65504.0) * grid.gain, sign(found.a));
+}
+#else
 vec4 lookup(sampler2DArray image, Grid grid, vec3 uvf) {
     if (is_nan(uvf.x)) return vec4(0.0);
     vec2 place = uvf.xy * grid.place.xy + grid.place.zw;
-    vec2 low = floor(place);
-    vec2 part = place - low;
-    ivec2 last = textureSize(image, 0).xy - 2;
-    ivec2 first = clamp(ivec2(low), ivec2(0), last);
-    int face = int(uvf.z + 0.5);
+    vec2 low = floor(place), part = place - low, rest = 1.0 - part;
+    ivec2 first = clamp(ivec2(low), ivec2(0), textureSize(image, 0).xy - 2);
+    ivec3 at = ivec3(first, int(uvf.z + 0.5));
+    vec4 weights = vec4(rest.x, part.x, rest.x, part.x) * vec4(rest.yy, part.yy);
+    vec4[4] four = vec4[4](texelFetch(image, at, 0), texelFetch(image, at + ivec3(1, 0, 0), 0),
+        texelFetch(image, at + ivec3(0, 1, 0), 0), texelFetch(image, at + ivec3(1, 1, 0), 0));
+    vec4 kinds = vec4(four[0].a, four[1].a, four[2].a, four[3].a), known = weights * max(kinds, 0.0);
+    if (dot(weights, max(-kinds, 0.0)) > 1e-6) return vec4(vec3(0.0), -1.0);
     vec3 light = vec3(0.0);
-    float known = 0.0, nan = 0.0;
-    for (int k = 0; k < 4; k++) {
-        ivec2 step = ivec2(k & 1, k >> 1);
-        vec2 side = mix(1.0 - part, part, vec2(step));
-        float weight = side.x * side.y;
-        vec4 texel = texelFetch(image, ivec3(first + step, face), 0);
-        // Infinite light is white, and no NaN between texels.
-        light += weight * max(texel.a, 0.0) * clamp(texel.rgb, -65504.0, 65504.0);
-        known += weight * max(texel.a, 0.0);
-        nan += weight * max(-texel.a, 0.0);
-    }
-    if (nan > 1e-6) return vec4(vec3(0.0), -1.0);
-    return known > 1e-6 ? vec4(light / known * grid.gain, 1.0) : vec4(0.0);
+    // Infinite light is white, and no NaN between texels.
+    for (int k = 0; k < 4; k++) light += known[k] * clamp(four[k].rgb, -65504.0, 65504.0);
+    float sum = known.x + known.y + known.z + known.w;
+    return sum > 1e-6 ? vec4(light / sum * grid.gain, 1.0) : vec4(0.0);
 }
+#endif
 
 #ifdef DETAIL
 // What lies in the sharper picture; the fourth is -2 where that ends.
 vec4 detailed(sampler2DArray image, mat3 own, vec3 scale, vec3 d) {
-    vec2 part = 0.5 + (detail_encode(d * own) - 0.5) / scale.xy, size = vec2(textureSize(image, 0).xy);
+    vec2 part = 0.5 + (DETAIL_ENCODE(d * own) - 0.5) / scale.xy, size = vec2(textureSize(image, 0).xy);
     vec2 edge = min(part, 1.0 - part) * size - 1.0;
     if (scale.z == 0.0 || is_nan(part.x) || min(edge.x, edge.y) < 0.0) return vec4(0.0, 0.0, 0.0, -2.0);
     return lookup(image, Grid(vec4(size, -0.5, -0.5), scale.z), vec3(part, 0.0));
@@ -131,6 +138,13 @@ vec4 detailed(sampler2DArray image, mat3 own, vec3 scale, vec3 d) {
 #endif
 
 // What a pixel sees of an image: one lookup, or a mean where it sees more than a texel.
+#ifdef MOVING
+#define SEEN(NAME, PLACE, K) \
+    vec4 NAME(vec3 center, bool held) { \
+        SHARPER(K) \
+        return held ? lookup(texels[K], grids[K], PLACE(center)) : vec4(0.0); \
+    }
+#else
 #define SEEN(NAME, PLACE, K) \
     vec4 NAME(vec3 center, bool held) { \
         vec3 uvf = PLACE(center); \
@@ -150,6 +164,7 @@ vec4 detailed(sampler2DArray image, mat3 own, vec3 scale, vec3 d) {
         } \
         return held && sum.a > 0.0 ? vec4(sum.rgb / sum.a, 1.0) : vec4(0.0); \
     }
+#endif
 
 SEEN(seen0, image0_place, 0)
 #ifdef SECOND
@@ -231,29 +246,40 @@ void main() {
     if (comparison == 4) found = vec4(first.rgb - second.rgb, kind);
 #endif
     vec3 light = found.rgb * exp2(exposure);
+#if defined(FALSE_COLOR) || defined(ISOLINES)
     float luminance = dot(light, vec3(0.2126, 0.7152, 0.0722));
     float stops = log2(max(luminance, 1e-12));
+#endif
 
-    vec3 shown;
+#ifdef FALSE_COLOR
+    vec3 shown = ramped(stops);
+#else
+    vec3 shown = toned(light);
+#endif
+#ifdef SECOND
     // No difference is gray.
     if (comparison == 4) shown = clamp(0.5 + 0.5 * light, 0.0, 1.0);
-    else if (false_color) shown = ramped(stops);
-    else shown = toned(light);
-    if (isolines) {
-        float drawn = luminance > 0.0 ? line(stops, fwidth(stops), 1.4) : 0.0;
-        shown = mix(shown, vec3(0.0), 0.8 * drawn);
-    }
+#endif
+#ifdef ISOLINES
+    float drawn = luminance > 0.0 ? line(stops, fwidth(stops), 1.4) : 0.0;
+    shown = mix(shown, vec3(0.0), 0.8 * drawn);
+#endif
     bool stripe = fract((gl_FragCoord.x + gl_FragCoord.y) / 12.0) < 0.5;
-    if (clipping && stripe) {
+#ifdef CLIPPING
+    if (stripe) {
         float top = max(light.r, max(light.g, light.b));
         if (top >= (curve == 1 ? white : 1.0)) shown = vec3(0.9, 0.0, 0.0);
         if (min(light.r, min(light.g, light.b)) < 0.0) shown = vec3(0.0, 0.2, 0.9);
     }
+#endif
     if (found.a < 0.0) {
         ivec2 cell = ivec2(gl_FragCoord.xy) / 6;
         shown = ((cell.x + cell.y) & 1) == 0 ? missing : vec3(0.0);
     }
-    if (found.a == 0.0) shown = valid && stripe ? vec3(0.55, 0.1, 0.1) : outside;
+    if (found.a == 0.0) shown = outside;
+#ifdef VALID
+    if (found.a == 0.0 && stripe) shown = vec3(0.55, 0.1, 0.1);
+#endif
 #ifdef DENSITY
     vec3 place = own_place(d);
     if (!is_nan(place.x)) {
@@ -270,7 +296,8 @@ void main() {
     shown = mix(mix(shown, vec3(0.82, 0.25, 0.25), 0.5 * circle.x), vec3(0.5, 0.05, 0.05), circle.y);
 #endif
 
-    if (graticule > 0.0) {
+#ifdef GRATICULE
+    {
         vec2 globe = globe_encode(d) * vec2(360.0, 180.0) / graticule;
         // Its longitude jumps by a turn; half a turn further it does not.
         float turn = 360.0 / graticule;
@@ -280,6 +307,7 @@ void main() {
         shown *= 1.0 - 0.45 * max(line(globe.x, east, 3.0), line(globe.y, north, 3.0));
         shown = mix(shown, vec3(1.0), 0.65 * max(line(globe.x, east, 1.0), line(globe.y, north, 1.0)));
     }
+#endif
 #ifdef SECOND
     if (comparison == 2 && abs(across - split) * rect.z < 1.0) shown = vec3(1.0);
 #endif

@@ -14,8 +14,8 @@ const WIDEST_PERSPECTIVE = 170;
 const COMPARISONS = ["first", "second", "split", "difference", "signed", "blink"];
 // Of directions that are placed on screens, in a row of their texture.
 const POINTS = 1024;
-// What a program has only where it is asked for: compilers take their time.
-const EXTRAS = ["density", "tissot", "seams"];
+// What a program has only where it is asked for: compilers take their time, and renderers in software run all that there is.
+const EXTRAS = ["false_color", "isolines", "clipping", "graticule", "valid", "density", "tissot", "seams"];
 const DEGREE = Math.PI / 180;
 const KEYS = [
     ["arrows", "turn (with Shift further)"], ["+ −", "closer, wider"], ["Home", "first view"],
@@ -30,11 +30,15 @@ const tail = (x) => (x === 0 ? "0" : Math.abs(x) < 1e-3 || Math.abs(x) >= 1e5 ? 
 
 // Arrays -----------------------------------------------------------------------------------------
 
-async function unpacked(text, count, channels, wide) {
-    const raw = atob(text);
-    const bytes = new Uint8Array(raw.length);
+function bytesOf(text) {
+    if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
+    const raw = atob(text), bytes = new Uint8Array(raw.length);
     for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+    return bytes;
+}
+
+async function unpacked(text, count, channels, wide) {
+    const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
     const planes = new Uint8Array(await new Response(stream).arrayBuffer());
     const words = new (wide ? Uint16Array : Uint8Array)(count * channels);
     for (let c = 0; c < channels; c++) {
@@ -61,8 +65,10 @@ async function textureWords(image) {
     const states = image.states && (await unpacked(image.states, count, 1, false));
     const texels = new Uint16Array(4 * count);
     for (let i = 0, j = 0, k = 0; i < count; i++, j += channels, k += 4) {
-        for (let c = 0, at = j; c < 3; c++, at += step) texels[k + c] = table ? table[words[at]] : words[at];
         texels[k + 3] = states ? [0, 0x3c00, 0xbc00][states[i]] : 0x3c00;
+        // What is no value is black, to be between values.
+        if (texels[k + 3] !== 0x3c00) continue;
+        for (let c = 0, at = j; c < 3; c++, at += step) texels[k + c] = table ? table[words[at]] : words[at];
     }
     return texels;
 }
@@ -123,7 +129,7 @@ class Painter {
             }
             this.textures.push(this.texture([image.width, image.height, image.faces], all[k]));
             // Where there is nothing sharper, a texture of one texel stands for it.
-            this.details.push({ texture: this.texture([1, 1, 1], null), pose: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: [1, 1, 0] });
+            this.details.push({ texture: this.texture([1, 1, 1], null), pose: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: [1, 1, 0], screen: "" });
         });
         const lookups = JSON.stringify(scene.images.map(({ lookup, own }) => [lookup, own]));
         if (lookups !== this.lookups) {
@@ -138,17 +144,23 @@ class Painter {
         const texture = gl.createTexture();
         gl.activeTexture(gl.TEXTURE0);
         gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+        gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
+        for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D_ARRAY, side, gl.CLAMP_TO_EDGE);
         gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, gl.RGBA16F, width, height, layers, 0, gl.RGBA, gl.HALF_FLOAT, words);
         return texture;
     }
 
-    // A picture by a perspective that is sharper than an image: halves of RGBA.
-    sharpen(which, { width, height, pose, scale }, words) {
+    // A picture by a perspective, or by a screen, that is sharper than an image: halves of RGBA.
+    sharpen(which, { width, height, pose, scale, screen }, words) {
         if (!this.details[which]) return;
         this.gl.deleteTexture(this.details[which].texture);
-        this.details[which] = { texture: this.texture([width, height, 1], words), pose, scale };
+        this.details[which] = { texture: this.texture([width, height, 1], words), pose, scale, screen };
+    }
+
+    // Whether what is sharper was made for a screen, of the images that are drawn.
+    made_for(screen, look, second) {
+        return [look.first, second].some((which) => this.details[which]?.screen === screen);
     }
 
     drop() {
@@ -207,10 +219,17 @@ class Painter {
         gl.uniformMatrix3fv(places.pose, false, view.pose);
     }
 
+    // The program of a view: at rest, or while it moves.
+    drawing(view, look, moving) {
+        const second = look.comparison === "first" || this.scene.images.length < 2 ? null : look.second;
+        const extras = EXTRAS.filter((part) => look[part]);
+        if (this.scene.detail && this.made_for(view.screen, look, second)) extras.push("own_screen");
+        return { second, made: this.program(look.first, second, view.screen, "", moving ? [...extras, "moving"] : extras) };
+    }
+
     picture(view, look, samples) {
         const { gl, scene } = this;
-        const second = look.comparison === "first" || scene.images.length < 2 ? null : look.second;
-        const made = this.program(look.first, second, view.screen, "", EXTRAS.filter((part) => look[part]));
+        const { second, made } = this.drawing(view, look, samples === 1);
         const { places } = made;
         gl.useProgram(made.program);
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -232,7 +251,8 @@ class Painter {
             });
             gl.uniform1iv(places.details, [2, 3]);
             gl.uniformMatrix3fv(places.detail_pose, false, details.flatMap(({ pose }) => pose));
-            gl.uniform3fv(places.detail_scale, details.flatMap(({ scale }) => scale));
+            const kind = this.made_for(view.screen, look, second) ? view.screen : "";
+            gl.uniform3fv(places.detail_scale, details.flatMap(({ scale, screen }) => (screen === kind ? scale : [1, 1, 0])));
         }
         const blink = look.comparison === "blink";
         const mode = blink ? (look.blinked ? 1 : 0) : COMPARISONS.indexOf(look.comparison);
@@ -241,12 +261,8 @@ class Painter {
         gl.uniform1f(places.exposure, look.exposure);
         gl.uniform1i(places.curve, scene.curves.indexOf(look.curve));
         gl.uniform1f(places.white, scene.white);
-        gl.uniform1i(places.false_color, look.false_color);
         gl.uniform3fv(places.ramp, scene.ramp.flat());
-        gl.uniform1i(places.isolines, look.isolines);
-        gl.uniform1i(places.clipping, look.clipping);
         gl.uniform1f(places.graticule, look.graticule);
-        gl.uniform1i(places.valid, look.valid);
         if (look.tissot) gl.uniform2fv(places.circles, scene.tissot);
         if (look.density) gl.uniform1f(places.mean_density, scene.images[look.first].mean_density);
         gl.uniform3fv(places.outside, scene.outside);
@@ -417,7 +433,7 @@ export function mount(root, scene) {
     root.classList.add("spheremap");
     root.replaceChildren(stage, readout, bar, said);
 
-    let painter = null, wanted = 0, quiet = 0, shrink = 1, last = 0;
+    let shownSettings = "", painter = null, wanted = 0, quiet = 0, shrink = 1;
     const listeners = [], picked = [], resized = [];
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
@@ -516,7 +532,11 @@ export function mount(root, scene) {
             made("ol", {}, words.map((text) => made("li", { text }))));
     }
 
+    // Controls, when what they show has changed: a browser lays a page out anew for each.
     function show() {
+        const settings = JSON.stringify({ ...look, yaw: 0, pitch: 0, fov: 0 });
+        if (settings === shownSettings) return;
+        shownSettings = settings;
         controls.forEach((control) => control.show());
         drawLegend();
     }
@@ -530,16 +550,27 @@ export function mount(root, scene) {
     function frame(now, moving) {
         wanted = 0;
         if (!painter) return;
-        const took = last ? now - last : 0;
-        if (moving) {
-            if (took > 50 && took < 4000) shrink = Math.max(shrink / 1.4, 0.3);
-            else if (took && took < 20) shrink = Math.min(shrink * 1.2, 1);
-        }
-        last = moving ? now : 0;
-        fitted((moving ? shrink : 1) * Math.min(devicePixelRatio, 2));
+        // In steps: a canvas of another size is another buffer.
+        const part = moving ? 2 ** (Math.round(4 * Math.log2(shrink)) / 4) : 1;
+        fitted(part * Math.min(devicePixelRatio, 2));
         draw(moving ? 1 : 3);
-        // Longer than a slow frame takes.
-        if (moving) quiet = setTimeout(() => ask(false), 400);
+        clearTimeout(quiet);
+        if (moving) {
+            requestAnimationFrame((next) => learn(next - now));
+            // Longer than a slow frame takes.
+            quiet = setTimeout(() => ask(false), 400);
+        } else quiet = setTimeout(prepare, 50);
+    }
+
+    // Milliseconds that a frame took: 25 a second are aimed at.
+    function learn(took) {
+        const factor = took > 45 ? Math.max(Math.sqrt(40 / took), 0.75) : took < 30 ? 1.1 : 1;
+        shrink = clamp(shrink * factor, 0.25, 1);
+    }
+
+    // What the first move draws by, which would wait for its compiler.
+    function prepare() {
+        if (painter) views().forEach((view) => painter.drawing(view, look, true));
     }
 
     function set(changes, moving = false) {
@@ -680,6 +711,7 @@ export function mount(root, scene) {
         show();
         fitted(Math.min(devicePixelRatio, 2));
         draw();
+        quiet = setTimeout(prepare, 50);
     })().catch(fail);
     // The camera that looks along a direction of the reader's world.
     function aim(direction) {
@@ -698,9 +730,12 @@ export function mount(root, scene) {
         painter.mark(placedOn().points);
         ask();
     }
-    // What a camera of the page sees now; null where it is no lens.
-    const seen = () => (scene.screens[lensOf(look)].edge ? { yaw: look.yaw, pitch: look.pitch, fov: look.fov,
-        size: [canvas.height, canvas.width], images: several && look.comparison !== "first" ? [look.first, look.second] : [look.first] } : null);
+    // What the page shows now, of whole images.
+    const seen = () => {
+        const [{ screen, rect }] = views(), { yaw, pitch, fov, zoom } = look;
+        return { yaw, pitch, fov, zoom, screen, size: [rect[3], rect[2]],
+            images: several && look.comparison !== "first" ? [look.first, look.second] : [look.first] };
+    };
     const sharpen = (which, record, words) => { painter?.sharpen(which, record, words); ask(); };
     function dispose() {
         gone = true;
@@ -758,7 +793,7 @@ function render({ model, el }) {
     let resting = 0, waited = false, seen = "";
     const look = () => {
         const asked = view.seen(), key = JSON.stringify(asked);
-        if (!asked || waited || key === seen || !view.canvas.isConnected) return;
+        if (waited || key === seen || !view.canvas.isConnected) return;
         const sent = model.get("scene").images;
         asked.images = asked.images.filter((k) => sent[k].reduced);
         if (!asked.images.length) return;

@@ -17,7 +17,7 @@ from ..map.images import channels_last, expect_aspect
 from ..map.named import resolve
 from ..map.variants import changed
 from ..map.verbs import rotation as turned_by
-from . import page, shaders, still
+from . import figures, page, shaders, still, stripes
 from .answers import Shown
 from .look import CHECKS, as_side, yaw_and_pitch
 from .overlays import Overlays
@@ -36,8 +36,9 @@ __all__ = ["Viewer", "view"]
 
 # The longer side of what a notebook keeps with its text.
 _IN_NOTEBOOKS = 2048
-# And of what a widget, which can ask for more, sends first.
+# And of what is seen first: a widget asks for more, and a page goes on reading.
 _OVERVIEW = 1024
+_AXES = ("+x", "+y", "+z", "-x", "-y", "-z")
 
 
 class Viewer:
@@ -280,7 +281,7 @@ class Viewer:
         -------
         str
         """
-        return page.page(self._scene(self.max_size))
+        return self._page(self.max_size)
 
     def widget(self) -> Any:
         """Return a widget for notebooks, by anywidget: ``pip install spheremap[view]``.
@@ -335,11 +336,13 @@ class Viewer:
         Returns
         -------
         picture : ndarray of uint8, shape (H, W, 3)
-            Gray where nothing is known of the sphere, magenta where a value is NaN. Without
-            graticule, axes, isolines, marks of clipping, and what is drawn over images.
+            Gray where nothing is known of the sphere, magenta where a value is NaN, and with what
+            the page draws over images: of Tissot's circles the rims.
 
         Raises
         ------
+        ImportError
+            For lines, names and lights if matplotlib is missing: ``pip install spheremap[plot]``.
         ValueError, TypeError
             For a size that is none.
 
@@ -355,25 +358,42 @@ class Viewer:
             raise ValueError(f"Expected `size` to be rows and columns, got {len(sides)} numbers.")
         first = self._images[0]
         yaw, pitch = self._angles()
-        found, held = still.seen(
-            first.pixels,
-            first.projection,
-            self.screen,
-            self.screen.name if _is_lens(self.screen) else "",
-            self.fov,
-            turned_by(yaw, pitch),
-            (sides[0], sides[1]),
-        )
-        return still.toned(
+        name = self.screen.name if _is_lens(self.screen) else ""
+        pose, sized = turned_by(yaw, pitch), (sides[0], sides[1])
+        by = still.placed(self.screen, name, self.fov, pose, sized)
+        directions = still.sights(*by)
+        found, held = still.seen(first.pixels, first.projection, *by, directions)
+        picture = still.toned(
             found, held, exposure=self.exposure, curve=self.curve, false_color=self.false_color
         )
+        there = first.projection.in_world_of("latlong")
+        asked = {name: getattr(self, name) for name in stripes.ASKED}
+        if any(asked.values()):
+            stripes.mark(picture, found, held, directions, there, asked, self.exposure, self.curve)
+        return self._drawn_over(picture, figures.Frame(*by))
 
     def _repr_html_(self) -> str:
-        return page.iframe(page.page(self._scene(min(self.max_size, _IN_NOTEBOOKS))))
+        return page.iframe(self._page(min(self.max_size, _IN_NOTEBOOKS)))
+
+    def _page(self, max_size: int) -> str:
+        held = [_held(shown, max_size) for shown in self._images]
+        whole = [_record(shown, pixels) for shown, pixels in zip(self._images, held, strict=True)]
+        if max(max(record["height"], record["width"]) for record in whole) <= 2 * _OVERVIEW:
+            return page.page(self._scene_of(whole))
+        first = [
+            _record(shown, reduced(pixels, shown.projection, _OVERVIEW))
+            for shown, pixels in zip(self._images, held, strict=True)
+        ]
+        return page.page(self._scene_of(first), whole)
 
     def _shown_in_widget(self) -> dict[str, Any]:
         scene = self._scene(min(self.max_size, _OVERVIEW))
         return scene | {"detail": shaders.detail()}
+
+    def _screen_named(self, name: str) -> Projection:
+        """Return a screen of the page."""
+        own = self.screen
+        return own if name in (own.name, repr(own)) else _screen(name)
 
     def _replace(self, image: ArrayLike, projection: ProjectionLike | None, options: Any) -> None:
         """Put an image in the place of the first."""
@@ -383,10 +403,27 @@ class Viewer:
         p = before.projection if projection is None else projection
         self._images[0] = _shown(image, p, **settings)
 
+    def _drawn_over(self, picture: NDArray[np.uint8], frame: figures.Frame) -> NDArray[np.uint8]:
+        """Return a still with what stands on the sphere."""
+        world = _world(self._images[0].projection)
+        records = self._overlays.records(world)
+        if self.axes:
+            ends = np.concatenate([np.eye(3), -np.eye(3)]) @ world
+            named = [{"text": name, "direction": d} for name, d in zip(_AXES, ends, strict=True)]
+            records["marks"] = named + records["marks"]
+        thin = figures.graticule(self.graticule) if self.graticule else []
+        circles = figures.circles() if self.tissot else []
+        if not (thin or circles or any(records.values())):
+            return picture
+        return figures.over(picture, frame, thin=thin, circles=circles, records=records)
+
     def _angles(self) -> tuple[float, float]:
         return yaw_and_pitch(_world(self._images[0].projection).T @ np.array(self.direction))
 
     def _scene(self, max_size: int) -> dict[str, Any]:
+        return self._scene_of([_record(shown, _held(shown, max_size)) for shown in self._images])
+
+    def _scene_of(self, images: list[dict[str, Any]]) -> dict[str, Any]:
         screens, own = dict(shaders.screens()), self.screen
         name = own.name
         if name not in screens or own != _screen(name):
@@ -400,7 +437,7 @@ class Viewer:
         return page.scene(
             " and ".join(shown.name for shown in self._images),
             look,
-            [_record(shown, max_size) for shown in self._images],
+            images,
             screens,
             world,
             self._overlays.records(world),
@@ -587,19 +624,23 @@ def _first(p: Projection) -> NDArray[np.float64]:
     return ahead if p.covers(ahead) or not np.isfinite(middle).all() else middle
 
 
-def _record(shown: Shown, max_size: int) -> dict[str, Any]:
-    """Return what the page holds of an image."""
+def _held(shown: Shown, max_size: int) -> NDArray[Any]:
+    """Return what is shown of an image, channels last, no larger than that."""
+    p = shown.projection
+    return reduced(shown_channels(shown.pixels, p), p, max_size)
+
+
+def _record(shown: Shown, held: NDArray[Any]) -> dict[str, Any]:
+    """Return what the page holds of an image: all of it, or a smaller one."""
     p = shown.projection
     shape = shown.pixels.shape[: spatial_axes(p)]
-    whole = shown_channels(shown.pixels, p)
-    held = reduced(whole, p, max_size)
     sent = texels(apart(held, p), p)
     about = f"{p.name} of {' x '.join(map(str, shape))} texels"
     return {
         "name": shown.name,
         "about": about,
         "shape": (1, *shape) if p.faces == 1 else shape,
-        "reduced": held.shape != whole.shape,
+        "reduced": held.shape[: len(shape)] != shape,
         "mean_density": p.covered_solid_angle / (p.used_part * p.faces),
         "grid": p.grid,
         **shaders.image(p),

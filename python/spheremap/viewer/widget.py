@@ -41,7 +41,8 @@ def _answer(self: Any, asked: Any, _: Any) -> None:
     kind = asked.get("kind") if isinstance(asked, dict) else None
     if kind == "see":
         for k in asked["images"]:
-            found = sharper(images[k], asked) if 0 <= k < len(images) else None
+            screen = self._viewer._screen_named(asked["screen"])
+            found = sharper(images[k], asked, screen) if 0 <= k < len(images) else None
             if found is not None:
                 record, words = found
                 self.send({"kind": "detail", "image": k, **record}, [words])

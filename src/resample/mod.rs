@@ -35,6 +35,6 @@ pub use mips::{Level, chain};
 pub use options::{Fill, Options};
 pub use pad::{pad, padded_shape};
 pub use sample::{Sampler, sample_adjoint, sample_slopes};
-pub use sums::sums_of_planes;
 pub use size::matching_size;
+pub use sums::sums_of_planes;
 pub use window::Window;

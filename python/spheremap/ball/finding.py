@@ -206,7 +206,9 @@ def _toned(image: NDArray[Any]) -> Array:
     if values.ndim == 3:
         # Two channels are gray and alpha, four are colors and alpha.
         count = 3 if values.shape[-1] >= 3 else 1
-        values = np.asarray(sum(values[..., c] for c in range(count)) / count)
+        # Infinities of both signs are no number.
+        with np.errstate(invalid="ignore"):
+            values = np.asarray(sum(values[..., c] for c in range(count)) / count)
     bright = values[np.isfinite(values) & (values > 0)]
     if bright.size == 0:
         return np.where(np.isfinite(values), 0.0, np.nan)

@@ -42,19 +42,21 @@ pub fn code(
     )?;
     if highest > HIGHEST_PRINTED {
         return Err(Error::Code(format!(
-            "spherical harmonics are printed up to order {HIGHEST_PRINTED}, got {highest}"
+            "Expected `coefficients` up to order {HIGHEST_PRINTED}, got {highest}."
         )));
     }
     let printed = [1, 3].contains(&channels) || (channels > 0 && order.has_arrays());
     if !printed {
         return Err(Error::Code(format!(
-            "one channel or three are printed, in Python's languages any number, got {channels}"
+            "Expected `coefficients` of one channel or three, in Python's languages of any number, got {channels}."
         )));
     }
     // A number of 32 bits may be too small for what one of 64 holds.
     let held = |c: &f64| c.is_finite() && (double || (*c as f32).is_finite());
     if !coefficients.iter().all(held) {
-        return Err(Error::Code("coefficients must be finite".to_owned()));
+        return Err(Error::Code(
+            "Expected `coefficients` that are finite numbers of the `dtype`.".to_owned(),
+        ));
     }
     let program = if double {
         program::<f64>(coefficients, channels, highest, order.style)

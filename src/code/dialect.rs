@@ -165,11 +165,6 @@ pub trait Dialect: Sync {
     /// What is promised about bits of `precision="exact"`, in one sentence.
     fn promise(&self) -> &'static str;
 
-    /// What runs the printed text in the tests.
-    fn checked(&self) -> &'static str {
-        "nothing yet"
-    }
-
     /// Whether it has numbers of 64 bits.
     fn has_double(&self) -> bool {
         false

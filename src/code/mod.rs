@@ -47,8 +47,6 @@ pub struct Language {
     pub double: bool,
     /// What is promised about bits.
     pub promise: &'static str,
-    /// What runs the printed text in the tests.
-    pub checked: &'static str,
 }
 
 /// Every language, in the order of the registry.
@@ -64,7 +62,6 @@ pub fn languages() -> impl Iterator<Item = Language> {
         extension: dialect.extension(),
         double: dialect.has_double(),
         promise: dialect.promise(),
-        checked: dialect.checked(),
     })
 }
 

@@ -24,7 +24,7 @@ pub struct BrownConrady<const PRISM: bool = true, const SHORT: bool = false>(
 pub type CameraBrownConrady = Camera<BrownConrady>;
 
 /// Of a power of the radius.
-const RADIAL: [f64; 3] = [-100.0, 0.0, 100.0];
+pub const RADIAL: [f64; 3] = [-100.0, 0.0, 100.0];
 /// Of what a lens that is not centered does: thousandths in most calibrations.
 pub const TANGENTIAL: [f64; 3] = [-0.1, 0.0, 0.1];
 

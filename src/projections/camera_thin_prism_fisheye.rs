@@ -8,7 +8,7 @@
 //! to the direction opposite the axis, which would have a circle of places. Singular: nothing.
 
 use crate::number::real::{Real, scaled};
-use crate::projections::camera_brown_conrady::TANGENTIAL;
+use crate::projections::camera_brown_conrady::{RADIAL, TANGENTIAL};
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Lens, coefficient,
 };
@@ -25,8 +25,6 @@ pub type CameraThinPrismFisheye = Camera<BentFisheye>;
 
 /// The largest angle from the axis: the direction opposite has no single place.
 const FARTHEST: f64 = PI * (1.0 - 1e-6);
-/// Of a power of the angle.
-const RADIAL: [f64; 3] = [-100.0, 0.0, 100.0];
 
 impl<const SHORT: bool> Lens for BentFisheye<SHORT> {
     type Short = BentFisheye<true>;

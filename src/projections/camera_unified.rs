@@ -7,7 +7,7 @@
 //! image turns back; else NaN.
 
 use crate::number::real::{Real, max};
-use crate::projections::camera_brown_conrady::TANGENTIAL;
+use crate::projections::camera_brown_conrady::{RADIAL, TANGENTIAL};
 use crate::projections::common::angle;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Lens, coefficient, grows_up_to,
@@ -27,9 +27,6 @@ pub struct UnifiedLens {
 
 /// A unified camera with a K matrix.
 pub type CameraUnified = Camera<UnifiedLens>;
-
-/// Of a power of the radius.
-const RADIAL: [f64; 3] = [-100.0, 0.0, 100.0];
 
 impl UnifiedLens {
     /// The unit direction of a point of the plane without distortion.

@@ -48,7 +48,6 @@ pub fn code_languages(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         dict.set_item("extension", language.extension)?;
         dict.set_item("double", language.double)?;
         dict.set_item("promise", language.promise)?;
-        dict.set_item("checked", language.checked)?;
         list.append(dict)?;
     }
     Ok(list)

@@ -28,6 +28,18 @@ pub fn filled<'py>(
     finish(array, true)
 }
 
+/// A new float64 array of numbers that are known.
+pub fn filled_with<'py>(
+    py: Python<'py>,
+    shape: &[usize],
+    numbers: &[f64],
+) -> PyResult<Bound<'py, PyAny>> {
+    filled(py, shape, |out| {
+        out.copy_from_slice(numbers);
+        Ok(())
+    })
+}
+
 /// Rows of three numbers.
 pub fn directions<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>, name: &str) -> PyResult<&'a [f64]> {
     match array.shape() {

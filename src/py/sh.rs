@@ -2,7 +2,7 @@
 //! numbers and restores shapes.
 
 use super::images::{image, view, with_image};
-use super::light::{directions, filled};
+use super::light::{directions, filled, filled_with};
 use super::projection::PyProjection;
 use super::stopping::stoppable;
 use crate::light::sh;
@@ -26,10 +26,7 @@ pub fn sh_project<'py>(
     with_image!(image(object, None)?, image => {
         let image = view(map, &image)?;
         let found = stoppable(py, || sh::project(&image, order, samples(points)))?;
-        filled(py, &[sh::count(order), image.channels()], |out| {
-            out.copy_from_slice(&found);
-            Ok(())
-        })
+        filled_with(py, &[sh::count(order), image.channels()], &found)
     })
 }
 
@@ -157,10 +154,7 @@ pub fn sh_lobe<'py>(
     order: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
     let factors = lobes::find(name)?.factors(parameter, order)?;
-    filled(py, &[factors.len()], |out| {
-        out.copy_from_slice(&factors);
-        Ok(())
-    })
+    filled_with(py, &[factors.len()], &factors)
 }
 
 /// By what the window of this name multiplies degrees 0 to an order.
@@ -173,10 +167,7 @@ pub fn sh_window<'py>(
     order: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
     let factors = windows::find(name)?.factors(width, order)?;
-    filled(py, &[factors.len()], |out| {
-        out.copy_from_slice(&factors);
-        Ok(())
-    })
+    filled_with(py, &[factors.len()], &factors)
 }
 
 /// Name, note and source of each convention of coefficients.

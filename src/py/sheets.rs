@@ -1,7 +1,7 @@
 //! Sums over the sphere sheet by sheet: of an image of which only a part is there. `spheremap.dask` asks for them.
 
 use super::images::{image, view, with_image};
-use super::light::{directions, filled};
+use super::light::{directions, filled, filled_with};
 use super::lights::{PySun, sun_as_tuple};
 use super::projection::{PyProjection, size};
 use super::sh::samples;
@@ -82,10 +82,7 @@ pub fn add_sheets<'py>(
         ));
     };
     let found = add(parts.as_slice()?, per);
-    filled(py, &[found.len()], |out| {
-        out.copy_from_slice(&found);
-        Ok(())
-    })
+    filled_with(py, &[found.len()], &found)
 }
 
 /// The sums of a sheet under a lobe about each of (N, 3) unit directions, those of the constant 1 last: (N, C + 1).
@@ -151,10 +148,7 @@ pub fn sh_of<'py>(
         let apart = Apart::new(image.map(), image.shape(), order, samples(points))?;
         let sheet = numbered(apart.patches(), number)?;
         let found = stoppable(py, || apart.of_sheet(&image, &sheet))?;
-        filled(py, &[found.len()], |out| {
-            out.copy_from_slice(&found);
-            Ok(())
-        })
+        filled_with(py, &[found.len()], &found)
     })
 }
 
@@ -174,10 +168,7 @@ pub fn sh_from<'py>(
     let apart = Apart::new(&projection.0, &shape, order, samples(points))?;
     let numbers = parts.as_slice()?;
     let found = stoppable(py, || apart.project(numbers, channels))?;
-    filled(py, &[sh::count(order), channels], |out| {
-        out.copy_from_slice(&found);
-        Ok(())
-    })
+    filled_with(py, &[sh::count(order), channels], &found)
 }
 
 /// What a sheet tells of its light: (8 + C,).
@@ -200,10 +191,7 @@ pub fn survey_of<'py>(
             Survey::of_sheet(&image, luminance, &patches, &sheet)
         })?;
         let numbers = survey.numbers();
-        filled(py, &[numbers.len()], |out| {
-            out.copy_from_slice(&numbers);
-            Ok(())
-        })
+        filled_with(py, &[numbers.len()], &numbers)
     })
 }
 
@@ -283,10 +271,7 @@ pub fn lit_of<'py>(
             Lit::of_sheet(&image, luminance, &patches, &sheet, cap, block)
         })?;
         let numbers = lit.numbers();
-        filled(py, &[lit.index.len(), 6 + image.channels()], |out| {
-            out.copy_from_slice(&numbers);
-            Ok(())
-        })
+        filled_with(py, &[lit.index.len(), 6 + image.channels()], &numbers)
     })
 }
 

@@ -16,7 +16,6 @@ impl Arrays for ArrayApi {
     const WIDTHS: [&'static str; 2] = ["xp.float32", "xp.float64"];
     const IMPORT: &'static str = "";
     const PROMISE: &'static str = "The bits are those of the library where each operation is rounded by itself, and powers of two are exact.";
-    const CHECKED: &'static str = "array-api-strict, NumPy";
     const AXIS: &'static str = "axis";
     const ARCTANGENT: &'static str = "atan2";
     // Before 2024 the standard has no choice between an array and a plain number.

@@ -29,10 +29,6 @@ impl Dialect for C {
         "The bits are those of the library with `-ffp-contract=off` and without `-ffast-math`."
     }
 
-    fn checked(&self) -> &'static str {
-        "a C compiler"
-    }
-
     fn has_double(&self) -> bool {
         true
     }

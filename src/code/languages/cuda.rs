@@ -25,10 +25,6 @@ impl Dialect for Cuda {
         "The bits are those of the library with `-fmad=false` and without `--use_fast_math`."
     }
 
-    fn checked(&self) -> &'static str {
-        "NVRTC, to PTX that contracts nothing, by `make test-languages`, which runs it where there is a card; a C++ compiler, as C++"
-    }
-
     fn has_double(&self) -> bool {
         true
     }

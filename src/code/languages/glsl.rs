@@ -25,10 +25,6 @@ impl Dialect for Glsl {
         "The bits are those of the library where division and square root are rounded correctly; `precise` forbids the rest."
     }
 
-    fn checked(&self) -> &'static str {
-        "OpenGL"
-    }
-
     fn has_double(&self) -> bool {
         true
     }

@@ -31,10 +31,6 @@ impl Dialect for GlslEs {
         "Within a few units in the last place: the language lets compilers contract and reorder. It wants `precision highp float`."
     }
 
-    fn checked(&self) -> &'static str {
-        "WebGL 2 (Chromium, SwiftShader), by `make test-printed`"
-    }
-
     fn reserved(&self) -> &'static [&'static str] {
         &[
             "input", "output", "sample", "filter", "common", "active", "half", "fixed", "main",

@@ -25,10 +25,6 @@ impl Dialect for Hlsl {
         "The bits are those of the library where division and square root are rounded correctly; `precise` forbids the rest."
     }
 
-    fn checked(&self) -> &'static str {
-        "Vulkan (DXC), by `make test-languages`; a C++ compiler, as C++"
-    }
-
     fn names_results(&self) -> bool {
         true
     }

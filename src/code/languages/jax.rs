@@ -13,7 +13,6 @@ impl Arrays for Jax {
     const WIDTHS: [&'static str; 2] = ["jnp.float32", "jnp.float64"];
     const IMPORT: &'static str = "import jax.numpy as jnp";
     const PROMISE: &'static str = "Within a few units in the last place: the compiler contracts. Doubles want `jax_enable_x64`.";
-    const CHECKED: &'static str = "JAX, by `make test-printed`";
     const AXIS: &'static str = "axis";
 
     fn word(bits: u32) -> Option<&'static str> {

@@ -24,10 +24,6 @@ impl Dialect for Msl {
         "The bits are those of the library with `-fno-fast-math -ffp-contract=off`."
     }
 
-    fn checked(&self) -> &'static str {
-        "a C++ compiler, as C++"
-    }
-
     fn reserved(&self) -> &'static [&'static str] {
         &[
             "half", "kernel", "vertex", "fragment", "device", "constant", "thread", "main",

@@ -21,8 +21,6 @@ pub trait Arrays: Sync {
     const IMPORT: &'static str;
     /// What is promised about bits.
     const PROMISE: &'static str;
-    /// What runs it in the tests.
-    const CHECKED: &'static str;
     /// The function that takes what an argument is as an array.
     const TAKE: &'static str = "asarray";
     /// The method that makes an array of another type.
@@ -108,7 +106,6 @@ impl Arrays for NumPy {
     const WIDTHS: [&'static str; 2] = ["np.float32", "np.float64"];
     const IMPORT: &'static str = "import numpy as np";
     const PROMISE: &'static str = "The bits are those of the library.";
-    const CHECKED: &'static str = "NumPy";
     const AXIS: &'static str = "axis";
 
     fn power_of_two(a: &str) -> String {
@@ -151,10 +148,6 @@ impl<A: Arrays> Dialect for A {
 
     fn promise(&self) -> &'static str {
         A::PROMISE
-    }
-
-    fn checked(&self) -> &'static str {
-        A::CHECKED
     }
 
     fn has_arrays(&self) -> bool {

@@ -24,10 +24,6 @@ impl Dialect for OpenCl {
         "The bits are those of the library where division and square root are rounded correctly (`-cl-fp32-correctly-rounded-divide-sqrt`)."
     }
 
-    fn checked(&self) -> &'static str {
-        "OpenCL (pocl), by `make test-languages`"
-    }
-
     fn has_double(&self) -> bool {
         true
     }

@@ -25,10 +25,6 @@ impl Dialect for Osl {
         "Within a few units in the last place. Outside the coverage coordinates are -1: the language has no NaN to write."
     }
 
-    fn checked(&self) -> &'static str {
-        "Blender's Cycles, by `make test-programs`"
-    }
-
     fn reserved(&self) -> &'static [&'static str] {
         &[
             "shader",

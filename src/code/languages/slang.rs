@@ -26,10 +26,6 @@ impl Dialect for Slang {
         "The bits are those of the library where division and square root are rounded correctly; SPIR-V wants `-fp-mode precise`."
     }
 
-    fn checked(&self) -> &'static str {
-        "slangc: a C++ compiler, Vulkan; by `make test-languages`"
-    }
-
     fn names_results(&self) -> bool {
         true
     }

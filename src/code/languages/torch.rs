@@ -16,7 +16,6 @@ impl Arrays for Torch {
     const CAST: &'static str = "to";
     const IMPORT: &'static str = "import torch";
     const PROMISE: &'static str = "Within a few units in the last place: its square root, and what is divided into a constant, are not rounded correctly.";
-    const CHECKED: &'static str = "PyTorch, by `make test-languages`";
     const AXIS: &'static str = "dim";
     const ARCTANGENT: &'static str = "atan2";
     const NARROWS: bool = true;

@@ -27,10 +27,6 @@ impl Dialect for Wgsl {
         "Within a few units in the last place: the language lets compilers contract and divide less exactly."
     }
 
-    fn checked(&self) -> &'static str {
-        "WebGPU (wgpu), by `make test-printed`"
-    }
-
     fn reserved(&self) -> &'static [&'static str] {
         &[
             "fn",

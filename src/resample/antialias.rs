@@ -34,8 +34,8 @@ use crate::resample::filters::LookupFilter;
 use crate::resample::footprint::{Footprint, Part, measure};
 use crate::resample::polynomial::CoordinatePolynomial;
 use crate::resample::sample::{
-    LANES, Lookups, MOST, Parallelograms, Rectangle, Spread, TOGETHER, Texture, count, division,
-    means,
+    LANES, Lookups, MOST, Parallelograms, Rectangle, Spread, TOGETHER, Texture, any_several, count,
+    division, means,
 };
 
 /// The widest part of a texel of several places, in radians: over it a map's density is taken as constant.
@@ -54,7 +54,7 @@ const BEND: f64 = 1.0 / 350.0;
 /// Sides are not halved below this, in u or v.
 const SHORTEST: f64 = 1e-6;
 
-/// Neighbors nearer than this, squared and in source texels, belong to texels of one lookup: below the 1.66
+/// Neighbors nearer than this, squared and in source texels, belong to texels of one lookup: well below the 1.66
 /// at which a side gets a second one.
 const NEAR: f64 = 1.5;
 
@@ -82,7 +82,7 @@ pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
     done: Vec<(usize, usize)>,
     /// The means, texel by texel of the block.
     means: Vec<T>,
-    seen: Parallelograms,
+    seen: Box<Parallelograms<T::Float>>,
 }
 
 /// What the texels of a patch are in the source.
@@ -224,7 +224,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             },
             done: Vec::new(),
             means: vec![T::default(); (TILE + 1) * channels.max(4)],
-            seen: Parallelograms::new(),
+            seen: Box::new(Parallelograms::new()),
         }
     }
 
@@ -237,6 +237,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
 
     /// Averages those texels of a block that need it: `places` are where they lie in the source, and `patch` is where
     /// these come from, with the number of the block's first row in it. [`Antialias::write`] puts the means where they belong.
+    /// Returns whether these are all of its texels.
     pub fn block(
         &mut self,
         centers: &Centers<R>,
@@ -244,10 +245,10 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         places: &Tile<R, 3>,
         patch: Option<(&CoordinatePolynomial<R>, usize)>,
         area: Rectangle,
-    ) {
+    ) -> bool {
         let mut apart = [false; TILE];
         if !coarse(&self.source.raster, places, block, &mut apart) {
-            return;
+            return false;
         }
         let n = block.columns * block.rows;
         let mut uv = Tile::new();
@@ -258,6 +259,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         if let Some((patch, row)) = patch {
             let mut slopes = Tile::new();
             patch.slopes(row, block, &mut slopes);
+            if !any_several(&self.source.raster, &slopes, n) {
+                return false;
+            }
             if self.form == Some(Form::Bent) {
                 patch.bends(row, block, &mut self.bends);
             }
@@ -266,6 +270,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             for k in (0..n).filter(|&k| apart[k] && !places.0[0][k].is_nan()) {
                 self.part(&uv, k);
             }
+        }
+        if self.done.len() == n {
+            return true;
         }
         self.look(false);
         let mut whole = true;
@@ -285,6 +292,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
                 }
             }
         }
+        self.done.len() == n
     }
 
     /// What texels of a patch are as good as in the source, if they need no weights by solid angle. `uv` are the centers of one
@@ -329,13 +337,12 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             let mut done = [false; TOGETHER];
             let raster = &self.source.raster;
             let own = (places, first);
-            self.seen
-                .set(raster, own, (slopes, &self.bends), NEAR as f32);
+            self.seen.set(raster, own, (slopes, &self.bends));
             if self.bilinear {
                 let means_of = &mut self.means[first * self.channels..];
                 means(
                     self.source,
-                    (&self.seen, face),
+                    (&mut self.seen, face),
                     &mut done[..count],
                     means_of,
                 );

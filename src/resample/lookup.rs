@@ -216,12 +216,16 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
             job.coordinate_map.take(lookups.tile(), count);
             lookups.place(count);
         }
-        lookups.push(band, area);
         if let Some(means) = means {
-            // Texels of the block before, which are there since this one was pushed.
+            // The block before, whose means come after its lookups.
+            lookups.finish(band);
             means.write(band);
-            means.block(centers, block, lookups.pushed(), patch, area);
+            if means.block(centers, block, lookups.tile(), patch, area) {
+                means.write(band);
+                return;
+            }
         }
+        lookups.push(band, area);
     }
 
     /// Does what is left to do.

@@ -57,11 +57,6 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
         &mut self.queue[1 - self.current].uv
     }
 
-    /// Those of the tile that was pushed last.
-    pub fn pushed(&self) -> &Tile<R, 3> {
-        &self.queue[self.current].uv
-    }
-
     /// Finds the texels around the first `count` places of the next tile. Returns whether none of them lies at an edge or
     /// nowhere.
     pub fn place(&mut self, count: usize) -> bool {

@@ -6,24 +6,28 @@
 //! texel are made one after the other, from the window that holds them.
 //!
 //! Only what lies inside of a face is answered for, with all texels that its lookups take part in.
+//!
+//! Places are found number by number, each for as many parallelograms as there are lanes: most have two to six, and found for one
+//! parallelogram after the other they left most lanes empty, which took longer than the lookups.
 
 use super::gather::{four, mix};
-use super::spread::{LANES, MOST, Parts, Spread, Trapezoid, division, second_of_two, spread};
+use super::spread::{LANES, MOST, Spread, Spreads, division, spread};
 use crate::image::raster::Raster;
 use crate::image::texel::{Four, Texel};
-use crate::kernel::tile::Tile;
+use crate::kernel::tile::{TILE, Tile, prefetch_item};
 use crate::kernel::{Scalar, SimdWork, run_simd, vectorize};
 use crate::number::real::{self, Real};
 use crate::resample::sample::Texture;
 use fearless_simd::{Simd, SimdBase};
-use std::ops::Range;
 
-/// Places that are turned into texels together, at most.
-const ROOM: usize = 256;
-const _: () = assert!(ROOM >= MOST);
+/// Places of parallelograms that are looked up together.
+const ROOM: usize = MOST * LANES;
 
 /// Texels that are looked at together: what is known of them stays in the nearest cache.
 pub(crate) const TOGETHER: usize = 128;
+
+/// A side whose square is below has one lookup: r √(2 (r² - 1)) / r is a texel and [`SLACK`](super::spread) there.
+const SEVERAL: f32 = 1.66;
 
 /// What rounding in f32 may leave out of a reach, in shares of it.
 const ROUNDING: f32 = 1e-5;
@@ -34,12 +38,14 @@ type Row<R> = [R; TOGETHER];
 const ZEROS: Row<f32> = [0.0; TOGETHER];
 
 /// Parallelograms of the source, about places of a part of a tile.
-pub(crate) struct Parallelograms {
+pub(crate) struct Parallelograms<F> {
     /// The places, in texels.
     centers: [Row<f64>; 2],
     shapes: Shapes,
     /// Whether all texels that take part are inside of a face.
     inside: Row<bool>,
+    /// Of those that are looked up, and of the next ones, whose texels are asked for.
+    rooms: [Room<F>; 2],
 }
 
 /// What does not depend on where they lie: two numbers of each are those along x and along y, or of the first and the second side.
@@ -51,29 +57,23 @@ struct Shapes {
     /// How places are spread over them: what a [`Spread`] holds.
     counts: [Row<f32>; 2],
     lines: [Row<f32>; 2],
-    one_over: [Row<f32>; 2],
-    trapezoids: [Row<f32>; 2],
-    scales: [Row<f32>; 2],
     /// How many places there are.
     totals: Row<f32>,
-    /// Where two places lie from the center: between them, and from there to the second.
-    pairs: [[Row<f32>; 2]; 2],
     reach: [Row<f32>; 2],
 }
 
 impl Shapes {
-    /// Finds all, from ∂x and ∂y to the right and down in texels, and from their second derivatives. Those without a side whose square
-    /// is above `near` have one lookup.
+    /// Finds all, from ∂x and ∂y to the right and down in texels, and from their second derivatives.
     ///
     /// Rows of one length behind references of their own, and nothing else: otherwise the compiler makes no lanes of it, which
     /// take a tenth of the time.
     #[inline(always)]
-    fn set(&mut self, slopes: &[Row<f32>; 4], second: &[Row<f32>; 6], near: f32) {
+    fn set(&mut self, slopes: &[Row<f32>; 4], second: &[Row<f32>; 6]) {
         for k in 0..TOGETHER {
             let (ax, ay) = (slopes[0][k], slopes[1][k]);
             let (bx, by) = (slopes[2][k], slopes[3][k]);
             let (a, b) = (ax * ax + ay * ay, bx * bx + by * by);
-            let one = real::max(a, b) <= near;
+            let one = real::max(a, b) <= SEVERAL;
             let (p, m) = division(a.sqrt());
             let (q, n) = division(b.sqrt());
             let (ax, ay, bx, by) = (ax * p, ay * p, bx * q, by * q);
@@ -83,8 +83,6 @@ impl Shapes {
             let (ex, ey) = (qq * second[4][k], qq * second[5][k]);
             let grid = (if one { 1.0 } else { m }, if one { 1.0 } else { n });
             let (columns, rows, far, near) = spread((ax, ay), (bx, by), grid);
-            let (s, t) = second_of_two(columns, far, near);
-            let (ss, st, tt) = (s * s, s * t, t * t);
             (self.sides[0][0][k], self.sides[0][1][k]) = (ax, ay);
             (self.sides[1][0][k], self.sides[1][1][k]) = (bx, by);
             (self.bends[0][0][k], self.bends[0][1][k]) = (cx, cy);
@@ -92,20 +90,17 @@ impl Shapes {
             (self.bends[2][0][k], self.bends[2][1][k]) = (ex, ey);
             (self.counts[0][k], self.counts[1][k]) = (columns, rows);
             (self.lines[0][k], self.lines[1][k]) = (far, near);
-            let parts = Parts::new((columns, rows), (far, near));
-            (self.one_over[0][k], self.one_over[1][k]) = parts.one_over;
-            self.trapezoids[0][k] = parts.trapezoid.slope;
-            self.trapezoids[1][k] = parts.trapezoid.one_over;
-            (self.scales[0][k], self.scales[1][k]) = parts.scales;
             self.totals[k] = columns * rows;
-            self.pairs[0][0][k] = ss * cx + st * dx + tt * ex;
-            self.pairs[0][1][k] = ss * cy + st * dy + tt * ey;
-            self.pairs[1][0][k] = s * ax + t * bx;
-            self.pairs[1][1][k] = s * ay + t * by;
             self.reach[0][k] = reach((ax, bx), (cx, dx, ex));
             self.reach[1][k] = reach((ay, by), (cy, dy, ey));
         }
     }
+}
+
+/// How far a place, from -½ to ½ along both sides, lies from the center along an axis, by both sides and by how they are bent.
+#[inline(always)]
+fn off((s, t): (f32, f32), (a, b): (f32, f32), (c, d, e): (f32, f32, f32)) -> f32 {
+    t * (b + t * e) + s * (a + t * d + s * c)
 }
 
 /// How far a parallelogram reaches from its center along an axis, at most.
@@ -133,7 +128,7 @@ fn scaled<R: Scalar, const N: usize>(
     scaled
 }
 
-impl Parallelograms {
+impl<F: Scalar> Parallelograms<F> {
     pub(crate) fn new() -> Self {
         Parallelograms {
             centers: [[0.0; TOGETHER]; 2],
@@ -142,25 +137,21 @@ impl Parallelograms {
                 bends: [[ZEROS; 2]; 3],
                 counts: [ZEROS; 2],
                 lines: [ZEROS; 2],
-                one_over: [ZEROS; 2],
-                trapezoids: [ZEROS; 2],
-                scales: [ZEROS; 2],
                 totals: ZEROS,
-                pairs: [[ZEROS; 2]; 2],
                 reach: [ZEROS; 2],
             },
             inside: [false; TOGETHER],
+            rooms: [Room::NEW; 2],
         }
     }
 
     /// Takes over [`TOGETHER`] from a number in a tile on: ∂u and ∂v to the right, and ∂u and ∂v down; and their second derivatives,
-    /// if they matter. Those without a side whose square is above `near` texels have one lookup.
+    /// if they matter.
     pub(crate) fn set<R: Scalar>(
         &mut self,
         raster: &Raster,
         (places, first): (&Tile<R, 3>, usize),
         (slopes, bends): (&Tile<R, 4>, &Tile<R, 6>),
-        near: f32,
     ) {
         let grids = [raster.along_u.index(), raster.along_v.index()];
         let last = [raster.width, raster.height].map(|n| n as f64 - 1.0);
@@ -169,7 +160,7 @@ impl Parallelograms {
             #[inline(always)]
             || {
                 let (slopes, bends) = (scaled(slopes, first, scales), scaled(bends, first, scales));
-                self.shapes.set(&slopes, &bends, near);
+                self.shapes.set(&slopes, &bends);
                 self.inside = [true; TOGETHER];
                 for axis in [0, 1] {
                     let (scale, offset) = grids[axis];
@@ -203,18 +194,10 @@ impl Parallelograms {
             center: self.centers.each_ref().map(|x| x[k]),
             sides: shapes.sides.each_ref().map(|[x, y]| [x[k], y[k]]),
             bends: shapes.bends.each_ref().map(|[x, y]| [x[k], y[k]]),
-            spread: Spread {
-                counts: shapes.counts.each_ref().map(|count| count[k]),
-                reach: shapes.lines.each_ref().map(|reach| reach[k]),
-                parts: Parts {
-                    one_over: (shapes.one_over[0][k], shapes.one_over[1][k]),
-                    trapezoid: Trapezoid {
-                        slope: shapes.trapezoids[0][k],
-                        one_over: shapes.trapezoids[1][k],
-                    },
-                    scales: (shapes.scales[0][k], shapes.scales[1][k]),
-                },
-            },
+            spread: Spread::of(
+                shapes.counts.each_ref().map(|count| count[k]),
+                shapes.lines.each_ref().map(|reach| reach[k]),
+            ),
         }
     }
 
@@ -246,10 +229,8 @@ impl Parallelogram {
     #[inline(always)]
     pub(crate) fn at(&self, s: f32, t: f32) -> [f64; 2] {
         let ([a, b], [c, d, e]) = (self.sides, self.bends);
-        [0, 1].map(|axis| {
-            let middle = t * (b[axis] + t * e[axis]);
-            f64::from(middle + s * (a[axis] + t * d[axis] + s * c[axis]))
-        })
+        let off = |axis: usize| off((s, t), (a[axis], b[axis]), (c[axis], d[axis], e[axis]));
+        [0, 1].map(|axis| f64::from(off(axis)))
     }
 
     /// Whether the image is valid wherever it reaches, and a texel around it, for certain.
@@ -262,11 +243,30 @@ impl Parallelogram {
     }
 }
 
+/// Whether any of the first `count` texels of a tile has several lookups, by its slopes.
+pub(crate) fn any_several<R: Scalar>(raster: &Raster, slopes: &Tile<R, 4>, count: usize) -> bool {
+    let scales = [raster.along_u.index().0, raster.along_v.index().0].map(R::new);
+    let Tile([ax, ay, bx, by]) = slopes;
+    let several = R::new(f64::from(SEVERAL));
+    vectorize(
+        #[inline(always)]
+        || {
+            let mut any = false;
+            for k in 0..count.min(TILE) {
+                let (ax, ay) = (ax[k] * scales[0], ay[k] * scales[1]);
+                let (bx, by) = (bx[k] * scales[0], by[k] * scales[1]);
+                any |= real::max(ax * ax + ay * ay, bx * bx + by * by) > several;
+            }
+            any
+        },
+    )
+}
+
 /// Finds the means about places of a tile, as many as `done` is long, where they can be had: true there, and a texel in `means`, which
 /// has room for one more.
 pub(crate) fn means<T: Texel>(
     source: &Texture<'_, T>,
-    (seen, face): (&Parallelograms, usize),
+    (seen, face): (&mut Parallelograms<T::Float>, usize),
     done: &mut [bool],
     means: &mut [T],
 ) {
@@ -275,20 +275,12 @@ pub(crate) fn means<T: Texel>(
         return;
     };
     run_simd(Means {
-        lookups: Lookups {
+        face: Face {
             texels: source.texels,
             channels: source.channels,
             row,
             start: raster.view(face).index(0, 0),
-            count: 0,
-            x: [0.0; ROOM + LANES],
-            y: [0.0; ROOM + LANES],
-            first: [0; ROOM],
-            tx: [T::Float::ZERO; ROOM],
-            ty: [T::Float::ZERO; ROOM],
         },
-        owners: [(0, 0); TOGETHER],
-        owned: 0,
         raster,
         seen,
         done,
@@ -297,12 +289,9 @@ pub(crate) fn means<T: Texel>(
 }
 
 struct Means<'m, 'a, T: Texel> {
-    lookups: Lookups<'a, T>,
-    /// Which texels the lookups belong to, with the first of each.
-    owners: [(u16, u16); TOGETHER],
-    owned: usize,
+    face: Face<'a, T>,
     raster: &'m Raster,
-    seen: &'m Parallelograms,
+    seen: &'m mut Parallelograms<T::Float>,
     done: &'m mut [bool],
     means: &'m mut [T],
 }
@@ -310,149 +299,111 @@ struct Means<'m, 'a, T: Texel> {
 impl<T: Texel> SimdWork for Means<'_, '_, T> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let seen = self.seen;
+        let (mut own, mut count) = ([0; TOGETHER], 0);
         for k in 0..self.done.len() {
-            let total = seen.shapes.totals[k];
-            if total <= 1.0 || total > MOST as f32 || !seen.inside(k, self.raster) {
-                continue;
-            }
-            let count = total as usize;
-            if self.lookups.count + count > ROOM {
-                self.look(simd);
-            }
-            self.owners[self.owned] = (k as u16, self.lookups.count as u16);
-            self.owned += 1;
-            if count == 2 {
-                let pairs = seen.shapes.pairs.each_ref();
-                let [between, second] = pairs.map(|xy| xy.each_ref().map(|x| f64::from(x[k])));
-                let [x, y] = [0, 1].map(|axis| seen.centers[axis][k] + between[axis]);
-                self.lookups.push([x - second[0], y - second[1]]);
-                self.lookups.push([x + second[0], y + second[1]]);
-            } else {
-                self.lookups.push_all(&seen.at(k));
+            let total = self.seen.shapes.totals[k];
+            if total > 1.0 && total <= MOST as f32 && self.seen.inside(k, self.raster) {
+                own[count] = k;
+                count += 1;
             }
         }
-        self.look(simd);
+        let Some(steps) = self.face.steps() else {
+            return;
+        };
+        let mut next = own[..count].chunks(LANES);
+        let mut present = None;
+        for room in (0..=1).cycle() {
+            let ahead = next.next();
+            if let Some(own) = ahead {
+                self.seen.place(room, own, self.face.first(), steps);
+                let room = &self.seen.rooms[room];
+                for own in [&room.first[..LANES], room.last(self.seen.most(own))] {
+                    for &first in own {
+                        prefetch_item(self.face.texels, first);
+                        prefetch_item(self.face.texels, first + self.face.below());
+                    }
+                }
+            }
+            if let Some(own) = present {
+                self.look(simd, 1 - room, own);
+            } else if ahead.is_none() {
+                return;
+            }
+            present = ahead;
+        }
     }
 }
 
 impl<T: Texel> Means<'_, '_, T> {
-    /// Finds the means of what was pushed.
+    /// Finds the means of some parallelograms.
     #[inline(always)]
-    fn look<S: Simd>(&mut self, simd: S) {
-        let channels = self.lookups.channels;
-        let far = self.lookups.place();
-        let last = self.lookups.last();
-        for owner in 0..self.owned {
-            let (texel, first) = self.owners[owner];
-            let next = self.owners[..self.owned].get(owner + 1);
-            let end = next.map_or(self.lookups.count, |(_, first)| usize::from(*first));
-            let (texel, own) = (usize::from(texel), usize::from(first)..end);
+    fn look<S: Simd>(&mut self, simd: S, room: usize, own: &[usize]) {
+        let face = &self.face;
+        let channels = face.channels;
+        let room = &self.seen.rooms[room];
+        // The last number at which a window may begin: four numbers are read at a time.
+        let last = face.texels.len().checked_sub(face.below() + channels + 4);
+        for (lane, &texel) in own.iter().enumerate() {
+            let total = self.seen.shapes.totals[texel] as usize;
+            let lookups = room.of(lane, total);
             if last.is_none_or(|last| {
-                far > last && self.lookups.first[own.clone()].iter().any(|at| *at > last)
+                room.farthest > last && lookups.clone().any(|(at, ..)| at > last)
             }) {
                 continue;
             }
+            let share = Real::new(1.0 / total as f64);
             // Of three numbers, four are written: the next texel's come after.
             let mean = &mut self.means[texel * channels..];
             if let (3 | 4, Some(mean)) = (channels, mean.first_chunk_mut()) {
-                *mean = self.lookups.mean_of_four(simd, own);
+                *mean = face.mean_of_four(simd, lookups, share);
             } else {
-                self.lookups.mean(own, &mut mean[..channels]);
+                face.mean(lookups, share, &mut mean[..channels]);
             }
             self.done[texel] = true;
         }
-        (self.owned, self.lookups.count) = (0, 0);
     }
 }
 
-/// A whole number from 0 to 2⁵² as an integer. `as` looks for what is none, and integers would be multiplied in lanes that have no
-/// instruction for it.
-#[inline(always)]
-fn whole(x: f64) -> usize {
-    const MAGIC: f64 = (1_u64 << 52) as f64;
-    (x + MAGIC).to_bits().wrapping_sub(MAGIC.to_bits()) as usize
-}
-
-/// Those of some means: their places in texels, where their windows begin, and how far they lie right of and below the first texel.
-struct Lookups<'a, T: Texel> {
+/// The stored texels of a face whose rows are rows of the image, so many texels apart.
+struct Face<'a, T> {
     texels: &'a [T],
     channels: usize,
     row: usize,
     /// The face's first texel.
     start: usize,
-    count: usize,
-    x: [f64; ROOM + LANES],
-    y: [f64; ROOM + LANES],
-    first: [usize; ROOM],
-    tx: [T::Float; ROOM],
-    ty: [T::Float; ROOM],
 }
 
-impl<T: Texel> Lookups<'_, T> {
-    #[inline(always)]
-    fn push(&mut self, [x, y]: [f64; 2]) {
-        (self.x[self.count], self.y[self.count]) = (x, y);
-        self.count += 1;
+impl<T: Texel> Face<'_, T> {
+    /// The number of its first texel.
+    fn first(&self) -> usize {
+        self.start * self.channels
     }
 
-    #[inline(always)]
-    fn push_all(&mut self, seen: &Parallelogram) {
-        let total = seen.spread.count();
-        for first in (0..total).step_by(LANES) {
-            let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
-            seen.spread.places(first, &mut s, &mut t);
-            let own = self.count + first..self.count + first + LANES;
-            let places = self.x[own.clone()].iter_mut().zip(&mut self.y[own]);
-            for ((x, y), (s, t)) in places.zip(s.into_iter().zip(t)) {
-                let [right, down] = seen.at(s, t);
-                (*x, *y) = (seen.center[0] + right, seen.center[1] + down);
-            }
-        }
-        self.count += total;
+    /// How many numbers after a texel the one below is.
+    fn below(&self) -> usize {
+        self.row * self.channels
     }
 
-    /// The last number at which a window may begin: four numbers are read at a time.
-    fn last(&self) -> Option<usize> {
-        let window = (self.row + 1) * self.channels + 4;
-        self.texels.len().checked_sub(window)
-    }
-
-    /// Finds the windows, and where the last one begins.
-    #[inline(always)]
-    fn place(&mut self) -> usize {
-        let steps = [self.channels, self.row * self.channels].map(|step| step as f64);
-        let start = (self.start * self.channels) as f64;
-        let count = self.count.min(ROOM);
-        let places = self.x[..count].iter().zip(&self.y[..count]);
-        let windows = self.first[..count].iter_mut();
-        let shares = self.tx[..count].iter_mut().zip(&mut self.ty[..count]);
-        let mut farthest = 0;
-        for (((&x, &y), first), (tx, ty)) in places.zip(windows).zip(shares) {
-            let (i, j) = (Real::floor(x), Real::floor(y));
-            *first = whole(start + (j * steps[1] + i * steps[0]));
-            farthest = farthest.max(*first);
-            *tx = Real::new(x - i);
-            *ty = Real::new(y - j);
-        }
-        farthest
-    }
-
-    #[inline(always)]
-    fn list(&self, own: Range<usize>) -> impl Iterator<Item = (usize, T::Float, T::Float)> {
-        let steps = self.tx[own.clone()].iter().zip(&self.ty[own.clone()]);
-        let lookups = self.first[own].iter().zip(steps);
-        lookups.map(|(&first, (&tx, &ty))| (first, tx, ty))
+    /// How many numbers to go right and down; none for rows that are so long that the numbers of a parallelogram would not fit an i32.
+    fn steps(&self) -> Option<[i32; 2]> {
+        let most = i32::MAX as usize / (2 * MOST);
+        let steps = [self.channels, self.below()].map(|step| i32::try_from(step).ok());
+        (self.below() <= most).then_some([steps[0]?, steps[1]?])
     }
 
     /// The mean of four numbers a lookup, difference by difference from the first one: a constant stays constant to the bit.
     #[inline(always)]
-    fn mean_of_four<S: Simd>(&self, simd: S, own: Range<usize>) -> [T; 4] {
+    fn mean_of_four<S: Simd>(
+        &self,
+        simd: S,
+        lookups: impl Iterator<Item = Lookup<T::Float>>,
+        share: T::Float,
+    ) -> [T; 4] {
         let splat = |x| Four::<T, S>::splat(simd, x);
-        let share = splat(Real::new(1.0 / own.len() as f64));
+        let share = splat(share);
         let (mut base, mut sum) = (splat(T::Float::ZERO), splat(T::Float::ZERO));
-        let step = self.row * self.channels;
-        for (k, (first, tx, ty)) in self.list(own).enumerate() {
+        let step = self.below();
+        for (k, (first, tx, ty)) in lookups.enumerate() {
             let upper = &self.texels[first..][..self.channels + 4];
             let lower = &self.texels[first + step..][..self.channels + 4];
             let corners = [
@@ -472,12 +423,16 @@ impl<T: Texel> Lookups<'_, T> {
 
     /// That of any number of channels.
     #[inline(always)]
-    fn mean(&self, own: Range<usize>, mean: &mut [T]) {
-        let share: T::Float = Real::new(1.0 / own.len() as f64);
-        let below = self.row * self.channels;
+    fn mean(
+        &self,
+        lookups: impl Iterator<Item = Lookup<T::Float>> + Clone,
+        share: T::Float,
+        mean: &mut [T],
+    ) {
+        let below = self.below();
         for (c, mean) in mean.iter_mut().enumerate() {
             let (mut base, mut sum) = (T::Float::ZERO, T::Float::ZERO);
-            for (k, (first, tx, ty)) in self.list(own.clone()).enumerate() {
+            for (k, (first, tx, ty)) in lookups.clone().enumerate() {
                 let right = first + c + self.channels;
                 let corners = [first + c, right, first + c + below, right + below];
                 let value = mix(corners.map(|at| self.texels[at].load()), tx, ty);
@@ -488,5 +443,116 @@ impl<T: Texel> Lookups<'_, T> {
             }
             *mean = T::store(base + sum);
         }
+    }
+}
+
+/// Where a window begins, and how far a place lies right of and below its first texel.
+type Lookup<F> = (usize, F, F);
+
+/// Lookups of some parallelograms, [`LANES`] of the same number after each other.
+struct Room<F> {
+    /// Where the last window begins.
+    farthest: usize,
+    first: [usize; ROOM],
+    tx: [F; ROOM],
+    ty: [F; ROOM],
+}
+
+impl<F: Scalar> Room<F> {
+    const NEW: Room<F> = Room {
+        farthest: 0,
+        first: [0; ROOM],
+        tx: [F::ZERO; ROOM],
+        ty: [F::ZERO; ROOM],
+    };
+
+    /// Where the last windows of each begin, of so many.
+    #[inline(always)]
+    fn last(&self, most: usize) -> &[usize] {
+        &self.first[(most - 1) * LANES..][..LANES]
+    }
+
+    /// Those of one parallelogram.
+    #[inline(always)]
+    fn of(&self, lane: usize, total: usize) -> impl Iterator<Item = Lookup<F>> + Clone {
+        let steps = self.tx.as_chunks::<LANES>().0.iter();
+        let steps = steps.zip(self.ty.as_chunks::<LANES>().0);
+        let lookups = self.first.as_chunks::<LANES>().0.iter().zip(steps);
+        lookups
+            .take(total)
+            .map(move |(first, (tx, ty))| (first[lane], tx[lane], ty[lane]))
+    }
+}
+
+impl<F: Scalar> Parallelograms<F> {
+    /// The most places that any of some parallelograms has.
+    #[inline(always)]
+    fn most(&self, own: &[usize]) -> usize {
+        let totals = own.iter().map(|&k| self.shapes.totals[k]);
+        totals.fold(1.0, real::max) as usize
+    }
+
+    /// Finds the windows of some parallelograms. Numbers lie `steps` apart along x and along y, from `start` on.
+    #[inline(always)]
+    fn place(&mut self, room: usize, own: &[usize], start: usize, steps: [i32; 2]) {
+        let most = self.most(own);
+        let shapes = &self.shapes;
+        let mut spreads = Spreads::NONE;
+        let mut lines = false;
+        let (mut starts, mut centers) = ([start; LANES], [[0.0; LANES]; 2]);
+        let (mut sides, mut bends) = ([[[0.0; LANES]; 2]; 2], [[[0.0; LANES]; 2]; 3]);
+        for lane in 0..LANES {
+            // Lanes that are left over do what the first one does.
+            let k = own[if lane < own.len() { lane } else { 0 }];
+            for axis in [0, 1] {
+                // What is left of a center is exact enough in f32, whatever the image's side.
+                let center = self.centers[axis][k];
+                let texel = Real::floor(center);
+                centers[axis][lane] = (center - texel) as f32;
+                starts[lane] += texel as usize * steps[axis] as usize;
+                for (into, from) in sides.iter_mut().zip(&shapes.sides) {
+                    into[axis][lane] = from[axis][k];
+                }
+                for (into, from) in bends.iter_mut().zip(&shapes.bends) {
+                    into[axis][lane] = from[axis][k];
+                }
+                spreads.counts[axis][lane] = shapes.counts[axis][k];
+                spreads.reach[axis][lane] = shapes.lines[axis][k];
+                lines |= shapes.lines[axis][k] != 0.0;
+            }
+        }
+        spreads.prepare();
+        // Each by its name: what is behind an index of an axis the compiler makes no lanes of.
+        let [[ax, ay], [bx, by]] = &sides;
+        let [[cx, cy], [dx, dy], [ex, ey]] = &bends;
+        let mut farthest = [0; LANES];
+        let room = &mut self.rooms[room];
+        let firsts = room.first.as_chunks_mut::<LANES>().0.iter_mut();
+        let txs = room.tx.as_chunks_mut::<LANES>().0.iter_mut();
+        let tys = room.ty.as_chunks_mut::<LANES>().0.iter_mut();
+        let places = firsts.zip(txs.zip(tys));
+        for (number, (first, (tx, ty))) in places.enumerate().take(most) {
+            let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
+            spreads.places(number as f32, lines, &mut s, &mut t);
+            let ([mut x, mut y], [ox, oy]) = ([[0.0; LANES]; 2], &centers);
+            for k in 0..LANES {
+                let (s, t) = (s[k], t[k]);
+                x[k] = ox[k] + off((s, t), (ax[k], bx[k]), (cx[k], dx[k], ex[k]));
+                y[k] = oy[k] + off((s, t), (ay[k], by[k]), (cy[k], dy[k], ey[k]));
+            }
+            for k in 0..LANES {
+                let (i, j) = (Real::floor(x[k]), Real::floor(y[k]));
+                tx[k] = F::new(f64::from(x[k] - i));
+                ty[k] = F::new(f64::from(y[k] - j));
+                let (right, down) = (i.whole(), j.whole());
+                let step = right.wrapping_mul(steps[0]);
+                let step = step.wrapping_add(down.wrapping_mul(steps[1]));
+                first[k] = starts[k].wrapping_add(step as usize);
+            }
+            for (farthest, first) in farthest.iter_mut().zip(first) {
+                *farthest = (*farthest).max(*first);
+            }
+        }
+        room.farthest = farthest.into_iter().fold(0, usize::max);
     }
 }

@@ -31,7 +31,7 @@ pub use adjoint::{sample_adjoint, sample_slopes};
 pub(crate) use gather::Rectangle;
 pub(crate) use level::Level;
 pub(crate) use lookups::Lookups;
-pub(crate) use mean::{Parallelograms, TOGETHER, means};
+pub(crate) use mean::{Parallelograms, TOGETHER, any_several, means};
 pub use sampler::Sampler;
 pub(crate) use spread::{LANES, MOST, Spread, count, division};
 pub(crate) use texture::Texture;

@@ -63,10 +63,10 @@ pub(crate) fn count<R: Real>(length: R) -> R {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spread {
     /// Along the first and the second side; or on a line, and how many lines.
-    pub(super) counts: [f32; 2],
+    counts: [f32; 2],
     /// How far both sides reach along the lines; zeros where there are none.
-    pub(super) reach: [f32; 2],
-    pub(super) parts: Parts,
+    reach: [f32; 2],
+    parts: Parts,
 }
 
 impl Spread {
@@ -77,10 +77,16 @@ impl Spread {
         let [bx, by] = b;
         let [m, n] = grid;
         let (places, lines, p, q) = spread((ax, ay), (bx, by), (m, n));
+        Spread::of([places, lines], [p, q])
+    }
+
+    /// So many places along both sides, or on a line and lines, along which both sides reach so far.
+    #[inline(always)]
+    pub(super) fn of(counts: [f32; 2], reach: [f32; 2]) -> Spread {
         Spread {
-            counts: [places, lines],
-            reach: [p, q],
-            parts: Parts::new((places, lines), (p, q)),
+            counts,
+            reach,
+            parts: Parts::new(counts.into(), reach.into()),
         }
     }
 
@@ -112,19 +118,19 @@ impl Spread {
     }
 }
 
-/// What places of a spread have in common: quotients, which are found in lanes for many spreads.
+/// What places of a spread have in common: quotients.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Parts {
+struct Parts {
     /// One over the number of columns, and of rows; or of places on a line, and of lines.
-    pub(super) one_over: (f32, f32),
-    pub(super) trapezoid: Trapezoid,
+    one_over: (f32, f32),
+    trapezoid: Trapezoid,
     /// How many places there are on a line, with the sign of the reach; of the side that is divided among the lines, to their number.
-    pub(super) scales: (f32, f32),
+    scales: (f32, f32),
 }
 
 impl Parts {
     #[inline(always)]
-    pub(super) fn new((columns, rows): (f32, f32), (p, q): (f32, f32)) -> Parts {
+    fn new((columns, rows): (f32, f32), (p, q): (f32, f32)) -> Parts {
         // The side that reaches less far is the one that is divided among the lines.
         let first = p.abs() >= q.abs();
         let (far, near) = (if first { p } else { q }, if first { q } else { p });
@@ -165,9 +171,81 @@ impl Parts {
     }
 }
 
+/// [`LANES`] spreads, whose places of one number are found together.
+pub(super) struct Spreads {
+    /// What each [`Spread`] has: two numbers.
+    pub(super) counts: [[f32; LANES]; 2],
+    pub(super) reach: [[f32; LANES]; 2],
+    /// Its [`Parts`].
+    one_over: [[f32; LANES]; 2],
+    trapezoids: [[f32; LANES]; 2],
+    scales: [[f32; LANES]; 2],
+}
+
+impl Spreads {
+    pub(super) const NONE: Spreads = Spreads {
+        counts: [[1.0; LANES]; 2],
+        reach: [[0.0; LANES]; 2],
+        one_over: [[1.0; LANES]; 2],
+        trapezoids: [[0.0; LANES]; 2],
+        scales: [[0.0; LANES]; 2],
+    };
+
+    /// Finds the quotients, once counts and reach are there.
+    #[inline(always)]
+    pub(super) fn prepare(&mut self) {
+        for k in 0..LANES {
+            let counts = (self.counts[0][k], self.counts[1][k]);
+            let parts = Parts::new(counts, (self.reach[0][k], self.reach[1][k]));
+            (self.one_over[0][k], self.one_over[1][k]) = parts.one_over;
+            self.trapezoids[0][k] = parts.trapezoid.slope;
+            self.trapezoids[1][k] = parts.trapezoid.one_over;
+            (self.scales[0][k], self.scales[1][k]) = parts.scales;
+        }
+    }
+
+    /// Writes the places of one number, the last one where a spread has fewer. Without `lines` all are grids.
+    #[inline(always)]
+    pub(super) fn places(
+        &self,
+        number: f32,
+        lines: bool,
+        s: &mut [f32; LANES],
+        t: &mut [f32; LANES],
+    ) {
+        for k in 0..LANES {
+            let number = real::min(number, self.counts[0][k] * self.counts[1][k] - 1.0);
+            (s[k], t[k]) = self.parts(k).in_grid(self.counts[0][k], number);
+        }
+        if lines {
+            for k in 0..LANES {
+                let number = real::min(number, self.counts[0][k] * self.counts[1][k] - 1.0);
+                let (far, near) = self.parts(k).on_line(self.counts[0][k], number);
+                let (p, q) = (self.reach[0][k].abs(), self.reach[1][k].abs());
+                let line = (p > 0.0) | (q > 0.0);
+                let (a, b) = if p >= q { (far, near) } else { (near, far) };
+                s[k] = if line { a } else { s[k] };
+                t[k] = if line { b } else { t[k] };
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn parts(&self, k: usize) -> Parts {
+        Parts {
+            one_over: (self.one_over[0][k], self.one_over[1][k]),
+            trapezoid: Trapezoid {
+                slope: self.trapezoids[0][k],
+                one_over: self.trapezoids[1][k],
+            },
+            scales: (self.scales[0][k], self.scales[1][k]),
+        }
+    }
+}
+
 /// How many places on a line and how many lines, or how many along both sides, and how far both sides reach along the lines.
 ///
-/// Numbers alone, and no array: this and [`second_of_two`] are computed in lanes, of which arrays of two would make pairs.
+/// Numbers alone, and no array: this is computed in lanes, of which arrays of two would make pairs.
 #[inline(always)]
 pub(super) fn spread(
     (ax, ay): (f32, f32),
@@ -200,32 +278,13 @@ pub(super) fn spread(
     )
 }
 
-/// The second of two places, along both sides; the first one is opposite.
-///
-/// Of a [`Trapezoid`] with slopes over a share g the mean place of the upper half is (¼ - g²/3, g/3).
-#[inline(always)]
-pub(super) fn second_of_two(columns: f32, p: f32, q: f32) -> (f32, f32) {
-    let (far, near) = (real::max(p.abs(), q.abs()), real::min(p.abs(), q.abs()));
-    let g = 0.5 * near / far;
-    let (along, across) = (0.25 - g * g * (1.0 / 3.0), g * (1.0 / 3.0));
-    let first = p.abs() >= q.abs();
-    let s = if first { along } else { across }.copysign(p);
-    let t = if first { across } else { along }.copysign(q);
-    let (line, right) = (far > 0.0, columns > 1.0);
-    let right_of = if right { 0.25 } else { 0.0 };
-    (
-        if line { s } else { right_of },
-        if line { t } else { 0.25 - right_of },
-    )
-}
-
 /// The density of p s + q t, for s and t that are uniform from -½ to ½, and p ≥ q ≥ 0.
 ///
 /// Its middle part is level, and each end slopes down over a share g = q / 2p of the whole.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Trapezoid {
-    pub(super) slope: f32,
-    pub(super) one_over: f32,
+struct Trapezoid {
+    slope: f32,
+    one_over: f32,
 }
 
 impl Trapezoid {
@@ -307,25 +366,30 @@ mod tests {
         }
     }
 
+    /// The same numbers, whether found for one or for many.
     #[test]
-    fn of_two_places_the_second_is_known_at_once() {
-        for sides in [
-            [[1.9, 0.2], [0.3, 0.2]],
-            [[0.3, 0.2], [-1.9, 0.2]],
-            [[1.2, 0.4], [-1.2, 0.4]],
-            [[0.2, 1.9], [0.0, 0.0]],
-        ] {
+    fn spreads_in_lanes_are_those_one_by_one() {
+        let one = |k: usize| {
+            let x = k as f32;
+            let sides = [[3.0 - 0.4 * x, 0.3 * x], [0.2 * x, 2.0 - 0.5 * x]];
             let grid = sides.map(|side: [f32; 2]| count(side[0].hypot(side[1])));
-            let spread = Spread::new(sides, grid);
-            assert_eq!(spread.count(), 2);
-            let all = places(&spread);
-            let [p, q] = spread.reach;
-            let second = <[f32; 2]>::from(second_of_two(spread.counts[0], p, q));
+            Spread::new(sides, grid)
+        };
+        let mut spreads = Spreads::NONE;
+        for lane in 0..LANES {
             for axis in [0, 1] {
-                // A few operations in f32 on numbers up to ½.
-                let second = f64::from(second[axis]);
-                assert!((all[1][axis] - second).abs() < 1e-7);
-                assert!((all[0][axis] + second).abs() < 1e-7);
+                spreads.counts[axis][lane] = one(lane).counts[axis];
+                spreads.reach[axis][lane] = one(lane).reach[axis];
+            }
+        }
+        spreads.prepare();
+        for number in 0..MOST {
+            let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
+            spreads.places(number as f32, true, &mut s, &mut t);
+            for lane in 0..LANES {
+                let all = places(&one(lane));
+                let at = all[number.min(all.len() - 1)];
+                assert_eq!([s[lane], t[lane]].map(f64::from), at, "{lane} {number}");
             }
         }
     }

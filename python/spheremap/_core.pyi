@@ -11,6 +11,7 @@ __all__ = [
     "Projection",
     "__version__",
     "_rebuild",
+    "add_layer",
     "add_sheets",
     "add_sun",
     "check_word",
@@ -22,6 +23,7 @@ __all__ = [
     "convert",
     "convert_depth",
     "dfg",
+    "divide_layer",
     "encode_gradient",
     "energy",
     "energy_from",
@@ -417,6 +419,8 @@ def weighted_mean(
     fill: float | Sequence[float],
     /,
 ) -> NDArray[Any]: ...
+def add_layer(total: NDArray[Any], layer: NDArray[Any], nearest: bool, /) -> None: ...
+def divide_layer(total: NDArray[Any], like: NDArray[Any], /) -> NDArray[Any]: ...
 def sheets(projection: Projection, shape: Sequence[int], /) -> list[list[int]]: ...
 def moments_of(
     object: ArrayLike, projection: Projection, number: int, with_directions: bool, /

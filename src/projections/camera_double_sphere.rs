@@ -40,8 +40,6 @@ impl TwoSpheres {
 }
 
 impl Lens for TwoSpheres {
-    type Short = Self;
-
     const NAMES: Info = Info {
         name: "camera_double_sphere",
         title: "Calibrated camera: double sphere",

@@ -1,15 +1,19 @@
 //! The enhanced unified camera (EUCM) with the K matrix of a calibration: an ellipsoid instead of a sphere.
 //!
 //! Source: Khomutenko, Garcia & Martinet 2016, An Enhanced Unified Camera Model, equations 5 to 11: with
-//! ρ = √(β(x² + y²) + z²) the image is (x, y)/(α ρ + (1 - α) z). β = 1 is the unified camera with ξ = α/(1 - α).
+//! ρ = √(β(x² + y²) + z²) the image is (x, y)/(α ρ + (1 - α) z). β = 1 is the unified camera with ξ = α/(1 - α). With α = ½ it is
+//! Fitzgibbon's division model, whose rays are (a, b, 1 - β/4 (a² + b²)): of a barrel where β > 0, and of a pincushion where β < 0,
+//! when the ellipsoid is a hyperboloid.
 //!
-//! Domain: directions that the rectangle shows, z > -wρ with w = α/(1 - α), or its inverse where α > ½; else NaN.
+//! Domain: directions that the rectangle shows, z > -wρ with w = α/(1 - α), or its inverse where α > ½; else NaN. Where β < 0 the rays
+//! turn back at ρ = 0, and end a little before, where their slope has fallen to a hundredth of its chord.
 
 use crate::number::real::{Real, max};
 use crate::projections::common::angle;
 use crate::projections::common::camera::{
-    ASPECT, CAMERA, CX, CY, Camera, FX, FY, LET_OUT, Lens, coefficient, grows_up_to,
+    ASPECT, CAMERA, CX, CY, Camera, FX, FY, LET_OUT, Lens, coefficient, grows_up_to, last,
 };
+use crate::projections::common::lens::LEAST_SLOPE;
 use crate::projections::projection::Info;
 use std::f64::consts::PI;
 
@@ -28,8 +32,6 @@ pub struct Ellipsoid {
 pub type CameraEucm = Camera<Ellipsoid>;
 
 impl Lens for Ellipsoid {
-    type Short = Self;
-
     const NAMES: Info = Info {
         name: "camera_eucm",
         title: "Calibrated camera: enhanced unified model (EUCM)",
@@ -48,8 +50,8 @@ impl Lens for Ellipsoid {
             ),
             coefficient(
                 "beta",
-                [0.0, 1.0, 100.0],
-                "the square of the ellipsoid's depth over its width",
+                [-100.0, 1.0, 100.0],
+                "the square of the ellipsoid's depth over its width; a hyperboloid's where it is negative",
             ),
         ],
         ..CAMERA
@@ -70,7 +72,11 @@ impl Lens for Ellipsoid {
                 [f64::NAN; 2]
             }
         };
-        let angle = grows_up_to(PI, at);
+        let grown = grows_up_to(PI, at);
+        let angle = last(grown, |angle| {
+            let [radius, slope] = at(angle);
+            beta >= 0.0 || slope * angle * LEAST_SLOPE < radius
+        });
         Ellipsoid {
             alpha,
             beta,

@@ -30,8 +30,6 @@ pub struct Stretched {
 pub type CameraFov = Camera<Stretched>;
 
 impl Lens for Stretched {
-    type Short = Self;
-
     const NAMES: Info = Info {
         name: "camera_fov",
         title: "Calibrated camera: field of view (FOV)",

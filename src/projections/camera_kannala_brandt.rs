@@ -7,7 +7,7 @@
 //! Domain: directions that the rectangle shows, up to where the polynomial turns back or to the one opposite the axis; else NaN.
 //!
 //! The inverse is Newton's method for w = θ² in w P(w)² = s, five steps from a polynomial. Where coefficients that no lens has make
-//! the radius nearly stand still on its way, the method leaps: the map ends before. Lenses as they are made need two steps; where those
+//! the radius nearly stand still on its way, the method leaps: the map ends before. Lenses as they are made need two steps, and most one; where those
 //! find all that was tried, there are no more.
 
 use crate::number::real::{Real, scaled};
@@ -15,7 +15,7 @@ use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Guess, LET_OUT, Lens, RADII, coefficient, grows_up_to,
     last, last_of, reaches,
 };
-use crate::projections::projection::Info;
+use crate::projections::projection::{Info, Visitor};
 use std::f64::consts::PI;
 
 /// Steps of Newton's method.
@@ -24,6 +24,8 @@ const STEPS: usize = 5;
 const FEW: usize = 2;
 /// How near they are before the last step, which squares that.
 const NEAR: f64 = 1e-10;
+/// As many as lenses need whose polynomial is near from the start.
+const ONE: usize = 1;
 /// How far, of it, from a point's radius its inverse's may be.
 const RESIDUE: f64 = 1e-12;
 
@@ -38,7 +40,9 @@ pub struct FisheyePolynomial<const STEPS_TAKEN: usize = STEPS> {
     /// The angle over the radius.
     guess: Guess,
     /// Whether few steps find all.
-    has_short: bool,
+    has_few: bool,
+    /// Whether one does.
+    has_one: bool,
 }
 
 /// A fisheye camera with a K matrix.
@@ -88,30 +92,30 @@ impl<const STEPS_TAKEN: usize> FisheyePolynomial<STEPS_TAKEN> {
         w
     }
 
-    fn shortened(self) -> FisheyePolynomial<FEW> {
+    /// The same lens with another count of steps.
+    fn by<const OTHER: usize>(self) -> FisheyePolynomial<OTHER> {
         FisheyePolynomial {
             k: self.k,
             end: self.end,
             limit: self.limit,
             guess: self.guess,
-            has_short: self.has_short,
+            has_few: self.has_few,
+            has_one: self.has_one,
         }
     }
 
-    /// Whether few steps come near the angles of all radii that are tried.
-    fn is_found_shortly(self) -> bool {
-        let short = self.shortened();
+    /// Whether so many steps come near the angles of all radii that are tried.
+    fn is_found_by<const OTHER: usize>(self) -> bool {
+        let other = self.by::<OTHER>();
         (1..=RADII).all(|k| {
             let angle = PI * self.end * k as f64 / RADII as f64;
             let (w, r) = (angle * angle, angle * self.stretch(angle * angle));
-            (short.near(r * r) - w).abs() <= NEAR * w
+            (other.near(r * r) - w).abs() <= NEAR * w
         })
     }
 }
 
 impl<const STEPS_TAKEN: usize> Lens for FisheyePolynomial<STEPS_TAKEN> {
-    type Short = FisheyePolynomial<FEW>;
-
     const NAMES: Info = Info {
         name: "camera_kannala_brandt",
         title: "Calibrated camera: Kannala-Brandt fisheye (OpenCV)",
@@ -141,7 +145,8 @@ impl<const STEPS_TAKEN: usize> Lens for FisheyePolynomial<STEPS_TAKEN> {
             end: 1.0,
             limit: 0.0,
             guess: Guess::new(1.0, 4.0, |_| 1.0),
-            has_short: false,
+            has_few: false,
+            has_one: false,
         };
         let polynomial = lens;
         let at = |angle: f64| {
@@ -173,12 +178,20 @@ impl<const STEPS_TAKEN: usize> Lens for FisheyePolynomial<STEPS_TAKEN> {
                 lens.limit = found * found;
             }
         }
-        lens.has_short = lens.is_found_shortly();
+        lens.has_few = lens.is_found_by::<FEW>();
+        lens.has_one = lens.is_found_by::<ONE>();
         lens
     }
 
-    fn short(self) -> Option<Self::Short> {
-        (self.has_short && STEPS_TAKEN > FEW).then(|| self.shortened())
+    fn accept<V: Visitor>(camera: Camera<Self>, visitor: V) -> V::Output {
+        let lens = camera.lens();
+        if lens.has_one {
+            return visitor.visit(camera.with_lens(lens.by::<ONE>()));
+        }
+        if lens.has_few {
+            return visitor.visit(camera.with_lens(lens.by::<FEW>()));
+        }
+        visitor.visit(camera)
     }
 
     #[inline(always)]

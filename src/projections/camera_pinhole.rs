@@ -20,8 +20,6 @@ pub struct Pinhole;
 pub type CameraPinhole = Camera<Pinhole>;
 
 impl Lens for Pinhole {
-    type Short = Self;
-
     const NAMES: Info = Info {
         name: "camera_pinhole",
         title: "Calibrated camera: pinhole",

@@ -12,13 +12,13 @@ use crate::projections::camera_brown_conrady::{RADIAL, TANGENTIAL};
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Lens, coefficient,
 };
-use crate::projections::common::distortion::{Distortion, Terms};
-use crate::projections::projection::Info;
+use crate::projections::common::distortion::{Distortion, LONG, SHORT, Terms};
+use crate::projections::projection::{Info, Visitor};
 use std::f64::consts::PI;
 
 /// An equidistant fisheye, and a lens before it.
 #[derive(Clone, Copy, Debug)]
-pub struct BentFisheye<const SHORT: bool = false>(Distortion<4, true, SHORT>);
+pub struct BentFisheye<const WAY: u8 = LONG>(Distortion<4, true, WAY>);
 
 /// A fisheye camera with all of COLMAP's terms.
 pub type CameraThinPrismFisheye = Camera<BentFisheye>;
@@ -26,9 +26,7 @@ pub type CameraThinPrismFisheye = Camera<BentFisheye>;
 /// The largest angle from the axis: the direction opposite has no single place.
 const FARTHEST: f64 = PI * (1.0 - 1e-6);
 
-impl<const SHORT: bool> Lens for BentFisheye<SHORT> {
-    type Short = BentFisheye<true>;
-
+impl<const WAY: u8> Lens for BentFisheye<WAY> {
     const NAMES: Info = Info {
         name: "camera_thin_prism_fisheye",
         title: "Calibrated camera: thin-prism fisheye (COLMAP)",
@@ -71,8 +69,11 @@ impl<const SHORT: bool> Lens for BentFisheye<SHORT> {
         BentFisheye(Distortion::new(terms, reach, FARTHEST))
     }
 
-    fn short(self) -> Option<Self::Short> {
-        self.0.short().map(BentFisheye)
+    fn accept<V: Visitor>(camera: Camera<Self>, visitor: V) -> V::Output {
+        match camera.lens().0.short() {
+            Some(distortion) => visitor.visit(camera.with_lens(BentFisheye::<SHORT>(distortion))),
+            None => visitor.visit(camera),
+        }
     }
 
     #[inline(always)]

@@ -12,15 +12,15 @@ use crate::projections::common::angle;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Lens, coefficient, grows_up_to,
 };
-use crate::projections::common::distortion::{Distortion, Terms};
-use crate::projections::projection::Info;
+use crate::projections::common::distortion::{Distortion, LONG, PLAIN, SHORT, Terms};
+use crate::projections::projection::{Info, Visitor};
 use std::f64::consts::PI;
 
 /// A sphere seen from a point ξ behind its center, and a lens.
 #[derive(Clone, Copy, Debug)]
-pub struct UnifiedLens {
+pub struct UnifiedLens<const WAY: u8 = LONG> {
     xi: f64,
-    distortion: Distortion<3, false>,
+    distortion: Distortion<3, false, WAY>,
     /// Directions of a smaller cosine are not seen.
     least_cosine: f64,
 }
@@ -28,7 +28,7 @@ pub struct UnifiedLens {
 /// A unified camera with a K matrix.
 pub type CameraUnified = Camera<UnifiedLens>;
 
-impl UnifiedLens {
+impl<const WAY: u8> UnifiedLens<WAY> {
     /// The unit direction of a point of the plane without distortion.
     #[inline(always)]
     fn sphere<R: Real>(self, [x, y]: [R; 2]) -> [R; 3] {
@@ -39,6 +39,15 @@ impl UnifiedLens {
         [eta * x, eta * y, eta - xi]
     }
 
+    /// The same lens by another way.
+    fn by<const OTHER: u8>(self, distortion: Distortion<3, false, OTHER>) -> UnifiedLens<OTHER> {
+        UnifiedLens {
+            xi: self.xi,
+            distortion,
+            least_cosine: self.least_cosine,
+        }
+    }
+
     /// The angle from the axis of what lies at a radius of the plane.
     fn angle_of(self, r: f64) -> f64 {
         let [x, _, z] = self.sphere([r, 0.0]);
@@ -46,9 +55,7 @@ impl UnifiedLens {
     }
 }
 
-impl Lens for UnifiedLens {
-    type Short = Self;
-
+impl<const WAY: u8> Lens for UnifiedLens<WAY> {
     const NAMES: Info = Info {
         name: "camera_unified",
         title: "Calibrated camera: unified model (Mei)",
@@ -94,6 +101,17 @@ impl Lens for UnifiedLens {
             xi,
             distortion: Distortion::new(terms, reach, at(angle)[0]),
             least_cosine: angle::cos(angle),
+        }
+    }
+
+    fn accept<V: Visitor>(camera: Camera<Self>, visitor: V) -> V::Output {
+        let lens = camera.lens();
+        if let Some(distortion) = lens.distortion.plain() {
+            return visitor.visit(camera.with_lens(lens.by::<PLAIN>(distortion)));
+        }
+        match lens.distortion.short() {
+            Some(distortion) => visitor.visit(camera.with_lens(lens.by::<SHORT>(distortion))),
+            None => visitor.visit(camera),
         }
     }
 

@@ -130,4 +130,5 @@ projections! {
     camera_eucm::CameraEucm,
     camera_fov::CameraFov,
     camera_thin_prism_fisheye::CameraThinPrismFisheye,
+    camera_rad_tan_thin_prism_fisheye::CameraRadTanThinPrismFisheye,
 }

@@ -14,6 +14,7 @@ mod gradients;
 mod healpix;
 mod helpers;
 mod images;
+mod layers;
 mod light;
 mod lights;
 mod mip_lookups;
@@ -55,6 +56,8 @@ mod _core {
     };
     #[pymodule_export]
     use super::helpers::helpers;
+    #[pymodule_export]
+    use super::layers::{add_layer, divide_layer};
     #[pymodule_export]
     use super::light::{dfg, integrals, lobe, moments, prefilter, texel_weights};
     #[pymodule_export]

@@ -11,6 +11,7 @@ pub mod depth;
 pub mod filters;
 pub mod flat;
 mod footprint;
+pub(crate) mod layers;
 mod levels;
 mod lod;
 mod lookup;

@@ -47,9 +47,9 @@ def test_opencv(tmp_path, suffix):
     long = np.concatenate([D, [0.1, 0.02, 0.003], np.zeros(6)])
     store(path, **both, distortion_coefficients=long)
     is_camera(sm.cameras.read(path)[0], long[:8], "brown_conrady")
-    store(path, **both, distortion_coefficients=np.arange(14) / 1e3)
-    with pytest.raises(ValueError, match="a tilt of the sensor"):
-        sm.cameras.read(path)
+    tilted = np.concatenate([prism, [0.02, -0.03]])
+    store(path, **both, distortion_coefficients=tilted)
+    is_camera(sm.cameras.read(path)[0], tilted, "brown_conrady")
     store(path, camera_matrix=K)
     with pytest.raises(ValueError, match="image_width"):
         sm.cameras.read(path)
@@ -96,7 +96,11 @@ NUMBERS = {
     "THIN_PRISM_FISHEYE": [400, 410, 641, 352, 0.02, -0.01, 2e-3, -3e-3, 3e-3, -5e-4, 5e-3, -2e-3],
     "SIMPLE_RADIAL_FISHEYE": [400, 640, 360, 0.02],
     "RADIAL_FISHEYE": [400, 640, 360, 0.02, -0.003],
-    "SIMPLE_DIVISION": [700, 640, 360, -0.2],
+    "RAD_TAN_THIN_PRISM_FISHEYE": [
+        *(400, 410, 641, 352, 0.02, -0.01, 3e-3, -5e-4, 1e-4, -1e-5),
+        *(2e-3, -3e-3, 5e-3, -2e-3, 1e-3, -1e-3),
+    ],
+    "SIMPLE_DIVISION": [700, 640, 360, 0.2],
     "DIVISION": [700, 710, 641, 352, -0.2],
     "SIMPLE_FISHEYE": [400, 640, 360],
     "FISHEYE": [400, 410, 641, 352],
@@ -139,18 +143,19 @@ def test_colmaps_models_are_read_as_colmap_writes_them(tmp_path, binary):
 
 
 def test_colmap_models_without_a_formula_are_named(tmp_path):
-    theirs = pycolmap.Reconstruction()
-    params = [700, 700, 640, 360, *[0.01] * 12]
-    theirs.add_camera_with_trivial_rig(
-        pycolmap.Camera(
-            model="RAD_TAN_THIN_PRISM_FISHEYE", width=1280, height=720, params=params, camera_id=1
-        )
-    )
-    theirs.write_text(str(tmp_path))
-    with pytest.raises(ValueError, match="RAD_TAN_THIN_PRISM_FISHEYE"):
+    (tmp_path / "cameras.txt").write_text("1 BICUBIC 1280 720 700 640 360\n")
+    with pytest.raises(ValueError, match="BICUBIC"):
         sm.cameras.read(tmp_path / "cameras.txt")
+    theirs = pycolmap.Reconstruction()
+    theirs.add_camera_with_trivial_rig(
+        pycolmap.Camera(model="PINHOLE", width=64, height=48, params=[9, 9, 32, 24], camera_id=1)
+    )
     theirs.write_binary(str(tmp_path))
-    with pytest.raises(ValueError, match="RAD_TAN_THIN_PRISM_FISHEYE"):
+    data = bytearray((tmp_path / "cameras.bin").read_bytes())
+    # A count of 8 bytes and an id of 4 are before the model's number.
+    data[12:16] = (99).to_bytes(4, "little")
+    (tmp_path / "cameras.bin").write_bytes(data)
+    with pytest.raises(ValueError, match="number 99"):
         sm.cameras.read(tmp_path / "cameras.bin")
     data = (tmp_path / "cameras.bin").read_bytes()
     (tmp_path / "cameras.bin").write_bytes(data[:20])

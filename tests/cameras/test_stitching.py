@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import tracemalloc
 
+import cv2
 import numpy as np
 import pytest
 import reference.stitching as literal
 import spheremap as sm
+from spheremap.cameras import mixing, stitching
 from spheremap.cameras.borders import signed_distance
 from spheremap.cameras.exposure import _least_squares
 
@@ -350,19 +352,39 @@ def test_the_number_of_threads_changes_no_bit():
     assert np.array_equal(*found)
 
 
-def test_the_memory_is_two_images_and_a_picture():
+@pytest.mark.parametrize(("size", "held"), [(512, 4), (256, 1)])
+def test_the_memory_is_that_of_the_pictures_or_of_two_images(size, held):
     cameras = sm.cameras.back_to_back(BACK)
     pictures = [np.zeros((512, 512, 3), np.uint8)] * 4
     tracemalloc.start()
     try:
-        sm.cameras.stitch(pictures, [*cameras, *cameras], "latlong", size=512)
+        sm.cameras.stitch(pictures, [*cameras, *cameras], "latlong", size=size)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    texels, pixels = 512 * 1024, 512 * 512
-    wanted = 2 * 16 * texels + 16 * pixels + 3 * texels
-    # Masks of four pictures are a byte a pixel; blocks and nodes are a few MB, of any size.
+    texels, pixels = 2 * size**2, 512**2
+    # Four pictures are as much as two images of 512 rows; beside images of 256 one is held.
+    layers = 0 if held > 1 else 2 * 16 * texels
+    wanted = held * 16 * pixels + layers + 3 * texels
+    # Masks of four pictures are a byte a pixel; blocks and nodes are a few MB, of any size, and so
+    # are two layers of 64 rows.
     assert peak < wanted + 4 * pixels + 12e6
+
+
+@pytest.mark.parametrize("blend", ["feather", "nearest"])
+@pytest.mark.parametrize(("dst", "size"), [("latlong", 300), ("cube", 150), ("octahedral", 200)])
+def test_parts_of_a_panorama_are_those_of_the_whole(blend, dst, size, monkeypatch):
+    rig = sm.cameras.rig(96, n=12, overlap=0.2)
+    pictures = [np.uint8(255 * view) for view in views(rig, 96)]
+    options = dict(size=size, blend=blend, return_weight=True)
+    found = []
+    for few in (1, 1 << 30):
+        monkeypatch.setattr(mixing, "FEW", few)
+        found.append(sm.cameras.stitch(pictures, rig, dst, **options))
+    monkeypatch.setattr(stitching, "by_rows", lambda *_: False)
+    found.append(sm.cameras.stitch(pictures, rig, dst, **options))
+    for image, weight in found[1:]:
+        assert np.array_equal(image, found[0][0]) and np.array_equal(weight, found[0][1])
 
 
 def test_without_a_size_it_is_that_of_the_finest_view():
@@ -455,3 +477,34 @@ def test_bands_leave_out_what_no_view_sees():
     )
     assert (image[weight > 0] == 100).all() and (image[weight == 0] == 0).all()
     assert 0 < (weight == 0).mean() < 1
+
+
+def test_bands_are_those_of_opencvs_blender():
+    """Away from the panorama's own edges, of which OpenCV's blender does not know."""
+    cameras = sm.cameras.back_to_back(BACK)
+    size = 256
+    owner = np.argmax([_layer(np.ones((64, 64)), c, size)[1] for c in cameras], axis=0)
+    seen, _ = lenses(512)
+    found = {}
+    for gain in (1.0, 1.15):
+        pictures = [100 * seen[0], np.float32(gain) * 100 * seen[1]]
+        ours = sm.cameras.stitch(pictures, cameras, "latlong", size=size, blend="bands")
+        # What is beyond a view goes on with what both show.
+        mean = sm.cameras.stitch(pictures, cameras, "latlong", size=size)
+        theirs = cv2.detail_MultiBandBlender(0, 5)
+        theirs.prepare((0, 0, 2 * size, size))
+        for k, (picture, camera) in enumerate(zip(pictures, cameras, strict=True)):
+            image, weight = _layer(picture, camera, size)
+            whole = np.where(weight[..., None] > 0, image, mean)
+            # It blends integers, and loses one or so in each band: of 10,000 that is nothing.
+            theirs.feed(np.int16(100 * whole), np.uint8(255 * (owner == k)), (0, 0))
+        image, _ = theirs.blend(None, None)
+        found[gain] = np.abs(image / 100 - ours)[64:-64, 64:-64].max()
+    # Six bands of integers, and what the views differ by.
+    assert found[1.0] < 0.25
+    # Its levels are smoother than ours: a fifth of a step of 15.
+    assert found[1.15] < 0.25 * 15
+
+
+def _layer(picture, camera, size):
+    return sm.cameras.stitch([picture], [camera], "latlong", size=size, return_weight=True)

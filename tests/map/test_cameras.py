@@ -22,9 +22,12 @@ BROWN = [
     [5.1, 2.2, 1e-3, -2e-3, 0.3, 5.2, 3.4, 0.6],
     [0.12, -0.2, 0.01, -0.02, 0.05],
     [0.12, -0.2, 0.01, -0.02, 0.05, 0.1, -0.05, 0.02, 0.02, -0.01, -0.03, 0.02],
+    [0.12, -0.2, 0.01, -0.02, 0.05, 0.1, -0.05, 0.02, 0.02, -0.01, -0.03, 0.02, 0.1, -0.2],
+    [-0.28, 0.07, 2e-3, -3e-3, 0.01, 0, 0, 0, 0, 0, 0, 0, -0.3, 0.2],
 ]
 FISHEYE = [[0.02, -0.01, 0.003, -0.0005], [-0.04, 0.004, -0.001, 0.0002]]
 PRISM_FISHEYE = [0.02, -0.01, 2e-3, -3e-3, 0.003, -0.0005, 5e-3, -2e-3]
+ARIA = [0.02, -0.01, 0.003, -5e-4, 1e-4, -1e-5, 2e-3, -3e-3, 5e-3, -2e-3, 1e-3, -1e-3]
 CAMERAS = [
     ("pinhole", []),
     *(("brown_conrady", d) for d in BROWN),
@@ -33,8 +36,10 @@ CAMERAS = [
     ("unified", [1.4, -0.15, 0.03, 1e-3, -5e-4]),
     ("double_sphere", [-0.2, 0.6]),
     ("eucm", [0.6, 1.1]),
+    ("eucm", [0.5, -0.8]),
     ("fov", [0.9]),
     ("thin_prism_fisheye", PRISM_FISHEYE),
+    ("rad_tan_thin_prism_fisheye", ARIA),
 ]
 each_camera = pytest.mark.parametrize(("model", "distortion"), CAMERAS)
 # A few hundred roundings of numbers up to 1280: ε of it is 3e-13.
@@ -111,12 +116,15 @@ def test_kannala_brandt_is_opencvs_fisheye(distortion):
         ("RADIAL_FISHEYE", [400, 640, 360, 0.02, -0.003]),
         ("FOV", [700, 710, 641, 352, 0.9]),
         ("THIN_PRISM_FISHEYE", [400, 410, 641, 352, *PRISM_FISHEYE]),
+        ("RAD_TAN_THIN_PRISM_FISHEYE", [400, 410, 641, 352, *ARIA]),
         ("SIMPLE_FISHEYE", [400, 640, 360]),
         ("FISHEYE", [400, 410, 641, 352]),
         ("EUCM", [700, 710, 641, 352, 0.6, 1.1]),
         ("SIMPLE_DIVISION", [700, 640, 360, -0.2]),
         ("DIVISION", [700, 710, 641, 352, -0.2]),
         ("DIVISION", [700, 710, 641, 352, 0]),
+        ("SIMPLE_DIVISION", [700, 640, 360, 0.3]),
+        ("DIVISION", [700, 710, 641, 352, 0.6]),
     ],
 )
 def test_models_are_colmaps(name, numbers):
@@ -227,6 +235,14 @@ FOLDING = [
     ("brown_conrady", [-0.3, 0, 0, 0, 0, 0, 0, 0, 0.02, 0, -0.01, 0.01], (0.5, 0.6, 0.1, 0.0)),
     ("thin_prism_fisheye", [-0.1, 0, 2e-3, 1e-3, 0, 0, 5e-3, -2e-3], (0.3, 0.3, 0.0, 0.0)),
     ("thin_prism_fisheye", [0, 0, 2e-3, 1e-3, 0, 0, 5e-3, -2e-3], (0.12, 0.1, 0.1, 0.0)),
+    ("brown_conrady", [-0.3, *[0] * 11, 0.3, -0.4], (0.5, 0.6, 0.1, 0.0)),
+    ("brown_conrady", [*[0] * 12, 0.9, 0.9], (0.2, 0.2, 0.0, 0.1)),
+    ("eucm", [0.5, -4.0], (0.4, 0.4, 0.1, 0.0)),
+    (
+        "rad_tan_thin_prism_fisheye",
+        [-0.1, 0, 0, 0, 0, 0, 2e-3, 1e-3, 5e-3, 0, -2e-3, 0],
+        (0.3, 0.3, 0.0, 0.1),
+    ),
 ]
 each_fold = pytest.mark.parametrize(("model", "distortion", "sensor"), FOLDING)
 
@@ -338,15 +354,15 @@ def test_a_camera_looks_ahead_in_every_world():
         (([1, 2, 3], SIZE), {}, r"shape \(3, 3\) or \(4,\)"),
         ((np.array([[1, 1, 0], [0, 1, 0], [0, 0, 1]]), SIZE), {}, "no skew"),
         ((K, SIZE), {"distortion": [1]}, "to have 0 numbers"),
-        ((K, SIZE), {"distortion": [1], "model": "brown_conrady"}, "0 or 4 or 5 or 8 or 12 numb"),
+        ((K, SIZE), {"distortion": [1], "model": "brown_conrady"}, "5 or 8 or 12 or 14 numbers"),
         ((K, SIZE), {"model": "unified"}, "1 or 5 numbers"),
         ((K, SIZE), {"model": "spherical"}, "`model` to be one of"),
         ((K, SIZE), {"model": "fisheye"}, "got 'fisheye'; here it is 'kannala_brandt'"),
         ((K, SIZE), {"distortion": [-0.1, 0, 0, 0]}, "are of `model` 'brown_conrady'"),
         (
             (K, SIZE),
-            {"distortion": [0.0] * 12 + [0.1, 0], "model": "brown_conrady"},
-            "a tilt of the sensor",
+            {"distortion": [0.0] * 12 + [0.1, -1.6], "model": "brown_conrady"},
+            r"`tau_y` must be in \(-1, 1\]",
         ),
         ((K, (0, 5)), {}, "positive"),
         ((-K, SIZE), {}, "0, 0, 1"),

@@ -105,24 +105,36 @@ RADIAL = {
     "camera_eucm": Radial(_ellipsoid),
     "camera_fov": Radial(_stretched),
     "camera_thin_prism_fisheye": Radial(_angle),
+    "camera_rad_tan_thin_prism_fisheye": Radial(_angle),
 }
-DISTORTED = ("camera_brown_conrady", "camera_unified", "camera_thin_prism_fisheye")
-COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4")
+COEFFICIENTS = (
+    *("k0", "k1", "k2", "k3", "k4", "k5", "k6", "p0", "p1", "p2"),
+    *("s0", "s1", "s2", "s3", "s4", "tau_x", "tau_y"),
+)
 
 
 Distortion = Callable[[Array, Array, Parameters], tuple[Array, Array]]
 
 
 def distort(x: Array, y: Array, k: Parameters) -> tuple[Array, Array]:
-    """OpenCV's x'' and y'' of x' and y'."""
+    """OpenCV's x''' and y''' of x' and y'."""
     c = {name: k.get(name, 0.0) for name in COEFFICIENTS}
     r2 = x * x + y * y
     over = 1 + r2 * (c["k1"] + r2 * (c["k2"] + r2 * c["k3"]))
     q = over / (1 + r2 * (c["k4"] + r2 * (c["k5"] + r2 * c["k6"])))
-    return (
-        x * q + 2 * c["p1"] * x * y + c["p2"] * (r2 + 2 * x * x) + c["s1"] * r2 + c["s2"] * r2**2,
-        y * q + c["p1"] * (r2 + 2 * y * y) + 2 * c["p2"] * x * y + c["s3"] * r2 + c["s4"] * r2**2,
+    a = x * q + 2 * c["p1"] * x * y + c["p2"] * (r2 + 2 * x * x) + c["s1"] * r2 + c["s2"] * r2**2
+    b = y * q + c["p1"] * (r2 + 2 * y * y) + 2 * c["p2"] * x * y + c["s3"] * r2 + c["s4"] * r2**2
+    if not (c["tau_x"] or c["tau_y"]):
+        return a, b
+    # The page's matrices, in the precision of what is mapped.
+    tau = np.asarray([c["tau_x"], c["tau_y"]], a.real.dtype)
+    (cx, cy), (sx, sy) = np.cos(tau), np.sin(tau)
+    r = np.array([[cy, 0 * cx, -sy], [0 * cx, 1 + 0 * cx, 0 * cx], [sy, 0 * cx, cy]]) @ np.array(
+        [[1 + 0 * cx, 0 * cx, 0 * cx], [0 * cx, cx, sx], [0 * cx, -sx, cx]]
     )
+    back = np.array([[r[2, 2], 0, -r[0, 2]], [0, r[2, 2], -r[1, 2]], [0, 0, 1]]) @ r
+    u, v, w = (row[0] * a + row[1] * b + row[2] for row in back)
+    return u / w, v / w
 
 
 def distort_fisheye(x: Array, y: Array, k: Parameters) -> tuple[Array, Array]:
@@ -136,6 +148,27 @@ def distort_fisheye(x: Array, y: Array, k: Parameters) -> tuple[Array, Array]:
         x + x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + sx1 * r2,
         y + y * radial + 2 * p2 * x * y + p1 * (r2 + 2 * y * y) + sy1 * r2,
     )
+
+
+def distort_twice(x: Array, y: Array, k: Parameters) -> tuple[Array, Array]:
+    """COLMAP's and Project Aria's: six powers of the angle, and of that place what is not round."""
+    t2 = x * x + y * y
+    q = 1 + sum(k.get(f"k{n}", 0.0) * t2 ** (n + 1) for n in range(6))
+    x, y = x * q, y * q
+    r2 = x * x + y * y
+    p0, p1, s0, s1, s2, s3 = (k.get(name, 0.0) for name in ("p0", "p1", "s0", "s1", "s2", "s3"))
+    return (
+        x + 2 * p1 * x * y + p0 * (r2 + 2 * x * x) + s0 * r2 + s1 * r2**2,
+        y + 2 * p0 * x * y + p1 * (r2 + 2 * y * y) + s2 * r2 + s3 * r2**2,
+    )
+
+
+DISTORTED: dict[str, Distortion] = {
+    "camera_brown_conrady": distort,
+    "camera_unified": distort,
+    "camera_thin_prism_fisheye": distort_fisheye,
+    "camera_rad_tan_thin_prism_fisheye": distort_twice,
+}
 
 
 def distortion_slopes(
@@ -163,7 +196,7 @@ def undistort(a: Array, b: Array, k: Parameters, bend: Distortion) -> tuple[Arra
 
 def _camera(name: str) -> World:
     radial = RADIAL[name]
-    bend = distort_fisheye if name == "camera_thin_prism_fisheye" else distort
+    bend = DISTORTED.get(name, distort)
 
     def bent(k: Parameters) -> bool:
         return name in DISTORTED and any(k.get(c, 0.0) for c in COEFFICIENTS)

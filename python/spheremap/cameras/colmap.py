@@ -44,6 +44,11 @@ MODELS: dict[str, tuple[int, str, tuple[str, ...]]] = {
         "thin_prism_fisheye",
         ("k1", "k2", "p1", "p2", "k3", "k4", "s1", "s2"),
     ),
+    "RAD_TAN_THIN_PRISM_FISHEYE": (
+        2,
+        "rad_tan_thin_prism_fisheye",
+        COEFFICIENTS["rad_tan_thin_prism_fisheye"][0],
+    ),
     "SIMPLE_FISHEYE": (1, "kannala_brandt", ()),
     "FISHEYE": (2, "kannala_brandt", ()),
     "EUCM": (2, "eucm", ("alpha", "beta")),
@@ -53,7 +58,7 @@ MODELS: dict[str, tuple[int, str, tuple[str, ...]]] = {
 # Its numbers are a width and a height.
 PANORAMA = "EQUIRECTANGULAR"
 LATLONG = "latlong:colmap"
-# By the number that stands for them in cameras.bin, those that `camera` does not have among them.
+# By the number that stands for them in cameras.bin.
 NUMBERS = (
     "SIMPLE_PINHOLE",
     "PINHOLE",
@@ -98,7 +103,7 @@ def from_model(name: str, size: tuple[int, int], numbers: list[float]) -> Projec
     k = (focal[0], focal[-1], rest[0] - PIXEL_CENTER, rest[1] - PIXEL_CENTER)
     given = dict(zip(names, rest[2:], strict=True))
     if model == "division":
-        return _division(k, size, given["k"], name)
+        return _division(k, size, given["k"])
     if model == "pinhole":
         return camera(k, size)
     count = next(
@@ -108,15 +113,13 @@ def from_model(name: str, size: tuple[int, int], numbers: list[float]) -> Projec
     return camera(k, size, distortion=distortion, model=model)  # type: ignore[arg-type]
 
 
-def _division(k: tuple[float, ...], size: tuple[int, int], bend: float, name: str) -> Projection:
+def _division(k: tuple[float, ...], size: tuple[int, int], bend: float) -> Projection:
     """Return the camera whose rays are (a, b, 1 + bend (a² + b²)).
 
     Source: Fitzgibbon 2001, Simultaneous linear estimation of multiple view geometry and lens
-    distortion. Solved for a and b that is 2 (x, y)/(z + √(z² - 4 bend (x² + y²))): of a barrel, the
-    enhanced unified model with alpha ½ and beta -4 bend.
+    distortion. Solved for a and b that is 2 (x, y)/(z + √(z² - 4 bend (x² + y²))): the enhanced
+    unified model with alpha ½ and beta -4 bend.
     """
-    if bend > 0:
-        raise ValueError(f"Expected `k` of {name} to be at most 0, got {bend:g}.")
     if bend == 0:
         return camera(k, size)
     return camera(k, size, distortion=[0.5, -4 * bend], model="eucm")
@@ -136,24 +139,27 @@ def to_model(made: Projection, size: tuple[int, int]) -> tuple[str, list[float]]
     if made.name == "camera_brown_conrady":
         first = [c["k1"], c["k2"], c["p1"], c["p2"]]
         more = [c["k3"], c["k4"], c["k5"], c["k6"]]
-        if any(c[name] for name in ("s1", "s2", "s3", "s4")):
+        if any(c[name] for name in ("s1", "s2", "s3", "s4", "tau_x", "tau_y")):
             raise ValueError(
-                "Expected brown_conrady cameras without a thin prism, which no model of COLMAP's "
-                "has, got one that has it."
+                "Expected brown_conrady cameras without a thin prism and a tilt, which no model of "
+                "COLMAP's has, got one that has it."
             )
         return (
             ("FULL_OPENCV", [*pixels, *first, *more]) if any(more) else ("OPENCV", pixels + first)
         )
-    if made.name == "camera_thin_prism_fisheye":
-        names = MODELS["THIN_PRISM_FISHEYE"][2]
-        return "THIN_PRISM_FISHEYE", [*pixels, *(c[name] for name in names)]
+    for model in ("THIN_PRISM_FISHEYE", "RAD_TAN_THIN_PRISM_FISHEYE"):
+        if made.name == f"camera_{MODELS[model][1]}":
+            return model, [*pixels, *(c[name] for name in MODELS[model][2])]
     if made.name == "camera_fov":
         return "FOV", [*pixels, c["omega"]]
     if made.name == "camera_eucm":
+        if c["alpha"] == 0.5 and c["beta"] < 0:
+            return "DIVISION", [*pixels, c["beta"] / -4]
         return "EUCM", [*pixels, c["alpha"], c["beta"]]
     raise ValueError(
         "Expected cameras with a model of COLMAP's (pinhole, brown_conrady, kannala_brandt, fov, "
-        f"eucm, thin_prism_fisheye, or {LATLONG!r}), got {made.name!r}."
+        f"eucm, thin_prism_fisheye, rad_tan_thin_prism_fisheye, or {LATLONG!r}), got "
+        f"{made.name!r}."
     )
 
 

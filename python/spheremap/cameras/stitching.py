@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 import numpy as np
 
 from .._arrays import as_doubles
-from .._progress import counted, part
+from .._progress import part
 from .._scalars import as_flag, as_text
-from .._threads import on_all_threads
 from ..map.images import target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
 from ..resample import convert
 from .bands import banded
 from .exposure import coded, expect_curve, gains_of
-from .pictures import blocks, exact, pictures_of
+from .mixing import by_rows, divided, mixed
+from .pictures import exact, pictures_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from .._arrays import Size
     from ..map.named import ProjectionLike, Worlds
-    from .bands import Layer
+    from ..resample.windows import Window
     from .exposure import Curve
     from .pictures import Cameras, Picture
 
@@ -152,8 +152,8 @@ def stitch(
 
     Bands are those of Burt and Adelson [1]_, five and what is left, in the panorama's `mipmaps`.
 
-    Memory: two images of the result's size in float32 with one channel more, the largest picture as
-    one, and the result; with "bands" seven of them.
+    Memory: the result, and all pictures in float32 with one channel more; or, where that is less,
+    two images of the result's size so and the largest picture; with "bands" seven of them.
 
     References
     ----------
@@ -191,16 +191,20 @@ def stitch(
         sizes = [matching_size(p.pixels.shape, p.camera, target) for p in pictures]
         shape = target_shape(target, max(sizes), any_aspect)
     first = pictures[0].pixels
-    # With one more channel, the weight. Two of them, and no more for more views.
-    total: NDArray[Any] = np.empty((*shape, first.shape[-1] + 1), exact(first.dtype))
-    source = None
+    channels = first.shape[-1]
+    parts = blend != "bands" and by_rows([p.pixels.shape[:2] for p in pictures], shape)
+    # What is not held is written over by the next one.
+    held: dict[int, NDArray[Any]] = {}
 
-    def layer(k: int, into: NDArray[Any]) -> NDArray[Any]:
-        nonlocal source
-        values = _values(first.dtype, curve_of, factors[k])
-        source = pictures[k].weighted(values, source)
+    def weighted(k: int, into: NDArray[Any] | None) -> NDArray[Any]:
+        return pictures[k].weighted(_values(first.dtype, curve_of, factors[k]), into)
+
+    def layer(k: int, into: NDArray[Any], window: Window | None = None) -> NDArray[Any]:
+        if k not in held:
+            before = None if parts or not held else held.popitem()[1]
+            held[k] = weighted(k, before)
         return convert(
-            source,
+            held[k],
             pictures[k].camera,
             target,
             size=shape,
@@ -208,20 +212,31 @@ def stitch(
             world=world,
             any_aspect=True,
             out=into,
+            window=window,
         )
 
     with part(0.3, 0.95):
         if blend == "bands":
+            # With one more channel, the weight.
+            total: NDArray[Any] = np.empty((*shape, channels + 1), exact(first.dtype))
             banded(target, total, len(pictures), layer)
+            held.clear()
+            image = divided(total, first.dtype)
+            weight: NDArray[np.float32] | None = total[..., -1].astype(np.float32)
         else:
-            _summed(total, len(pictures), layer, blend)
-    source = None
-    image = _divided(total, first.dtype)
+            image, weight = mixed(
+                shape,
+                channels,
+                first.dtype,
+                len(pictures),
+                layer,
+                nearest=blend == "nearest",
+                parts=parts,
+                with_weight=with_weight,
+            )
     if is_gray:
         image = image[..., 0]
-    if with_weight:
-        return image, total[..., -1].astype(np.float32)
-    return image
+    return (image, weight) if weight is not None and with_weight else image
 
 
 def _factors(exposure: Any, pictures: list[Picture], curve: str) -> NDArray[np.float64]:
@@ -248,51 +263,3 @@ def _values(dtype: np.dtype[Any], curve: str, gain: float) -> NDArray[np.float32
     if gain == 1:
         return 1.0
     return coded(dtype, curve, gain) if dtype.kind == "u" else float(gain)
-
-
-def _summed(total: NDArray[Any], count: int, layer: Layer, blend: str) -> None:
-    """Write the sum of all views, or the view that counts for more than the others."""
-    more = np.empty_like(total) if count > 1 else total
-    for k in counted(range(count)):
-        if k == 0:
-            layer(k, total)
-        else:
-            _add(total, layer(k, more), blend)
-
-
-def _add(total: NDArray[Any], layer: NDArray[Any], blend: str) -> None:
-    """Add a view to those before it, or put it where it counts for more than they do."""
-    lines, more = (a.reshape(-1, *a.shape[-2:]) for a in (total, layer))
-
-    def work(rows: slice) -> None:
-        if blend == "feather":
-            lines[rows] += more[rows]
-        else:
-            better = more[rows, :, -1] > lines[rows, :, -1]
-            np.copyto(lines[rows], more[rows], where=better[..., None])
-
-    on_all_threads(work, blocks(len(lines), lines[0].size))
-
-
-def _divided(total: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return weighted sums by their weights, rounded to a dtype."""
-    image = np.empty((*total.shape[:-1], total.shape[-1] - 1), dtype)
-    lines, into = (a.reshape(-1, *a.shape[-2:]) for a in (total, image))
-
-    def work(rows: slice) -> None:
-        weight = lines[rows, :, -1].copy()
-        seen = weight > 0
-        unseen = None if seen.all() else ~seen
-        # By channels: loops over three numbers cost more than what they do.
-        for c in range(into.shape[-1]):
-            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                found = lines[rows, :, c] / weight
-            if unseen is not None:
-                found[unseen] = np.nan if dtype.kind == "f" else 0
-            if dtype.kind != "f":
-                found += found.dtype.type(0.5)
-                np.clip(found, 0, np.iinfo(dtype).max, out=found)
-            into[rows, :, c] = found
-
-    on_all_threads(work, blocks(len(lines), lines[0].size))
-    return image

@@ -14,7 +14,7 @@ from .named import made
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from .._projection import Projection
 
@@ -30,14 +30,18 @@ CameraModel: TypeAlias = Literal[
     "eucm",
     "fov",
     "thin_prism_fisheye",
+    "rad_tan_thin_prism_fisheye",
 ]
 
 # In the order of `distortion`, and how many of them may be left out at the end.
 COEFFICIENTS: dict[str, tuple[tuple[str, ...], tuple[int, ...]]] = {
     "pinhole": ((), (0,)),
     "brown_conrady": (
-        ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"),
-        (0, 4, 5, 8, 12),
+        (
+            *("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
+            *("s1", "s2", "s3", "s4", "tau_x", "tau_y"),
+        ),
+        (0, 4, 5, 8, 12, 14),
     ),
     "kannala_brandt": (("k1", "k2", "k3", "k4"), (0, 4)),
     "unified": (("xi", "k1", "k2", "p1", "p2"), (1, 5)),
@@ -46,6 +50,10 @@ COEFFICIENTS: dict[str, tuple[tuple[str, ...], tuple[int, ...]]] = {
     "eucm": (("alpha", "beta"), (2,)),
     "fov": (("omega",), (1,)),
     "thin_prism_fisheye": (("k1", "k2", "p1", "p2", "k3", "k4", "s1", "s2"), (8,)),
+    "rad_tan_thin_prism_fisheye": (
+        ("k0", "k1", "k2", "k3", "k4", "k5", "p0", "p1", "s0", "s1", "s2", "s3"),
+        (12,),
+    ),
 }
 # OpenCV's name of what the paper calls unified.
 FORMULAS = {"omnidirectional": "unified"}
@@ -66,6 +74,7 @@ ELSEWHERE = {
     "omni": "unified",
     "omnidir": "omnidirectional",
     "ds": "double_sphere",
+    "fisheye624": "rad_tan_thin_prism_fisheye",
 }
 
 # Where the center of the first pixel is counted: whole numbers are centers.
@@ -99,8 +108,9 @@ def camera(
         The model's coefficients in the order of OpenCV or of the model's paper:
 
         - ``"pinhole"``: none.
-        - ``"brown_conrady"``: k1, k2, p1, p2[, k3[, k4, k5, k6[, s1, s2, s3, s4]]], `distCoeffs`
-          of OpenCV's ``calibrateCamera``, whose tilt behind them has to be 0.
+        - ``"brown_conrady"``: k1, k2, p1, p2[, k3[, k4, k5, k6[, s1, s2, s3, s4[, tau_x,
+          tau_y]]]]], `distCoeffs` of OpenCV's ``calibrateCamera``; the tilt of the sensor is in
+          radians.
         - ``"kannala_brandt"``: k1, k2, k3, k4, D of ``cv2.fisheye``.
         - ``"unified"``, OpenCV's ``"omnidirectional"``: xi[, k1, k2, p1, p2], xi and D of
           ``cv2.omnidir``.
@@ -108,6 +118,8 @@ def camera(
         - ``"eucm"``: alpha, beta.
         - ``"fov"``: omega, in radians.
         - ``"thin_prism_fisheye"``: k1, k2, p1, p2, k3, k4, sx1, sy1 of COLMAP.
+        - ``"rad_tan_thin_prism_fisheye"``: k0, k1, k2, k3, k4, k5, p0, p1, s0, s1, s2, s3 of
+          COLMAP.
     model : str, optional
         One of these.
 
@@ -130,7 +142,7 @@ def camera(
 
     Notes
     -----
-    Formulas: [1]_, [2]_, [3]_, [4]_, [5]_, [6]_, [7]_, [8]_.
+    Formulas: [1]_, [2]_, [3]_, [4]_, [5]_, [6]_, [7]_, [8]_, [9]_, [10]_.
 
     .. [1] Hartley and Zisserman 2004, Multiple View Geometry, section 6.1.
     .. [2] Brown 1966, Decentering Distortion of Lenses, in OpenCV's letters.
@@ -141,6 +153,10 @@ def camera(
     .. [7] Devernay and Faugeras 2001, Straight Lines Have to Be Straight, eq. 13 and 14.
     .. [8] Weng, Cohen and Herniou 1992, Camera Calibration with Distortion Models and Accuracy
        Evaluation: thin prisms; COLMAP's THIN_PRISM_FISHEYE.
+    .. [9] Louhichi, Fournel, Lavest and Ben Aissia 2007, Self-calibration of Scheimpflug Cameras:
+       the tilt, as OpenCV's CALIB_TILTED_MODEL has it.
+    .. [10] Project Aria, Camera Intrinsic Models, Fisheye624: COLMAP's
+       RAD_TAN_THIN_PRISM_FISHEYE.
 
     Examples
     --------
@@ -173,8 +189,6 @@ def camera(
         )
     names, counts = COEFFICIENTS[model]
     given = np.zeros(0) if distortion is None else as_doubles(distortion, "distortion").ravel()
-    if model == "brown_conrady":
-        given = _without_tilt(given)
     if len(given) not in counts:
         wanted = " or ".join(map(str, counts))
         listed = f" ({', '.join(names)})" if names else ""
@@ -200,18 +214,6 @@ def camera(
         aspect=width / height,
         **coefficients,
     )
-
-
-def _without_tilt(given: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return k1 to s4 of 14 coefficients, and refuse what comes behind unless it is zero."""
-    if len(given) != 14:
-        return given
-    if given[12:].any():
-        raise ValueError(
-            "Expected distortion coefficients up to s4, got a tilt of the sensor, which has no "
-            "formula here."
-        )
-    return given[:12]
 
 
 def matrix(camera: Projection, size: tuple[int, int]) -> tuple[float, float, float, float]:

@@ -30,18 +30,15 @@ const WITHIN: f64 = 1.0 - 1.0 / 256.0;
 
 /// A lens: directions to points of the plane at distance 1 and back, in the view frame.
 pub trait Lens: Copy + Debug + Send + Sync + 'static {
-    /// The same lens with shorter formulas, for coefficients that allow them; itself where there are none.
-    type Short: Lens;
-
     /// Claims that are its own: names, texts, parameters, outline.
     const NAMES: Info;
 
     /// With these coefficients, the parameters after [`ASPECT`], for an image whose farthest corner lies at `reach` from the axis.
     fn new(coefficients: &[f64], reach: f64) -> Self;
 
-    /// This lens with shorter formulas, where its coefficients allow them.
-    fn short(self) -> Option<Self::Short> {
-        None
+    /// Calls the visitor with a camera that has this lens, or one with shorter formulas where its coefficients allow them.
+    fn accept<V: Visitor>(camera: Camera<Self>, visitor: V) -> V::Output {
+        visitor.visit(camera)
     }
 
     /// The point of a direction, and whether the lens sees it.
@@ -143,6 +140,22 @@ pub struct Camera<L> {
 }
 
 impl<L: Lens> Camera<L> {
+    /// The lens.
+    pub fn lens(self) -> L {
+        self.lens
+    }
+
+    /// The same camera with the same lens in other formulas.
+    pub fn with_lens<M>(self, lens: M) -> Camera<M> {
+        Camera {
+            lens,
+            focal: self.focal,
+            principal: self.principal,
+            aspect: self.aspect,
+            whole: self.whole,
+        }
+    }
+
     /// The point of the plane at p and q.
     #[inline(always)]
     fn point<R: Real>(self, uv: Uv<R>) -> [R; 2] {
@@ -361,16 +374,7 @@ impl<L: Lens> Projection for Camera<L> {
     }
 
     fn accept<V: Visitor>(self, visitor: V) -> V::Output {
-        match self.lens.short() {
-            Some(lens) => visitor.visit(Camera {
-                lens,
-                focal: self.focal,
-                principal: self.principal,
-                aspect: self.aspect,
-                whole: self.whole,
-            }),
-            None => visitor.visit(self),
-        }
+        L::accept(self, visitor)
     }
 
     fn size(self, n: usize) -> (usize, usize) {
@@ -545,7 +549,7 @@ pub fn last_of(tried: usize, end: f64, holds: impl Fn(f64) -> bool) -> f64 {
     low
 }
 
-/// How many places a first guess goes through.
+/// How many places a first guess goes through: fours of them.
 const NODES: usize = 12;
 
 /// A polynomial that stands for the inverse of a growing function to some digits, from which Newton's method starts.
@@ -563,31 +567,15 @@ pub struct Guess {
 }
 
 impl Guess {
-    /// For s up to `end`, of a function that turns back at `fold`, which may be infinite; Newton's divided differences through
-    /// Chebyshev's places.
+    /// For s up to `end`, of a function that turns back at `fold`, which may be infinite.
     pub fn new(end: f64, fold: f64, ratio: impl Fn(f64) -> f64) -> Self {
         // A fold far off is none.
         let fold = fold.clamp(end, 4.0 * end);
         let span = 1.0 - (1.0 - end / fold).max(0.0).sqrt();
-        let x: [f64; NODES] =
-            std::array::from_fn(|k| 0.5 + 0.5 * angle::cos((k as f64 + 0.5) / NODES as f64 * PI));
-        let mut difference = x.map(|x| {
+        let coefficients = through(1.0, |x| {
             let root = 1.0 - span * x;
             ratio(fold * (1.0 - root) * (1.0 + root))
         });
-        for order in 1..NODES {
-            for k in (order..NODES).rev() {
-                difference[k] = (difference[k] - difference[k - 1]) / (x[k] - x[k - order]);
-            }
-        }
-        let mut coefficients = [0.0; NODES];
-        for k in (0..NODES).rev() {
-            // guess = guess · (X - x[k]) + difference[k].
-            for power in (1..NODES).rev() {
-                coefficients[power] = coefficients[power - 1] - x[k] * coefficients[power];
-            }
-            coefficients[0] = difference[k] - x[k] * coefficients[0];
-        }
         Guess {
             fold: 1.0 / fold,
             scale: 1.0 / span,
@@ -600,11 +588,72 @@ impl Guess {
     pub fn at<R: Real>(self, s: R) -> R {
         let root = max(R::ONE - s * R::new(self.fold), R::ZERO).sqrt();
         let x = (R::ONE - root) * R::new(self.scale);
-        let mut sum = R::new(self.coefficients[NODES - 1]);
-        for k in (0..NODES - 1).rev() {
-            sum = sum * x + R::new(self.coefficients[k]);
+        polynomial(&self.coefficients, x)
+    }
+}
+
+/// The coefficients of the polynomial through a function's values at Chebyshev's places of [0, end], by Newton's divided differences.
+fn through<const N: usize>(end: f64, f: impl Fn(f64) -> f64) -> [f64; N] {
+    let x: [f64; N] =
+        std::array::from_fn(|k| 0.5 + 0.5 * angle::cos((k as f64 + 0.5) / N as f64 * PI));
+    let mut difference = x.map(|x| f(end * x));
+    for order in 1..N {
+        for k in (order..N).rev() {
+            difference[k] = (difference[k] - difference[k - 1]) / (x[k] - x[k - order]);
         }
-        sum
+    }
+    let mut coefficients = [0.0; N];
+    for k in (0..N).rev() {
+        // polynomial = polynomial · (X - x[k]) + difference[k].
+        for power in (1..N).rev() {
+            coefficients[power] = coefficients[power - 1] - x[k] * coefficients[power];
+        }
+        coefficients[0] = difference[k] - x[k] * coefficients[0];
+    }
+    let mut scale = 1.0;
+    for coefficient in &mut coefficients {
+        *coefficient *= scale;
+        scale /= end;
+    }
+    coefficients
+}
+
+/// The sum of coefficients, four and more, times powers of x. By halves, as Estrin has it: one power after the other makes the
+/// processor wait.
+#[inline(always)]
+fn polynomial<R: Real, const N: usize>(coefficients: &[f64; N], x: R) -> R {
+    let pair = |k: usize| R::new(coefficients[k]) + x * R::new(coefficients[k + 1]);
+    let square = x * x;
+    let four = |k: usize| pair(k) + square * pair(k + 2);
+    let fourth = square * square;
+    let mut sum = four(N - 4);
+    for k in (0..N / 4 - 1).rev() {
+        sum = four(4 * k) + fourth * sum;
+    }
+    sum
+}
+
+/// How many places a plain guess goes through: fours, too.
+const FEW_NODES: usize = 8;
+
+/// The same as [`Guess`], far from where the function turns back: a polynomial of s alone.
+#[derive(Clone, Copy, Debug)]
+pub struct PlainGuess {
+    coefficients: [f64; FEW_NODES],
+}
+
+impl PlainGuess {
+    /// For s up to `end`.
+    pub fn new(end: f64, ratio: impl Fn(f64) -> f64) -> Self {
+        PlainGuess {
+            coefficients: through(end, ratio),
+        }
+    }
+
+    /// The ratio at s.
+    #[inline(always)]
+    pub fn at<R: Real>(self, s: R) -> R {
+        polynomial(&self.coefficients, s)
     }
 }
 

@@ -4,4 +4,5 @@ pub mod angle;
 pub mod camera;
 pub mod distortion;
 pub mod lens;
+pub mod tilt;
 pub mod warped_cube;

@@ -1,6 +1,9 @@
 """Files larger than memory: the bits of the whole, from its parts."""
 
 import os
+import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -192,6 +195,45 @@ def test_what_was_cut_off_goes_on(tmp_path, monkeypatch, resume):
     expected = sm.convert(image, "latlong", CROSS, size=48)
     np.testing.assert_array_equal(sm.io.read(target), expected)
     assert len(list(tmp_path.iterdir())) == 2
+
+
+KILLED = """
+import os, signal, sys
+import spheremap as sm
+from spheremap.io import parts
+
+count, put = [0], parts._Made.put
+
+def killed(self, window, texels):
+    count[0] += 1
+    if count[0] == 30:
+        os.kill(os.getpid(), signal.SIGKILL)
+    put(self, window, texels)
+
+parts._Made.put, parts._TILE, parts._MOST, parts._SAY = killed, (16, 32), 40, 0.0
+parts.LEAST_MEMORY, parts._KEPT = 0, 1
+cross = sm.projection("cube", layout="cross")
+sm.io.convert_file(*sys.argv[1:], "latlong", cross, size=48, memory=8 << 20, resume=True)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a signal that ends a process at once")
+def test_a_killed_process_leaves_what_the_next_one_goes_on_with(tmp_path, monkeypatch):
+    source, image = stored(tmp_path, ".exr")
+    target = tmp_path / "out.exr"
+    command = [sys.executable, "-c", KILLED, source, target]
+    done = subprocess.run(command, check=False, capture_output=True)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    assert not target.exists()
+    rest = cut_off(monkeypatch, 10**9)
+    options = {"size": 48, "memory": 8 << 20, "resume": True}
+    sm.io.convert_file(source, target, "latlong", CROSS, **options)
+    resumed = rest[0]
+    np.testing.assert_array_equal(sm.io.read(target), sm.convert(image, "latlong", CROSS, size=48))
+    assert len(list(tmp_path.iterdir())) == 2
+    sm.io.convert_file(source, target, "latlong", CROSS, **options)
+    # 29 parts were there; of a window that was divided in quarters some may be made again.
+    assert resumed < rest[0] - resumed
 
 
 @pytest.mark.parametrize(

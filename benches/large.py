@@ -2,6 +2,7 @@
 
     python benches/large.py                    # up to 65536×32768, 16 GB of disk; rewrites it
     python benches/large.py --widths 131072    # 65 GB
+    python benches/large.py --widths 131072 --compressed    # 30 GB; a section of its own
     python benches/large.py --quick            # a smoke test with a small file, printed only
 
 A BigTIFF of 8 bits in tiles becomes the faces of a cube by `spheremap convert --memory`, and,
@@ -29,6 +30,8 @@ import OpenImageIO as oiio
 from measure import machine, publish, say, table
 
 BEGIN, END = "<!-- large: written by benches/large.py -->", "<!-- large: end -->"
+BEGIN_COMPRESSED = "<!-- large, compressed: written by benches/large.py -->"
+END_COMPRESSED = "<!-- large, compressed: end -->"
 TILE = 256
 # Looks at a process's memory, in seconds.
 EVERY = 0.05
@@ -38,7 +41,8 @@ VIPS = """
 import sys, pyvips
 source, target, scale = sys.argv[1], sys.argv[2], float(sys.argv[3])
 image = pyvips.Image.new_from_file(source, access="sequential")
-image.resize(scale, kernel="linear").tiffsave(target, tile=True, bigtiff=True)
+how = {"compression": "deflate", "level": 1} if sys.argv[4] == "zip:1" else {}
+image.resize(scale, kernel="linear").tiffsave(target, tile=True, bigtiff=True, **how)
 """
 
 
@@ -53,7 +57,7 @@ width, height = round(spec.width * scale), round(spec.height * scale)
 result = oiio.ImageBuf(oiio.ImageSpec(width, height, spec.nchannels, spec.format))
 assert oiio.ImageBufAlgo.resize(result, image, filtername="triangle"), result.geterror()
 result.set_write_tiles(256, 256)
-result.specmod()["compression"] = "none"
+result.specmod()["compression"] = sys.argv[4]
 assert result.write(target), result.geterror()
 """
 PEERS = {
@@ -71,14 +75,14 @@ class Run:
     memory: int
 
 
-def source(path: Path, width: int) -> None:
-    """Write a latlong in tiles, not compressed: waves, so that no two tiles are alike."""
+def source(path: Path, width: int, compression: str) -> None:
+    """Write a latlong in tiles: waves, so that no two tiles are alike."""
     height = width // 2
     spec = oiio.ImageSpec(width, height, 3, "uint8")
     spec.tile_width = spec.tile_height = TILE
-    spec.attribute("compression", "none")
+    spec.attribute("compression", compression)
+    spec.attribute("tiff:bigtiff", 1)
     out = oiio.ImageOutput.create(str(path))
-    # Its size makes it a BigTIFF.
     if not out.open(str(path), spec):
         raise OSError(out.geterror())
     u = np.arange(width, dtype=np.float32)[:, None] * np.float32(2 * math.pi / width)
@@ -126,40 +130,44 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--widths", type=int, nargs="+", default=[32768, 65536])
     parser.add_argument("--memory", default="512M")
+    parser.add_argument("--compressed", action="store_true", help="deflate, on both sides")
     parser.add_argument("--folder", type=Path, help="where there is room")
     parser.add_argument("--remark", default="", help="what to say of the machine")
     args = parser.parse_args()
+    compression = "zip:1" if args.compressed else "none"
+    marks = (BEGIN_COMPRESSED, END_COMPRESSED) if args.compressed else (BEGIN, END)
     rows = []
     for width in [2048] if args.quick else args.widths:
         with tempfile.TemporaryDirectory(dir=args.folder, prefix="spheremap-large-") as name:
-            rows += measured(Path(name), width, args.memory)
+            rows += measured(Path(name), width, args.memory, compression)
     remark = args.remark and f", {args.remark}"
     text = [
-        BEGIN,
-        "## Files larger than memory",
-        f"BigTIFFs of 3 channels of 8 bits in tiles, not compressed, from file to file; {machine()}"
-        f"{remark}. Time of all threads, and the most memory that no file backs. The resizes know "
-        "no sphere, and their image has one face.",
+        marks[0],
+        f"## Files larger than memory{', compressed' if args.compressed else ''}",
+        "BigTIFFs of 3 channels of 8 bits in tiles, "
+        f"{'deflated at level 1' if args.compressed else 'not compressed'}, from file to file; "
+        f"{machine()}{remark}. Time of all threads, and the most memory that no file backs. The "
+        "resizes know no sphere, and their image has one face.",
         table(
             ["source", "work", "clock", "threads", "Mtexel per CPU second", "memory"],
             rows,
         ),
-        END,
+        marks[1],
     ]
     publish(text, args.quick)
 
 
-def measured(folder: Path, width: int, memory: str) -> list[list[str]]:
+def measured(folder: Path, width: int, memory: str, compression: str) -> list[list[str]]:
     """Return the rows of a source of this width."""
     side = width // 4
     texels = 6 * side * side
     path = folder / "source.tif"
-    source(path, width)
+    source(path, width, compression)
     size = path.stat().st_size
     say(f"a source of {size / 1e9:.1f} GB")
     to_faces = [
         *("--from", "latlong", "--to", "cube", "--layout", "faces", "--size", str(side)),
-        *("--memory", memory, "--compression", "none"),
+        *("--memory", memory, "--compression", compression),
     ]
     command = [sys.executable, "-m", "spheremap.cli", "convert", str(path)]
     found = {}
@@ -174,7 +182,8 @@ def measured(folder: Path, width: int, memory: str) -> list[list[str]]:
         if program is OIIO and width > LARGEST_HELD:
             continue
         target = folder / "resized.tif"
-        found[name] = run([sys.executable, "-c", program, str(path), str(target), str(scale)])
+        words = [str(path), str(target), str(scale), compression]
+        found[name] = run([sys.executable, "-c", program, *words])
         target.unlink()
         say(f"{name}: {found[name]}")
     return [

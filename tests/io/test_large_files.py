@@ -1,11 +1,15 @@
 """Files larger than memory: the bits of the whole, from its parts."""
 
 import os
+import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 import spheremap as sm
-from spheremap.io import parts, reading
+from spheremap.io import parts, reading, tiling
+from spheremap.resample.seen import Rectangle
 
 rng = np.random.default_rng(17)
 
@@ -17,6 +21,7 @@ def little_memory(monkeypatch):
     """Images of a test are small: so are tiles, parts and what there is."""
     monkeypatch.setattr(parts, "_TILE", (16, 32))
     monkeypatch.setattr(reading, "_CACHED", 16)
+    monkeypatch.setattr(tiling, "_TILE", 16)
     monkeypatch.setattr(parts, "_MOST", 40)
     monkeypatch.setattr(parts, "LEAST_MEMORY", 0)
     monkeypatch.setattr(parts, "_KEPT", 1)
@@ -83,6 +88,62 @@ def test_little_memory_makes_smaller_parts_and_too_little_is_an_error(tmp_path, 
     assert [p.name for p in tmp_path.iterdir()] == [source.name]
 
 
+@pytest.mark.parametrize("kind", ["uint8", "uint16", "half", "float"])
+@pytest.mark.parametrize("channels", [1, 2, 4, 5])
+def test_copies_in_tiles_have_the_same_bits(tmp_path, kind, channels):
+    """Those of NaN and of alpha among them: to a copy all is numbers."""
+    oiio = pytest.importorskip("OpenImageIO")
+    dtype = np.dtype({"half": np.float16, "float": np.float32}.get(kind, kind))
+    bits = rng.integers(0, 2 ** (8 * dtype.itemsize), (70, 150, channels), np.uint64)
+    image = bits.astype(f"u{dtype.itemsize}").view(dtype)
+    place = str(tmp_path / ("a.exr" if dtype.kind == "f" else "a.tif"))
+    sink = oiio.ImageOutput.create(place)
+    sink.open(place, oiio.ImageSpec(150, 70, channels, kind))
+    sink.write_image(image)
+    sink.close()
+    read = sm.io.read(place)
+    source = reading.Source([place], 0, read.dtype, channels, lambda texels: texels)
+    assert not tiling.has_tiles(source)
+    copies = tiling.in_tiles(source, tmp_path / "tiles", 16 * 150 * channels * dtype.itemsize)
+    assert tiling.has_tiles(copies)
+    reader = reading.Reader(copies, 150, 1 << 20)
+    assert reader.read(Rectangle(0, 70, 0, 150, None)).tobytes() == read.tobytes()
+    part = reader.read(Rectangle(13, 66, 5, 149, None))
+    assert part.dtype == read.dtype and part.tobytes() == read[13:66, 5:149].tobytes()
+
+
+def test_a_file_in_strips_is_decoded_once(tmp_path, monkeypatch):
+    """Once it is in tiles, nobody opens it; in tiles it is read as it is."""
+    oiio = pytest.importorskip("OpenImageIO")
+    seen = []
+
+    class Reader(reading.Reader):
+        def __init__(self, source, *rest):
+            seen.extend(source.files)
+            super().__init__(source, *rest)
+
+    monkeypatch.setattr(parts, "Reader", Reader)
+    source, image = stored(tmp_path, ".exr")
+    spec = oiio.ImageSpec(192, 96, 3, "float")
+    spec.tile_width, spec.tile_height = 32, 16
+    sink = oiio.ImageOutput.create(str(tmp_path / "tiled.exr"))
+    sink.open(str(tmp_path / "tiled.exr"), spec)
+    sink.write_image(image)
+    sink.close()
+    for place in (source, tmp_path / "tiled.exr"):
+        sm.io.convert_file(place, tmp_path / "out.exr", "latlong", CROSS, memory=4 << 20)
+    copy, itself = seen
+    assert copy != str(source) and itself == str(tmp_path / "tiled.exr")
+
+
+def test_a_file_that_breaks_off_leaves_nothing(tmp_path):
+    source, _ = stored(tmp_path, ".png")
+    source.write_bytes(source.read_bytes()[:2000])
+    with pytest.raises(OSError, match="cannot read"):
+        sm.io.convert_file(source, tmp_path / "out.exr", "latlong", CROSS, memory=8 << 20)
+    assert [p.name for p in tmp_path.iterdir()] == [source.name]
+
+
 def test_tiles_that_the_memory_does_not_hold_are_an_error(tmp_path):
     oiio = pytest.importorskip("OpenImageIO")
     place = str(tmp_path / "tiled.tif")
@@ -126,13 +187,53 @@ def test_what_was_cut_off_goes_on(tmp_path, monkeypatch, resume):
     with pytest.raises(KeyboardInterrupt):
         sm.io.convert_file(source, target, "latlong", CROSS, **options)
     assert not target.exists()
-    assert len(list(tmp_path.iterdir())) == 1 + resume
+    # Texels that are there, and tiles of the source.
+    assert len(list(tmp_path.iterdir())) == 1 + 2 * resume
     rest = cut_off(monkeypatch, 10**9)
     sm.io.convert_file(source, target, "latlong", CROSS, **options)
     assert (rest[0] < whole[0]) == resume
     expected = sm.convert(image, "latlong", CROSS, size=48)
     np.testing.assert_array_equal(sm.io.read(target), expected)
     assert len(list(tmp_path.iterdir())) == 2
+
+
+KILLED = """
+import os, signal, sys
+import spheremap as sm
+from spheremap.io import parts
+
+count, put = [0], parts._Made.put
+
+def killed(self, window, texels):
+    count[0] += 1
+    if count[0] == 30:
+        os.kill(os.getpid(), signal.SIGKILL)
+    put(self, window, texels)
+
+parts._Made.put, parts._TILE, parts._MOST, parts._SAY = killed, (16, 32), 40, 0.0
+parts.LEAST_MEMORY, parts._KEPT = 0, 1
+cross = sm.projection("cube", layout="cross")
+sm.io.convert_file(*sys.argv[1:], "latlong", cross, size=48, memory=8 << 20, resume=True)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a signal that ends a process at once")
+def test_a_killed_process_leaves_what_the_next_one_goes_on_with(tmp_path, monkeypatch):
+    source, image = stored(tmp_path, ".exr")
+    target = tmp_path / "out.exr"
+    command = [sys.executable, "-c", KILLED, source, target]
+    done = subprocess.run(command, check=False, capture_output=True)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    assert not target.exists()
+    rest = cut_off(monkeypatch, 10**9)
+    options = {"size": 48, "memory": 8 << 20, "resume": True}
+    sm.io.convert_file(source, target, "latlong", CROSS, **options)
+    resumed = rest[0]
+    np.testing.assert_array_equal(sm.io.read(target), sm.convert(image, "latlong", CROSS, size=48))
+    assert len(list(tmp_path.iterdir())) == 2
+    sm.io.convert_file(source, target, "latlong", CROSS, **options)
+    # 29 parts were there; of a window that was divided in quarters some may be made again.
+    assert resumed < rest[0] - resumed
 
 
 @pytest.mark.parametrize(

@@ -47,6 +47,8 @@ print(max(seen) - before)
 CALLS = {
     "convert": "sm.io.convert_file(place, place + '.out.tif', 'latlong', cross, any_aspect=True, "
     "memory=limit)",
+    "strips": "sm.io.convert_file(place + '.strips.tif', place + '.out.tif', 'latlong', cross, "
+    "any_aspect=True, memory=limit)",
     "alpha": "sm.io.convert_file(place, place + '.out.tif', 'latlong', 'angular', alpha=2, "
     "any_aspect=True, size=2048, memory=limit)",
     "energy": "sm.light.energy_file(place, 'latlong', any_aspect=True, memory=limit)",
@@ -55,18 +57,22 @@ CALLS = {
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory):
-    """Return a file in tiles, of 302 MB."""
+    """Return a file in tiles, of 302 MB, beside which is one in strips."""
     place = str(tmp_path_factory.mktemp("large") / "sky.tif")
-    spec = oiio.ImageSpec(8192, 6144, 3, "uint16")
-    spec.tile_width = spec.tile_height = 256
-    spec.attribute("compression", "none")
-    out = oiio.ImageOutput.create(place)
-    assert out.open(place, spec), out.geterror()
     band = np.random.default_rng(0).integers(0, 50_000, (256, 8192, 3), np.uint16)
     band[100:110, 100:110] = 65_535
-    for top in range(0, 6144, 256):
-        assert out.write_tiles(0, 8192, top, top + 256, 0, 1, band), out.geterror()
-    out.close()
+    for name, side in ((place, 256), (place + ".strips.tif", 0)):
+        spec = oiio.ImageSpec(8192, 6144, 3, "uint16")
+        spec.tile_width = spec.tile_height = side
+        spec.attribute("compression", "none")
+        out = oiio.ImageOutput.create(name)
+        assert out.open(name, spec), out.geterror()
+        for top in range(0, 6144, 256):
+            if side:
+                assert out.write_tiles(0, 8192, top, top + 256, 0, 1, band), out.geterror()
+            else:
+                assert out.write_scanlines(top, top + 256, 0, band), out.geterror()
+        out.close()
     return place
 
 

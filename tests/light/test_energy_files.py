@@ -1,8 +1,11 @@
 """The light of files, part by part: the bits of what `energy` says of the whole."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import spheremap as sm
+from spheremap.io import tiling
 from spheremap.light import files
 
 rng = np.random.default_rng(23)
@@ -38,6 +41,28 @@ def test_it_is_that_of_the_whole(tmp_path, name, size, layout, suffix, dtype):
     if found.sun is not None:
         np.testing.assert_array_equal(found.sun.direction, whole.sun.direction)
         np.testing.assert_array_equal(found.sun.irradiance, whole.sun.irradiance)
+
+
+def test_of_strips_that_do_not_fit_a_copy_in_tiles_is_read(tmp_path, monkeypatch):
+    """Sheets of a row share strips, which would be decoded for each again."""
+    made = []
+
+    def in_tiles(*given):
+        made.append(tiling.in_tiles(*given))
+        return made[-1]
+
+    monkeypatch.setattr(files, "in_tiles", in_tiles)
+    monkeypatch.setattr(files, "_LEAST_MEMORY", 0)
+    p = sm.projection("latlong")
+    image = stored(tmp_path / "a.exr", p, 600)
+    whole = sm.light.energy(image, p)
+    # 512 rows of 1200 texels are 7 MB.
+    for memory, copies in ((64 << 20, 0), (24 << 20, 1)):
+        found = sm.light.energy_file(tmp_path / "a.exr", p, memory=memory)
+        assert len(made) == copies
+        np.testing.assert_array_equal(found.integral, whole.integral)
+        assert found.peak == whole.peak
+    assert not Path(made[0].files[0]).exists()
 
 
 def test_few_texels_are_listed(tmp_path, monkeypatch):

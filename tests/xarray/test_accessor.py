@@ -71,6 +71,88 @@ def test_arrays_in_chunks_stay_in_chunks():
     )
 
 
+SUMS = {
+    "integrate": lambda image, p: sm.light.integrate(image, p),
+    "mean": lambda image, p: sm.light.mean(image, p),
+    "irradiance": lambda image, p: sm.light.irradiance(image, p, "cube", size=4),
+    "sh": lambda image, p: sm.sh.project(image, p, order=2),
+}
+TAKES = {"irradiance": (["cube"], {"size": 4}), "sh": ([], {"order": 2})}
+
+
+@pytest.mark.parametrize("chunks", [None, 5])
+@pytest.mark.parametrize("verb", SUMS)
+def test_sums_are_those_of_the_array(verb, chunks):
+    words, options = TAKES.get(verb, ([], {}))
+    image = sky() if chunks is None else sky(da.from_array(texels, chunks=chunks))
+    found = getattr(image.sphere, verb)(*words, **options)
+    assert (found.chunks is None) == (chunks is None)
+    np.testing.assert_array_equal(found.values, SUMS[verb](texels, "latlong:blender"))
+    assert found.dims[-1] == "band" and found.name == "sky"
+    assert found.band.values.tolist() == ["red", "green", "blue"] and found.day == 7
+    assert ("units" in found.attrs) == (verb == "mean")
+    assert ("projection" in found.attrs) == (verb == "irradiance")
+    gray = image.isel(band=0)
+    found = getattr(gray.sphere, verb)(*words, **options)
+    np.testing.assert_array_equal(found.values, SUMS[verb](texels[..., 0], "latlong:blender"))
+
+
+def test_coefficients_have_degrees():
+    found = sky().sphere.sh(order=2)
+    assert found.dims == ("coefficient", "band")
+    degrees = list(zip(found.l.values.tolist(), found.m.values.tolist(), strict=True))
+    assert degrees == [(n, m) for n in range(3) for m in range(-n, n + 1)]
+
+
+def test_options_of_sums_are_handed_on():
+    broken = texels.copy()
+    broken[3, 5] = np.nan
+    with pytest.raises(ValueError, match="skipna"):
+        sky(broken).sphere.integrate()
+    np.testing.assert_array_equal(
+        sky(broken).sphere.mean(skipna=True), sm.light.mean(broken, "latlong:blender", skipna=True)
+    )
+    turned = {"rotation": sm.rotation(20)}
+    np.testing.assert_array_equal(
+        sky().sphere.irradiance("octahedral", size=8, method="sh", order=2, **turned),
+        sm.light.irradiance(
+            texels, "latlong:blender", "octahedral", size=8, method="sh", order=2, **turned
+        ),
+    )
+    np.testing.assert_array_equal(
+        sky().sphere.sh(order=1, texels="points", **turned),
+        sm.sh.project(texels, "latlong:blender", order=1, texels="points", **turned),
+    )
+
+
+@pytest.mark.parametrize("chunks", [None, 5])
+def test_energy_is_that_of_the_array(chunks):
+    image = sky() if chunks is None else sky(da.from_array(texels, chunks=chunks))
+    found = image.sphere.energy(luminance=[0, 1, 0])
+    expected = sm.light.energy(texels, "latlong:blender", luminance=[0, 1, 0])
+    np.testing.assert_equal(vars(found), vars(expected))
+
+
+@pytest.mark.parametrize("chunks", [None, 3])
+def test_lookups_are_those_of_the_array(chunks):
+    d = rng.normal(size=(2, 7, 3))
+    expected = sm.sample(texels, d, "latlong:blender", filter="lanczos3")
+    stars = xr.DataArray(
+        d if chunks is None else da.from_array(d, chunks=chunks),
+        dims=("night", "star", "xyz"),
+        coords={"star": list("abcdefg"), "xyz": list("xyz")},
+    )
+    found = sky().sphere.sample(stars, filter="lanczos3")
+    assert found.dims == ("night", "star", "band") and "xyz" not in found.coords
+    assert found.star.values.tolist() == list("abcdefg") and found.day == 7
+    assert (found.chunks is None) == (chunks is None)
+    np.testing.assert_array_equal(found, expected)
+    lazy = sky(da.from_array(texels, chunks=5)).sphere.sample(d, filter="lanczos3")
+    np.testing.assert_array_equal(lazy, expected)
+    with pytest.raises(ValueError, match=r"\(\.\.\., 3\)"):
+        sky().sphere.sample(stars[..., :2])
+
+
 # zarr warns of names that no other program reads, and of its own plans.
 @pytest.mark.filterwarnings("ignore::Warning")
 @pytest.mark.parametrize("p", ["cube:unreal", POSED], ids=str)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -51,7 +52,7 @@ def info(
     """
     if from_ is not None:
         check_projection(from_)
-    with progress() as step:
+    with progress() as step, ExitStack() as held:
         step(f"reading {file.name}")
         head = io.header(file, part=part)
         most = radiance.MEMORY if memory is None else as_bytes("--memory", memory)
@@ -59,7 +60,7 @@ def info(
             image = read(file, part=part)
             shape, of_part = image.shape, lambda part: image[part.index]
         else:
-            of_part, shape = reader_of(file, part, most)
+            of_part, shape = held.enter_context(reader_of(file, part, most))
         step("looking at its numbers")
         channels = _channels(of_part, shape, head.channels, step)
         space = colorspace or head.color_space

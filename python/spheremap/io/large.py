@@ -61,7 +61,7 @@ def convert_file(
     ----------
     source, target : path-like
         As for `read` and `write`. Beside the target there has to be room for its texels, once more
-        and not compressed, while it is made.
+        and not compressed, while it is made; and for those of a source without tiles.
     src, dst, size, rotation, filter, fill, skipna, antialias, alpha, world, any_aspect
         As for `spheremap.convert`. Faces lie in one image: a cube has a layout, as
         ``sm.projection("cube", layout="cross")``, or a convention that has.
@@ -96,8 +96,8 @@ def convert_file(
     Half of the memory is for what a part sees, most of the rest for the cache of the source. Pages
     of files are not counted, which the system holds as long as nobody else needs the room.
 
-    Files in tiles are read where they are needed. Others are read in strips, again and again where
-    memory is short: .exr and .tif in strips fast, .png from its top each time.
+    Files in tiles are read where they are needed. Others, as most .exr and .tif and all .png, .jpg
+    and .hdr, are decoded once, into a file of tiles beside the target.
 
     Examples
     --------

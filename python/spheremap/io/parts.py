@@ -21,12 +21,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._progress import done
+from .._progress import part as share
 from ..map.named import resolve_pair
 from ..resample.conversion import Conversion
 from ..resample.parts import convert_seen, weighs
 from ..resample.seen import Rectangle, SourceTiles, tiles
 from ..resample.sparse import sparse_zeros
 from .reading import Reader, Source
+from .tiling import has_tiles, in_tiles, removed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,6 +45,9 @@ _MOST = 1024
 
 # Seconds after which the disk is asked to have all: what a power cut would take of a call.
 _SAY = 2.0
+
+# How much of the time it takes to decode a file into tiles, as far as anybody can tell.
+_TILING = 0.3
 
 # What a call takes whatever its images are, and what is kept of a tile of the source.
 LEAST_MEMORY, _KEPT = 64 << 20, 256
@@ -81,17 +86,29 @@ def convert_parts(
     expect_memory(memory, LEAST_MEMORY)
     conversion.nothing()
     kind = stored(np.zeros((1, 1, conversion.shape[-1]), conversion.dtype))
-    reader = Reader(source, conversion.shape[-2], 3 * memory // 8)
+    columns, cached = conversion.shape[-2], 3 * memory // 8
+    reader = Reader(source, columns, cached) if has_tiles(source) else None
     name = _name(source, conversion, memory, f"{kind.dtype} {said}")
     made = _Made(target, (*conversion.size, kind.shape[-1]), kind.dtype, name, keep)
     there = resolve_pair(conversion.src, conversion.dst, None, conversion.options["world"])[1]
+    folder = target.with_name(f".{target.stem}.spheremap-tiles-{name}")
+    begins = 0.0 if reader else _TILING
     try:
-        _fill(made, conversion, reader, there, stored, memory)
+        if reader is None:
+            if not keep:
+                removed(folder)
+            with share(0.0, begins):
+                reader = Reader(in_tiles(source, folder, memory // 8), columns, cached)
+        with share(begins, 1.0):
+            _fill(made, conversion, reader, there, stored, memory)
         put(made.texels())
     except BaseException:
         made.leave(keep)
+        if not keep:
+            removed(folder)
         raise
     made.leave(False)
+    removed(folder)
 
 
 def expect_memory(memory: int, least: int) -> None:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,12 +19,13 @@ from ..io.large import expect_plain
 from ..io.opened import opened
 from ..io.parts import expect_memory
 from ..io.reading import Reader, Source
+from ..io.tiling import has_tiles, in_tiles
 from ..io.whole import as_path
 from ..map.images import expect_aspect
 from ..map.named import resolve
 from ..resample.sparse import sparse_zeros
 from .image import coefficients
-from .sheets import energy_of_sheets, rectangle, sheet_places, texels_around
+from .sheets import SIDE, energy_of_sheets, rectangle, sheet_places, texels_around
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -81,7 +85,8 @@ def energy_file(
     Notes
     -----
     The file is read once, square by square of 512² texels, and once more around its brightest
-    texel.
+    texel. One without tiles of which 512 rows do not fit into a quarter of the memory is decoded
+    into tiles before, in the folder for temporary files, where there has to be room for its texels.
 
     Examples
     --------
@@ -98,24 +103,33 @@ def energy_file(
             f"A file holds one image, and '{p.name}' has faces apart: give it a layout, as "
             f'projection("{p.name}", layout="strip").'
         )
-    read, shape = reader_of(source, part, memory)
-    expect_aspect(p, shape, any_aspect)
-    p.shape(shape[:2])
-    checks = {"skipna": skipna, "negative": negative}
-    return energy_of_parts(read, p, shape, luminance, memory, **checks)
+    with reader_of(source, part, memory) as (read, shape):
+        expect_aspect(p, shape, any_aspect)
+        p.shape(shape[:2])
+        checks = {"skipna": skipna, "negative": negative}
+        return energy_of_parts(read, p, shape, luminance, memory, **checks)
 
 
+@contextmanager
 def reader_of(
     source: str | os.PathLike[str], part: int | str | None, memory: int
-) -> tuple[Callable[[Rectangle], NDArray[Any]], tuple[int, int, int]]:
-    """Return what reads parts of an image file, (H, W, C), and its shape."""
+) -> Iterator[tuple[Callable[[Rectangle], NDArray[Any]], tuple[int, int, int]]]:
+    """Give what reads parts of an image file, (H, W, C), and its shape."""
     expect_memory(memory, _LEAST_MEMORY)
     with opened(source, part) as handle:
         head, number = header_of(handle), handle.current_subimage()
     expect_plain(head, source)
     shape = head.height, head.width, len(head.channels)
     files = Source([as_path(source)], number, np.dtype(head.dtype), shape[2], lambda x: x)
-    return Reader(files, shape[1], memory // 4).read, shape
+    cached = memory // 4
+    row = shape[1] * shape[2] * files.dtype.itemsize
+    if SIDE * row > cached and not has_tiles(files):
+        # Strips would be decoded once for each sheet of a row.
+        with tempfile.TemporaryDirectory(prefix="spheremap-tiles-") as folder:
+            copies = in_tiles(files, Path(folder), memory // 8)
+            yield Reader(copies, shape[1], cached).read, shape
+    else:
+        yield Reader(files, shape[1], cached).read, shape
 
 
 def energy_of_parts(

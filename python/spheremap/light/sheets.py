@@ -22,15 +22,16 @@ if TYPE_CHECKING:
 
     from .._projection import Projection
 
-__all__ = ["Place", "energy_of_sheets", "rectangle", "sheet_places", "texels_around"]
+__all__ = ["SIDE", "Place", "energy_of_sheets", "rectangle", "sheet_places", "texels_around"]
 
 Place: TypeAlias = tuple[slice, ...]
 
 # What a listed texel takes until the sun is found among all, and each of its channels.
 _TEXEL, _CHANNEL = 240, 24
 
-# Rows and columns of blocks of texels that have a mean, up to those of a sheet.
-_BLOCKS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512)
+# Rows and columns of a sheet, and of blocks of texels that have a mean.
+SIDE = 512
+_BLOCKS = (1, 2, 4, 8, 16, 32, 64, 128, 256, SIDE)
 
 
 def sheet_places(projection: Projection, shape: tuple[int, ...]) -> list[Place]:

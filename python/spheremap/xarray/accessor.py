@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import xarray as xr
 
 from .. import resample
-from .._arrays import spatial_axes
-from ..map.grid import cells, centers, on_corners
 from ..map.images import expect_aspect
 from ..map.named import resolve
-from .attributes import attributes, described, without
+from .attributes import described, without
+from .axes import channels_of, image_of, kept, saying, texel_coordinates
+from .sums import Sums
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from .._arrays import Size
     from .._projection import Projection
     from ..map.named import ProjectionLike
@@ -23,7 +24,7 @@ __all__ = ["Sphere"]
 
 
 @xr.register_dataarray_accessor("sphere")
-class Sphere:
+class Sphere(Sums):
     """An image of the sphere: the accessor `sphere` of a `DataArray`.
 
     Its axes are those of images elsewhere, by their places and with any names: rows and columns,
@@ -42,9 +43,6 @@ class Sphere:
     >>> round(float(cube.sel(face=2).sel(u=0.5, v=0.5, method="nearest")), 1)  # up
     1.0
     """
-
-    def __init__(self, array: xr.DataArray) -> None:
-        self._array = array
 
     @property
     def projection(self) -> Projection:
@@ -73,10 +71,10 @@ class Sphere:
         """
         p, array = resolve(projection), self._array
         expect_aspect(p, array.shape, any_aspect)
-        _channels(array, p)
-        known = _coordinates(p, array.shape, array.dims)
+        channels_of(array, p)
+        known = texel_coordinates(p, array.shape, array.dims)
         missing = {name: at for name, at in known.items() if name not in array.coords}
-        return array.assign_coords(missing).assign_attrs(without(array.attrs)).pipe(_saying, p)
+        return array.assign_coords(missing).assign_attrs(without(array.attrs)).pipe(saying, p)
 
     def convert(
         self,
@@ -118,7 +116,7 @@ class Sphere:
         ('v', 'u')
         """
         array, source, target = self._array, self.projection, resolve(dst)
-        channels = _channels(array, source)
+        channels = channels_of(array, source)
         options |= {"size": size, "any_aspect": any_aspect}
         if array.chunks is None:
             data = resample.convert(array.data, source, target, **options)
@@ -126,36 +124,56 @@ class Sphere:
             from .. import dask
 
             data = dask.convert(array.data, source, target, chunks=chunks, **options)
-        dims = (*(["face"] if spatial_axes(target) == 3 else []), "v", "u", *channels)
-        kept = {name: at for name, at in array.coords.items() if set(at.dims) <= set(channels)}
-        coordinates = {**kept, **_coordinates(target, data.shape, dims)}
-        made = xr.DataArray(data, coordinates, dims, array.name, without(array.attrs))
-        return _saying(made, target)
+        return image_of(data, target, channels, array, without(array.attrs))
 
+    def sample(
+        self,
+        directions: ArrayLike | xr.DataArray,
+        /,
+        *,
+        any_aspect: bool = False,
+        **options: Any,
+    ) -> xr.DataArray:
+        """Look directions up in the image.
 
-def _saying(array: xr.DataArray, p: Projection) -> xr.DataArray:
-    """Return an array with the attributes of a projection and no others of the kind."""
-    made = array.copy(deep=False)
-    made.attrs = without(array.attrs) | attributes(p)
-    return made
+        Parameters
+        ----------
+        directions : DataArray or array_like, shape (..., 3)
+            World directions of any length; the last axis is that of x, y and z, of any name.
+        any_aspect
+            As for `spheremap.sample`.
+        **options
+            `rotation`, `filter`, `fill`, ..., as for `spheremap.sample`.
 
+        Returns
+        -------
+        values : DataArray
+            With the axes and coordinates of the directions, and the channels of the image. In
+            chunks, and not yet computed, where the directions are. The image is held whole.
 
-def _channels(array: xr.DataArray, p: Projection) -> tuple[Any, ...]:
-    """Return the names of axes that are of no space: that of the channels, or none."""
-    axes = spatial_axes(p)
-    if array.ndim not in (axes, axes + 1):
-        raise ValueError(
-            f"Expected an array of {axes} axes, or {axes + 1} with channels, got "
-            f"{array.dims}; .isel takes one image of many."
-        )
-    return tuple(array.dims[axes:])
+        Raises
+        ------
+        ValueError, TypeError
+            As for `spheremap.sample`, and for an array that does not say its projection.
 
+        Examples
+        --------
+        >>> import spheremap.xarray, xarray as xr
+        >>> gray = xr.DataArray([[0.5] * 16] * 8, dims=("lat", "lon")).sphere.assign("latlong")
+        >>> rays = xr.DataArray([[0.0, 1.0, 0.0]] * 2, dims=("star", "xyz"))
+        >>> gray.sphere.sample(rays).dims
+        ('star',)
+        """
+        array, p = self._array, self.projection
+        channels = channels_of(array, p)
+        rays = directions if isinstance(directions, xr.DataArray) else xr.DataArray(directions)
+        options["any_aspect"] = any_aspect
+        if rays.chunks is None:
+            data = resample.sample(array.values, rays.values, p, **options)
+        else:
+            from .. import dask
 
-def _coordinates(p: Projection, shape: tuple[int, ...], dims: Any) -> dict[Any, Any]:
-    """Return the image coordinates of an image's axes, by their names."""
-    axes = spatial_axes(p)
-    *faces, rows, columns = shape[:axes]
-    sides = [
-        centers(n, c, k) for n, c, k in zip((rows, columns), cells(p), on_corners(p), strict=True)
-    ]
-    return dict(zip(dims, [*map(np.arange, faces), *sides], strict=False))
+            data = dask.sample(array.values, rays.data, p, **options)
+        dims = (*rays.dims[:-1], *channels)
+        coordinates = {**kept(array, channels), **kept(rays, rays.dims[:-1])}
+        return xr.DataArray(data, coordinates, dims, array.name, without(array.attrs))

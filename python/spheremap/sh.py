@@ -15,6 +15,8 @@ from .map.images import images
 from .map.named import resolve
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import ArrayLike, NDArray
 
     from ._names import Language
@@ -325,11 +327,16 @@ def convolve(
         factors = _factors(lobe, order, **parameters)
     else:
         factors = as_doubles(lobe, "lobe")
-        if parameters:
-            raise ValueError(f"factors take no `{next(iter(parameters))}`.")
-        if factors.shape != (order + 1,):
-            raise ValueError(f"Expected `lobe` to have shape ({order + 1},), got {factors.shape}.")
+        expect_factors(factors.shape, order, parameters)
     return _core.sh_scale_degrees(rows, np.ascontiguousarray(factors)).reshape(shape)
+
+
+def expect_factors(shape: tuple[int, ...], order: int, parameters: Mapping[str, Any]) -> None:
+    """Raise ValueError unless factors of this shape are one for each degree, and stand alone."""
+    if parameters:
+        raise ValueError(f"factors take no `{next(iter(parameters))}`.")
+    if shape != (order + 1,):
+        raise ValueError(f"Expected `lobe` to have shape ({order + 1},), got {shape}.")
 
 
 def window(

@@ -1,10 +1,12 @@
-"""Verbs of maps on arrays that keep the array API standard, held to it by array-api-strict."""
+"""Verbs of maps on arrays that keep the array API standard, held to it by array-api-strict, and on
+those of dask."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import array_api_strict as xp
+import dask.array as da
 import numpy as np
 import pytest
 import spheremap as sm
@@ -92,3 +94,43 @@ def test_errors_say_what_was_expected() -> None:
         sm.encode(xp.zeros(3, dtype=xp.complex128), "latlong")
     with pytest.raises(TypeError, match="`out` is for arrays of NumPy"):
         sm.encode(xp.zeros(3), "latlong", out=np.zeros(2))
+
+
+@DTYPES
+@pytest.mark.parametrize("case", ["latlong", "cube", "octahedral"])
+def test_arrays_of_dask_stay_so_with_the_bits_of_the_kernels(case: str, dtype: type) -> None:
+    d = random_directions(40, 1).reshape(10, 4, 3).astype(dtype)
+    turn = sm.rotation(10, 20, 30)
+    uv = sm.encode(d, case, rotation=turn)
+    found = sm.encode(da.from_array(d, chunks=(3, 2, 2)), case, rotation=turn)
+    assert isinstance(found, da.Array) and found.chunks[:2] == ((3, 3, 3, 1), (2, 2))
+    assert found.shape == uv.shape and found.dtype == uv.dtype
+    np.testing.assert_array_equal(found.compute(), uv)
+    places = da.from_array(uv, chunks=(4, 4, 1))
+    for verb in (sm.decode, sm.density):
+        wanted, found = verb(uv, case), verb(places, case)  # type: ignore[arg-type]
+        assert isinstance(found, da.Array) and found.shape == wanted.shape
+        assert found.dtype == wanted.dtype
+        np.testing.assert_array_equal(found.compute(), wanted)
+
+
+def test_arrays_of_dask_are_computed_when_they_are_asked_for() -> None:
+    def never(block: Array) -> Array:
+        raise AssertionError
+
+    later = da.zeros((6, 3), chunks=(2, 3)).map_blocks(never, dtype=np.float64)
+    found = sm.encode(later, "latlong")
+    assert found.shape == (6, 2) and found.dtype == np.float64
+    with pytest.raises(AssertionError):
+        found.compute()
+    # Chunks may be of any library.
+    ones = da.ones((4, 3), chunks=(2, 3))
+    of_strict = ones.map_blocks(xp.asarray, meta=np.empty((0, 0)))
+    parts = [part.compute() for part in sm.encode(of_strict, "latlong").to_delayed().ravel()]
+    assert [type(part) for part in parts] == 2 * [type(xp.asarray(0.0))]
+    with pytest.raises(ValueError, match=r"`directions` to have shape \(\.\.\., 3\), got \(4, 2\)"):
+        sm.encode(da.zeros((4, 2)), "latlong")
+    with pytest.raises(TypeError, match="`directions` to be real numbers, got dtype complex128"):
+        sm.encode(da.zeros((4, 3), dtype=complex), "latlong")
+    with pytest.raises(TypeError, match="`out` is for arrays of NumPy"):
+        sm.encode(da.zeros((4, 3)), "latlong", out=np.zeros((4, 2)))

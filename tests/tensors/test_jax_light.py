@@ -143,6 +143,102 @@ def test_packing_is_numpys_and_passes_gradients_through(name: str) -> None:
     close(jax.jit(jax.vmap(jax.grad(total)))(2 * d), unit(2 * d))
 
 
+@pytest.mark.parametrize("name", ["oct16", "oct8x2", "oct32", "hemioct16", "rgb10a2", "oct64"])
+def test_codes_are_numpys(name: str) -> None:
+    d = random_directions(12, 1).reshape(4, 3, 3)
+    d[..., 2] = np.abs(d[..., 2])
+    wanted = sm.packing.pack(d, name)
+    back = sm.packing.unpack(wanted, name, dtype=np.float64)
+
+    def pack(d: Any) -> Any:
+        return smj.packing.pack(d, name)
+
+    def unpack(codes: Any) -> Any:
+        return smj.packing.unpack(codes, name, dtype=jnp.float64)
+
+    for way in (pack, jax.jit(pack), jax.vmap(pack), jax.jit(jax.vmap(jax.vmap(pack)))):
+        codes = way(d)
+        assert codes.dtype == wanted.dtype and np.array_equal(codes, wanted)
+    for way in (unpack, jax.jit(unpack), jax.vmap(unpack), jax.jit(jax.vmap(jax.vmap(unpack)))):
+        assert np.array_equal(way(wanted), back)
+    # Integers pass nothing on.
+    assert (jax.grad(lambda d: unpack(pack(d)).sum())(d) == 0).all()
+
+
+def test_what_is_wrong_with_codes_is_said_where_it_can_be() -> None:
+    with pytest.raises(ValueError, match="zero or not finite"):
+        smj.packing.pack(jnp.zeros(3), "oct16")
+    with pytest.raises(jax.errors.JaxRuntimeError, match="zero or not finite"):
+        jax.block_until_ready(jax.jit(lambda d: smj.packing.pack(d, "oct16"))(jnp.zeros(3)))
+    with pytest.raises(ValueError, match="`invalid` to be 'raise'"):
+        jax.jit(lambda d: smj.packing.pack(d, "oct16", invalid="x"))(jnp.ones(3))
+    with pytest.raises(ValueError, match=r"shape \(\.\.\., 2\), got \(3,\)"):
+        jax.jit(lambda c: smj.packing.unpack(c, "oct8x2"))(jnp.ones(3, jnp.uint8))
+    with pytest.raises(TypeError, match="`codes` to be integers"):
+        smj.packing.unpack(jnp.ones(3), "oct16")
+    jax.config.update("jax_enable_x64", False)
+    with pytest.raises(ValueError, match="'oct64' are uint64, which wants jax_enable_x64"):
+        smj.packing.pack(jnp.ones(3), "oct64")
+
+
+@pytest.mark.parametrize("case", ["latlong", "cube", "octahedral", "sphere"])
+def test_a_distribution_is_numpys(case: str) -> None:
+    p = sm.projection(case)
+    x = as_jax(p, 8)[0]
+    theirs = sm.light.Distribution(np.moveaxis(x, 1 if x.ndim == 4 else 0, -1), p)
+    xi = random((6, 2), 5)
+    d, pdf = theirs.sample(xi)
+    ours = smj.light.Distribution(x, p)
+    assert ours.integral == theirs.integral and "Distribution(" in repr(ours)
+
+    def drawn(x: Any, xi: Any) -> Any:
+        return smj.light.Distribution(x, p).sample(xi)
+
+    ways = [
+        ours.sample,
+        jax.jit(ours.sample),
+        jax.vmap(ours.sample),
+        jax.jit(jax.vmap(ours.sample)),
+    ]
+    ways += [lambda xi: jax.jit(drawn)(x, xi), lambda xi: jax.vmap(drawn, (None, 0))(x, xi)]
+    for way in ways:
+        found = way(xi)
+        assert np.array_equal(found[0], d) and np.array_equal(found[1], pdf)
+    assert np.array_equal(ours.pdf(d), theirs.pdf(d))
+    assert np.array_equal(jax.jit(jax.vmap(ours.pdf))(d), theirs.pdf(d))
+    assert np.isnan(ours.pdf(jnp.array([[0.0, 0.0, 0.0], [jnp.nan, 0.0, 1.0]]))).all()
+
+
+def test_distributions_of_images_that_a_program_is_given() -> None:
+    x, xi = as_jax(sm.projection("latlong"), 8), random((6, 2), 5)
+
+    def drawn(x: Any, xi: Any) -> Any:
+        return smj.light.Distribution(x, "latlong").sample(xi)
+
+    each = [drawn(one, xi) for one in x]
+    several = jax.jit(jax.vmap(drawn, (0, None)))(x, xi)
+    crossed = jax.vmap(jax.vmap(drawn, (None, 0)), (0, None))(x, xi)
+    for k, one in enumerate(each):
+        for part, found, again in zip(one, several, crossed, strict=True):
+            assert np.array_equal(found[k], part) and np.array_equal(again[k], part)
+
+    def estimate(x: Any) -> Any:
+        d, pdf = drawn(x, xi)
+        return (smj.sample(x, d, "latlong") / pdf).mean()
+
+    d, pdf = each[0]
+    wanted = jax.grad(lambda x: (smj.sample(x, d, "latlong") / pdf).mean())(x[0])
+    # What is drawn is a constant to the gradient.
+    for way in (jax.grad(estimate), jax.jit(jax.grad(estimate))):
+        close(way(x[0]), wanted)
+    with pytest.raises(ValueError, match="of one image"):
+        smj.light.Distribution(x, "latlong")
+    with pytest.raises(ValueError, match="the image is black"):
+        smj.light.Distribution(0 * x[0], "latlong")
+    with pytest.raises(TypeError, match="`integral` is of an image that is known"):
+        jax.jit(lambda x: smj.light.Distribution(x, "latlong").integral)(x[0])
+
+
 def test_transforms() -> None:
     x, d = as_jax(sm.projection("cube"), 8), random_directions(20, 1)
 

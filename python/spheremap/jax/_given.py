@@ -19,6 +19,11 @@ def in_float(given: Any, name: str) -> jax.Array:
     return array
 
 
+def is_known(array: jax.Array) -> bool:
+    """Tell whether an array has numbers, and does not stand for those of a program."""
+    return not isinstance(array, jax.core.Tracer)
+
+
 def vectors(given: Any, length: int, name: str) -> jax.Array:
     """Return an array whose last axis has so many numbers."""
     array = in_float(given, name)

@@ -197,11 +197,8 @@ def convolve(coefficients: Any, /, *, lobe: Any, **parameters: float) -> jax.Arr
     order = _harmonics.order_of(c)
     if isinstance(lobe, str):
         kind: Any = lobe
-        lobe = sh.lobe(kind, order=order, **parameters)
-    elif parameters:
-        raise ValueError(f"factors take no `{next(iter(parameters))}`.")
+        lobe, parameters = sh.lobe(kind, order=order, **parameters), {}
     factors = jnp.asarray(lobe, c.dtype)
-    if factors.shape != (order + 1,):
-        raise ValueError(f"Expected `lobe` to have shape ({order + 1},), got {factors.shape}.")
+    sh.expect_factors(factors.shape, order, parameters)
     degrees = np.repeat(np.arange(order + 1), 2 * np.arange(order + 1) + 1)
     return (c * factors[degrees]).astype(jnp.asarray(coefficients).dtype)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 from torch._functorch.autograd_function import enable_single_level_autograd_function
+from torch.autograd import forward_ad
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -135,6 +136,11 @@ def define(
             return forward(*given, *ctx.values, result, *tangents[:tensors])
 
     def differentiable(*given: Any) -> Any:
+        # Most calls have nothing to derive by: the rules would cost as much again as the call.
+        is_plain = forward_ad._current_level < 0
+        if is_plain and not any(tensor.requires_grad for tensor in given[:tensors]):
+            with torch._C._AutoDispatchBelowAutograd():
+                return operator(*given)
         with enable_single_level_autograd_function():
             return Rules.apply(*given)
 

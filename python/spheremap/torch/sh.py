@@ -202,14 +202,9 @@ def convolve(coefficients: Tensor, /, *, lobe: str | Tensor | Any, **parameters:
     c = in_float(coefficients, "coefficients")
     order = _order(c)
     if isinstance(lobe, str):
-        lobe = _factors(lobe, order, tuple(parameters.items()))
-    elif parameters:
-        raise ValueError(f"factors take no `{next(iter(parameters))}`.")
+        lobe, parameters = _factors(lobe, order, tuple(parameters.items())), {}
     factors = torch.as_tensor(lobe, dtype=c.dtype, device=c.device)
-    if factors.shape != (order + 1,):
-        raise ValueError(
-            f"Expected `lobe` to have shape ({order + 1},), got {tuple(factors.shape)}."
-        )
+    sh.expect_factors(tuple(factors.shape), order, parameters)
     degrees = [degree for degree in range(order + 1) for _ in range(2 * degree + 1)]
     return (c * factors[torch.tensor(degrees, device=c.device)]).to(coefficients.dtype)
 

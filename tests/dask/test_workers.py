@@ -74,3 +74,38 @@ def test_a_worker_that_is_killed_changes_no_bit_of_a_sum():
         found = [future.result(timeout=120) for future in futures]
     for one, other in zip(found, whole, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+LIMIT = 400 << 20
+
+
+def test_workers_keep_within_their_memory():
+    """Of a source that is larger than what a worker may hold, each holds a few chunks."""
+    distributed = pytest.importorskip("distributed")
+    import dask.array as da
+    import spheremap.dask as smd
+
+    rows, columns = 8192, 16384
+    source = da.ones((rows, columns, 3), chunks=(512, 512, 3), dtype=np.float32)
+    assert source.nbytes > 3 * LIMIT
+    with (
+        distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            memory_limit=LIMIT,
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        cube = smd.convert(source, "latlong", "cube", size=2048, chunks=256, filter="area")
+        total = client.compute(cube.sum(dtype=np.float64)).result(timeout=400)
+        taken = client.run(_most_memory)
+    assert total == 6 * 2048**2 * 3
+    assert max(taken.values()) < LIMIT, taken
+
+
+def _most_memory():
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10

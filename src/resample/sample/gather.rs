@@ -12,7 +12,8 @@
 //! constant to the bit.
 //!
 //! What did not help: a copy of the image in 2×2 tiles (a third faster on random lookups only, and the
-//! copy costs more); asking for the output's memory as well.
+//! copy costs more); asking for the output's memory as well; four lookups of one byte at once, each with its own bounds:
+//! their checks took what the lanes saved (5.4 → 5.9 ns a texel of a plane of video).
 
 use super::place::Places;
 use crate::image::raster::Raster;

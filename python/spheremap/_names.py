@@ -47,6 +47,7 @@ ProjectionName: TypeAlias = Literal[
     "camera_eucm",
     "camera_fov",
     "camera_thin_prism_fisheye",
+    "camera_rad_tan_thin_prism_fisheye",
 ]
 
 ConventionName: TypeAlias = Literal[

@@ -40,6 +40,7 @@ macro_rules! projections {
         }
 
         /// Any registered projection.
+        #[expect(clippy::large_enum_variant, reason = "a map holds one, and a lens has two polynomials")]
         #[derive(Clone, Copy, Debug)]
         pub(crate) enum Kind {
             $(

@@ -364,10 +364,9 @@ def test_the_memory_is_that_of_the_pictures_or_of_two_images(size, held):
         tracemalloc.stop()
     texels, pixels = 2 * size**2, 512**2
     # Four pictures are as much as two images of 512 rows; beside images of 256 one is held.
-    layers = 0 if held > 1 else 2 * 16 * texels
+    layers = 2 * 4 * mixing.FEW if held > 1 else 2 * 16 * texels
     wanted = held * 16 * pixels + layers + 3 * texels
-    # Masks of four pictures are a byte a pixel; blocks and nodes are a few MB, of any size, and so
-    # are two layers of 64 rows.
+    # Masks of four pictures are a byte a pixel; blocks and nodes are a few MB, of any size.
     assert peak < wanted + 4 * pixels + 12e6
 
 

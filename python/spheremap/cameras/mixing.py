@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["by_rows", "divided", "mixed"]
 
 # Numbers of a layer of a few rows.
-FEW = 1 << 21
+FEW = 1 << 20
 # Conversions work on squares of so many texels: a window that cuts them does more than it shows.
 SQUARE = 64
 

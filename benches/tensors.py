@@ -239,7 +239,8 @@ def main() -> None:
         "## Tensors",
         f"{args.threads} threads, {machine()}, torch {torch.__version__}, {count} directions of "
         f"f32, images of {height} rows; CPU time of all threads, of each line's first entrant, "
-        "medians of rounds in turn. The usual way is the formula in operations of torch and "
+        "medians of rounds in turn, on a machine with other work. The usual way is the formula in "
+        "operations of torch and "
         "`grid_sample`, without seams.",
         table(["work", "how", "CPU ms", "of the first", "goal", "met"], body, 2),
     ]

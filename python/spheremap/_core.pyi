@@ -50,6 +50,7 @@ __all__ = [
     "pack_frames",
     "packing_table",
     "pad",
+    "planes_of_texels",
     "prefilter",
     "reflect",
     "registry",
@@ -82,6 +83,7 @@ __all__ = [
     "survey_of",
     "tell_progress",
     "texel_weights",
+    "texels_of_planes",
     "unpack_frames",
     "weigh",
     "weighted_mean",
@@ -419,6 +421,8 @@ def weighted_mean(
     fill: float | Sequence[float],
     /,
 ) -> NDArray[Any]: ...
+def texels_of_planes(planes: NDArray[Any], /) -> NDArray[Any]: ...
+def planes_of_texels(texels: NDArray[Any], planes: NDArray[Any], /) -> None: ...
 def add_layer(total: NDArray[Any], layer: NDArray[Any], nearest: bool, /) -> None: ...
 def divide_layer(total: NDArray[Any], like: NDArray[Any], /) -> NDArray[Any]: ...
 def sheets(projection: Projection, shape: Sequence[int], /) -> list[list[int]]: ...

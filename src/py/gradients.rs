@@ -16,11 +16,11 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 /// A float type that texels are, and weights.
-trait Number: Float + Texel<Float = Self> {}
+pub(super) trait Number: Float + Texel<Float = Self> {}
 impl Number for f32 {}
 impl Number for f64 {}
 
-fn array<'py, T: Element>(
+pub(super) fn array<'py, T: Element>(
     object: &Bound<'py, PyAny>,
     name: &str,
 ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
@@ -32,7 +32,7 @@ fn array<'py, T: Element>(
 }
 
 /// Makes an array of a shape by work that runs without the lock.
-fn made<'py, T: Number>(
+pub(super) fn made<'py, T: Number>(
     py: Python<'py>,
     shape: &[usize],
     work: impl FnOnce(&mut [T]) -> Result<(), Error> + Send,

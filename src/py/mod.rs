@@ -20,6 +20,7 @@ mod lights;
 mod mip_lookups;
 mod pack;
 mod pad;
+mod planes;
 mod projection;
 mod sh;
 mod sheets;
@@ -68,6 +69,8 @@ mod _core {
     use super::pack::{PyPacker, pack_frames, packing_table, unpack_frames};
     #[pymodule_export]
     use super::pad::pad;
+    #[pymodule_export]
+    use super::planes::{planes_of_texels, texels_of_planes};
     #[pymodule_export]
     use super::projection::PyProjection;
     #[pymodule_export]

@@ -1,8 +1,8 @@
 """What is linear in an image, of images as torch has them in memory: planes, one for each channel.
 
 Kernels take channels last. To turn a whole image takes longer than to convert it; so these
-operators take planes and turn blocks of texels, which stay in a core's cache, of a few images at a
-time. What flows back is summed in the planes themselves.
+operators take planes, of which a few images at a time are turned in blocks that stay in a core's
+cache. What flows back is summed in the planes themselves.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
-from .._threads import on_all_threads
+from .. import _core
 from ..resample.linear import Linear, linear_of, without_fill
 from ._operators import define
 
@@ -26,12 +26,8 @@ if TYPE_CHECKING:
     # Images in one, their faces, channels, texels of a face.
     Planes = NDArray[np.floating[Any]]
 
-# So many texels are turned at a time, and images of so many channels together.
-_BLOCK = 1 << 12
+# Images of so many channels are turned together.
 _CHANNELS = 24
-
-# Blocks go to threads in so many parts.
-_PARTS = 8
 
 
 def are_planes(image: Tensor) -> bool:
@@ -51,43 +47,6 @@ def _planes(images: Tensor) -> Planes:
     return found.reshape(count, -1, channels, math.prod(found.shape[-2:]))
 
 
-def _on_blocks(work: Callable[[int, slice], None], planes: Planes) -> None:
-    """Do the work on each block of a face's texels, by all threads."""
-    _, faces, _, texels = planes.shape
-    starts = range(0, texels, _BLOCK)
-    blocks = [(face, slice(k, min(k + _BLOCK, texels))) for face in range(faces) for k in starts]
-
-    def part(some: list[tuple[int, slice]]) -> None:
-        for face, block in some:
-            work(face, block)
-
-    # To hand one over takes as long as to turn it.
-    on_all_threads(part, [blocks[k::_PARTS] for k in range(_PARTS)])
-
-
-def _turned(planes: Planes) -> Floats:
-    """Return texels (faces and texels, images and channels)."""
-    count, faces, channels, texels = planes.shape
-    out = np.empty((faces, texels, count, channels), planes.dtype)
-
-    def work(face: int, some: slice) -> None:
-        out[face, some] = planes[:, face, :, some].transpose(2, 0, 1)
-
-    _on_blocks(work, planes)
-    return out.reshape(faces * texels, count * channels)
-
-
-def _turn_back(columns: Floats, planes: Planes) -> None:
-    """Fill planes with texels."""
-    count, faces, channels, texels = planes.shape
-    given = columns.reshape(faces, texels, count, channels)
-
-    def work(face: int, some: slice) -> None:
-        planes[:, face, :, some] = given[face, some].transpose(1, 2, 0)
-
-    _on_blocks(work, planes)
-
-
 def _by_few(run: Callable[[Floats], Floats], images: Tensor, target: tuple[int, ...]) -> Tensor:
     given = images.detach().contiguous()
     source = _planes(given)
@@ -97,7 +56,8 @@ def _by_few(run: Callable[[Floats], Floats], images: Tensor, target: tuple[int, 
     each = max(1, _CHANNELS // max(given.shape[-3], 1))
     for first in range(0, given.shape[0], each):
         some = slice(first, first + each)
-        _turn_back(run(_turned(source[some])), made[some])
+        found = np.ascontiguousarray(run(_core.texels_of_planes(source[some])))
+        _core.planes_of_texels(found, made[some])
     return torch.from_numpy(out)
 
 

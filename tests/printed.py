@@ -19,7 +19,8 @@ from spheremap import _core
 
 Array = np.ndarray
 VERBS = ("encode", "decode", "density", "jacobian", "valid")
-# What f32 kernels compute in f64, where printed f32 cannot have their bits.
+# Whose densities and derivatives in f32, or all numbers, kernels compute in f64, where printed f32
+# cannot have their bits.
 IN_DOUBLE = {entry["name"] for entry in REGISTRY if entry["in_double"]}
 BOUNDS = {entry["name"]: entry["round_trip"] for entry in REGISTRY}
 LANGUAGES: list[dict[str, Any]] = _core.code_languages()

@@ -103,6 +103,8 @@ pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
     const HAS_NORMAL_FORM: bool = false;
     /// Whether it is compiled for every level. What is not has none for AVX-512, and runs at AVX2 there.
     const EVERY_LEVEL: bool = true;
+    /// Whether f32 is computed in f32, and not in f64.
+    const SINGLE: bool = true;
 
     /// One point.
     fn apply(self, x: [R; I]) -> [R; O];
@@ -414,19 +416,42 @@ pub fn run_in_double<R: Scalar, F, const I: usize, const O: usize>(
 {
     let own = frame.cast::<R>();
     let (mut from, mut into) = (Tile::<f64, I>::new(), Tile::<f64, O>::new());
+    let (mut before, mut after) = (Tile::<R, I>::new(), Tile::<R, O>::new());
     let count = input.len().min(output.len());
     for first in (0..count).step_by(TILE) {
         let n = TILE.min(count - first);
-        for k in 0..n {
-            from.set(k, input.at(first + k).map(Scalar::to_f64));
-        }
+        // Behind the last point stay numbers of the tile before, which nobody asks for.
+        input.read(first, n, &mut before);
+        dispatch(Converted(&before, &mut from, n));
         run(point, frame, from.first(n), into.first_mut(n));
-        for k in 0..n {
-            let mut result = into.at(k).map(R::new);
-            if result[0].is_nan() {
-                result = one(point, &own, input.at(first + k));
+        dispatch(Converted(&into, &mut after, n));
+        if into.0[0][..n].iter().any(|x| x.is_nan()) {
+            for k in 0..n {
+                if into.0[0][k].is_nan() {
+                    after.set(k, one(point, &own, before.at(k)));
+                }
             }
-            output.set(first + k, result);
+        }
+        output.write(first, n, &after);
+    }
+}
+
+/// The chunks of so many points of a tile, in another float type.
+struct Converted<'a, A, B, const N: usize>(&'a Tile<A, N>, &'a mut Tile<B, N>, usize);
+
+impl<A: Scalar, B: Scalar, const N: usize> Job for Converted<'_, A, B, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let Converted(from, into, n) = self;
+        for (from, into) in from.0.iter().zip(&mut into.0) {
+            let chunks = from.as_chunks::<W>().0.iter();
+            for (from, into) in chunks.zip(into.as_chunks_mut::<W>().0).take(n.div_ceil(W)) {
+                for i in 0..W {
+                    into[i] = B::new(from[i].to_f64());
+                }
+            }
         }
     }
 }

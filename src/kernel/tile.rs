@@ -124,11 +124,21 @@ impl<'a, R: Real<Mask = bool>, const N: usize> Tuples<'a, R, N> {
         }
     }
 
-    /// Number k.
-    pub(crate) fn at(&self, k: usize) -> [R; N] {
+    /// Brings n from `first` on, at most [`TILE`], into rows.
+    pub(crate) fn read(&self, first: usize, n: usize, tile: &mut Tile<R, N>) {
         match self {
-            Tuples::Interleaved(tuples) => tuples[k],
-            Tuples::Rows(rows) => rows.map(|row| row[k]),
+            Tuples::Interleaved(tuples) => {
+                for (k, tuple) in tuples[first..first + n].iter().enumerate() {
+                    for c in 0..N {
+                        tile.0[c][k] = tuple[c];
+                    }
+                }
+            }
+            Tuples::Rows(rows) => {
+                for (tile, row) in tile.0.iter_mut().zip(rows) {
+                    tile[..n].copy_from_slice(&row[first..first + n]);
+                }
+            }
         }
     }
 
@@ -194,13 +204,19 @@ impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
         }
     }
 
-    /// Sets number k.
-    pub(crate) fn set(&mut self, k: usize, tuple: [R; N]) {
+    /// Takes n from rows, at most [`TILE`], to those from `first` on.
+    pub(crate) fn write(&mut self, first: usize, n: usize, tile: &Tile<R, N>) {
         match self {
-            TuplesMut::Interleaved(tuples) => tuples[k] = tuple,
+            TuplesMut::Interleaved(tuples) => {
+                for (k, tuple) in tuples[first..first + n].iter_mut().enumerate() {
+                    for c in 0..N {
+                        tuple[c] = tile.0[c][k];
+                    }
+                }
+            }
             TuplesMut::Rows(rows) => {
-                for (row, x) in rows.iter_mut().zip(tuple) {
-                    row[k] = x;
+                for (row, tile) in rows.iter_mut().zip(&tile.0) {
+                    row[first..first + n].copy_from_slice(&tile[..n]);
                 }
             }
         }

@@ -4,7 +4,8 @@
 //! code and of the time to build it. So there is one kernel a verb, and it computes as many numbers as the projection's own
 //! coordinates have: of (u, v, face) in rows it takes the first two, of interleaved ones what a loop that knows no
 //! projection leaves ([`narrow`]), and arrangements of faces are a formula of their own ([`crate::map::layout`]). Projections that
-//! are not [`COMMON`](Projection::COMMON) have kernels for f64 only, up to AVX2.
+//! are not [`COMMON`](Projection::COMMON) have kernels up to AVX2, and for f32 at most those of encoding and decoding
+//! ([`SINGLE`](Projection::SINGLE)); the other verbs compute f32 in f64.
 //!
 //! Everything here runs on the caller's thread.
 
@@ -61,6 +62,7 @@ impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
     const DIRECTION_IN: bool = true;
     const HAS_NORMAL_FORM: bool = true;
     const EVERY_LEVEL: bool = P::COMMON;
+    const SINGLE: bool = P::SINGLE;
 
     #[inline(always)]
     fn apply(self, d: [R; 3]) -> [R; O] {
@@ -87,6 +89,7 @@ struct Decode<P>(P);
 impl<P: Projection, R: Real, const I: usize> Point<R, I, 3> for Decode<P> {
     const DIRECTION_OUT: bool = true;
     const EVERY_LEVEL: bool = P::COMMON;
+    const SINGLE: bool = P::SINGLE;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 3] {
@@ -100,6 +103,7 @@ struct Jacobian<P>(P);
 impl<P: Projection, R: Real, const I: usize> Point<R, I, 6> for Jacobian<P> {
     const DIRECTION_OUT: bool = true;
     const EVERY_LEVEL: bool = P::COMMON;
+    const SINGLE: bool = P::COMMON;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 6] {
@@ -113,6 +117,8 @@ struct Density<P>(P);
 
 impl<P: Projection, R: Real, const I: usize> Point<R, I, 1> for Density<P> {
     const EVERY_LEVEL: bool = P::COMMON;
+    const SINGLE: bool = P::COMMON;
+
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 1] {
         only_if(self.0.contains(uv(x)), [self.0.density(uv(x))])
@@ -149,13 +155,8 @@ fn frame_out<const I: usize, const O: usize>(turn: Rotation) -> Frame<f64, I, O>
     frame
 }
 
-/// Whether numbers of this type are computed in it, and not in f64.
-const fn in_own_type<P: Projection, R>() -> bool {
-    P::COMMON || size_of::<R>() == size_of::<f64>()
-}
-
 /// Runs a verb of a projection: in kernels for its arrays' type, or in those for f64.
-fn run<P: Projection, R: Scalar, F, const I: usize, const O: usize>(
+fn run<R: Scalar, F, const I: usize, const O: usize>(
     point: F,
     frame: &Frame<f64, I, O>,
     input: Tuples<'_, R, I>,
@@ -163,7 +164,7 @@ fn run<P: Projection, R: Scalar, F, const I: usize, const O: usize>(
 ) where
     F: Point<f64, I, O> + Point<R, I, O>,
 {
-    if const { in_own_type::<P, R>() } {
+    if const { <F as Point<R, I, O>>::SINGLE || size_of::<R>() == size_of::<f64>() } {
         kernel::run(point, &frame.cast::<R>(), input, output);
     } else {
         kernel::run_in_double(point, frame, input, output);
@@ -216,10 +217,10 @@ macro_rules! own_verb {
                 let (point, turn) = ($point(p), self.turn);
                 if const { P::INFO.faces == 1 } {
                     let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
-                    run::<P, R, _, $flat, $out>(point, &$frame(turn), input, output);
+                    run::<R, _, $flat, $out>(point, &$frame(turn), input, output);
                 } else {
                     let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
-                    run::<P, R, _, $wide, $wide_out>(point, &$frame(turn), input, output);
+                    run::<R, _, $wide, $wide_out>(point, &$frame(turn), input, output);
                 }
             }
         }
@@ -252,9 +253,9 @@ impl<R: Scalar> Visitor for DensityOwn<'_, R> {
     fn visit<P: Projection>(self, p: P) {
         let (input, output) = (self.input, TuplesMut::of(self.output));
         if const { P::INFO.faces == 1 } {
-            run::<P, R, _, 2, 1>(Density(p), &Frame::plain(), Tuples::of(input), output);
+            run::<R, _, 2, 1>(Density(p), &Frame::plain(), Tuples::of(input), output);
         } else {
-            run::<P, R, _, 3, 1>(Density(p), &Frame::plain(), Tuples::of(input), output);
+            run::<R, _, 3, 1>(Density(p), &Frame::plain(), Tuples::of(input), output);
         }
     }
 }
@@ -273,7 +274,7 @@ impl<R: Scalar> Visitor for ValidCanonical<'_, R> {
         for (uv, valid) in self.input.as_chunks::<3>().0.iter().zip(self.output) {
             let [u, v, face] = uv.map(Scalar::to_f64);
             // As `decode`: where it computes in f64, what lies in the image there does, and what numbers of this type cannot tell.
-            *valid = !in_own_type::<P, R>() && p.contains(Uv { u, v, face }) || {
+            *valid = !P::SINGLE && p.contains(Uv { u, v, face }) || {
                 let [u, v, face] = *uv;
                 p.contains(Uv { u, v, face })
             };
@@ -356,10 +357,10 @@ impl<R: Scalar> Visitor for EncodeTile<'_, R> {
         let (point, turn, n) = (Encode(p), self.turn, self.input.len());
         if const { P::INFO.faces > 1 } {
             let output = self.output.first_mut(n);
-            run::<P, R, _, 3, 3>(point, &frame_in(turn), self.input, output);
+            run::<R, _, 3, 3>(point, &frame_in(turn), self.input, output);
         } else {
             let output = self.output.first_pairs_mut(n);
-            run::<P, R, _, 3, 2>(point, &frame_in(turn), self.input, output);
+            run::<R, _, 3, 2>(point, &frame_in(turn), self.input, output);
             self.output.0[2][..n].fill(R::default());
         }
     }
@@ -380,10 +381,10 @@ impl<R: Scalar> Visitor for DecodeTile<'_, R> {
     fn visit<P: Projection>(self, p: P) {
         let (point, turn, n) = (Decode(p), self.turn, self.output.len());
         if const { P::INFO.faces > 1 } {
-            run::<P, R, _, 3, 3>(point, &frame_out(turn), self.input.first(n), self.output);
+            run::<R, _, 3, 3>(point, &frame_out(turn), self.input.first(n), self.output);
         } else {
             let input = self.input.first_pairs(n);
-            run::<P, R, _, 2, 3>(point, &frame_out(turn), input, self.output);
+            run::<R, _, 2, 3>(point, &frame_out(turn), input, self.output);
         }
     }
 }
@@ -408,10 +409,10 @@ impl Visitor for JacobianTile<'_> {
         let output = self.output.first_mut(n);
         if const { P::INFO.faces > 1 } {
             let input = self.input.first(n);
-            run::<P, f64, _, 3, 6>(point, &frame_out(turn), input, output);
+            run::<f64, _, 3, 6>(point, &frame_out(turn), input, output);
         } else {
             let input = self.input.first_pairs(n);
-            run::<P, f64, _, 2, 6>(point, &frame_out(turn), input, output);
+            run::<f64, _, 2, 6>(point, &frame_out(turn), input, output);
         }
     }
 }

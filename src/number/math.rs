@@ -9,8 +9,8 @@
 //! |---|---|---|
 //! | `half_turns` | 2.08 u | 2.01 u |
 //! | `sin_cos_half_turns` | 1.61 u | 1.57 u |
-//! | `sinh_cosh`, `asinh` | rounded once from f64 | 4 u, relative |
-//! | `cbrt` | rounded once from f64 | 2 u, relative |
+//! | `sinh_cosh`, `asinh` | 4 u, relative | 4 u, relative |
+//! | `cbrt` | 2 u, relative | 2 u, relative |
 //!
 //! u is the rounding unit of the result's binade at 1 for the error of a component that cancels.
 //!
@@ -37,6 +37,12 @@ pub trait Polynomials: Sized {
     fn sin_cos_half_turns(r: Self) -> (Self, Self);
     /// See [`crate::number::real::Real::negated_if`].
     fn flipped_if(self, condition: bool) -> Self;
+    /// See [`crate::number::real::Real::sinh_cosh`].
+    fn sinh_cosh(self) -> (Self, Self);
+    /// See [`crate::number::real::Real::asinh`].
+    fn asinh(self) -> Self;
+    /// See [`crate::number::real::Real::cbrt`].
+    fn cbrt(self) -> Self;
 }
 
 /// The coefficients of the polynomials, for who writes them down instead of computing.
@@ -56,8 +62,9 @@ pub trait Coefficients {
 /// Horner's rule as one straight expression: a loop over coefficients stops the vectorizer.
 macro_rules! horner {
     ($s:expr; $c:expr) => { $c };
-    ($s:expr; $c:expr, $($rest:expr),+) => { $c + $s * horner!($s; $($rest),+) };
+    ($s:expr; $c:expr, $($rest:expr),+) => { $c + $s * $crate::number::math::horner!($s; $($rest),+) };
 }
+pub(crate) use horner;
 
 /// A number of a type as f64.
 macro_rules! widened {
@@ -70,7 +77,9 @@ macro_rules! widened {
 macro_rules! polynomials {
     ($t:ty, $bits:ty, $shift:expr, $flush:expr,
      atan: $atan_hi:expr, $atan_lo:expr; $($atan:expr),+;
-     pi: $pi_hi:expr, $pi_lo:expr; sin: $($sin:expr),+; cos: $($cos:expr),+) => {
+     pi: $pi_hi:expr, $pi_lo:expr; sin: $($sin:expr),+; cos: $($cos:expr),+;
+     ln 2: $ln_hi:expr, $ln_lo:expr; sinh: $($sinh:expr),+; cosh: $($cosh:expr),+; artanh: $($artanh:expr),+;
+     cbrt: $cbrt:ident) => {
         impl Coefficients for $t {
             const ATAN_1: [f64; 2] = [widened!($t, $atan_hi), widened!($t, $atan_lo)];
             const ATAN: &'static [f64] = &[$(widened!($t, $atan)),+];
@@ -132,6 +141,59 @@ macro_rules! polynomials {
                     <$t>::from_bits(cos.to_bits() ^ exchange ^ cos_sign),
                 )
             }
+
+            /// y = k ln 2 + r, and sinh y = sinh(k ln 2) cosh r + cosh(k ln 2) sinh r: with k = 0 that is the odd series
+            /// itself, so that nothing cancels toward y = 0. The series are Taylor's, exact to rounding for |r| ≤ ln 2/2.
+            #[inline(always)]
+            fn sinh_cosh(self) -> (Self, Self) {
+                const ROUND: $t = 1.5 / <$t>::EPSILON;
+                const ZERO: $bits = <$t>::MAX_EXP as $bits - 1;
+                const DIGITS: u32 = <$t>::MANTISSA_DIGITS - 1;
+                const LOG2_E: $t = std::f64::consts::LOG2_E as $t;
+                let shifted = self * LOG2_E + ROUND;
+                let k = shifted - ROUND;
+                let r = (self - k * $ln_hi) - k * $ln_lo;
+                // The lowest bits of the magic sum are k; the rest of them leave at the top.
+                let power = <$t>::from_bits(shifted.to_bits().wrapping_add(ZERO) << DIGITS);
+                let inverse = <$t>::from_bits(ZERO.wrapping_sub(shifted.to_bits()) << DIGITS);
+                let (a, b) = (0.5 * (power - inverse), 0.5 * (power + inverse));
+                let squared = max(r.abs(), $flush);
+                let s = squared * squared;
+                let sinh = r + r * (s * (horner!(s; $(1.0 / $sinh),+)));
+                let cosh = 1.0 + s * (horner!(s; $(1.0 / $cosh),+));
+                (a * cosh + b * sinh, b * cosh + a * sinh)
+            }
+
+            /// With w = |t| + √(1 + t²) in [√½, √2)·2ᵏ it is k ln 2 + 2 artanh f, f = (w - 2ᵏ)/(w + 2ᵏ). Where k = 0 that
+            /// is f = |t|/(1 + √(1 + t²)), without the difference, so that nothing cancels toward t = 0.
+            #[inline(always)]
+            fn asinh(self) -> Self {
+                const BEYOND: $t = (1_u64 << 60) as $t;
+                const DIGITS: u32 = <$t>::MANTISSA_DIGITS - 1;
+                const HALF: $bits = <$t>::MAX_EXP as $bits - 2;
+                const WHOLE: $t = 2.0 / <$t>::EPSILON;
+                const WHOLE_HALF: $t = WHOLE * 0.5 + HALF as $t;
+                let size = min(self.abs(), BEYOND);
+                let squared = max(size, $flush);
+                let root = (1.0 + squared * squared).sqrt();
+                let w = size + root;
+                let biased = (w * (std::f64::consts::FRAC_1_SQRT_2 as $t)).to_bits() >> DIGITS;
+                let exponent = <$t>::from_bits(biased | (WHOLE * 0.5).to_bits()) - WHOLE_HALF;
+                let m = w * <$t>::from_bits((2 * HALF + 1).wrapping_sub(biased) << DIGITS);
+                let small = exponent < 0.5;
+                let numerator = if small { size } else { m - 1.0 };
+                let f = numerator / (if small { root } else { m } + 1.0);
+                let floored = max(f.abs(), $flush);
+                let s = floored * floored;
+                let artanh = f + f * (s * (horner!(s; $(1.0 / $artanh),+)));
+                let value = exponent * (std::f64::consts::LN_2 as $t) + 2.0 * artanh;
+                value.flipped_if(self < 0.0)
+            }
+
+            #[inline(always)]
+            fn cbrt(self) -> Self {
+                $cbrt(self)
+            }
         }
     };
 }
@@ -141,7 +203,9 @@ polynomials!(f32, u32, 30, 1e-17,
     -0.106_103_234, 0.063_656_874, -0.045_333_862, 0.033_685_066, -0.019_253_805;
     pi: std::f32::consts::PI, -8.742_278e-8;
     sin: -5.167_712_7, 2.550_154_7, -0.598_981_2, 0.079_157_45;
-    cos: -4.934_802, 4.058_696_7, -1.334_758_2, 0.228_988_51);
+    cos: -4.934_802, 4.058_696_7, -1.334_758_2, 0.228_988_51;
+    ln 2: 0.693_145_751_953_125, 1.428_606_820_309_417_3e-6; sinh: 6.0, 120.0, 5040.0; cosh: 2.0, 24.0, 720.0, 40_320.0;
+    artanh: 3.0, 5.0, 7.0, 9.0, 11.0; cbrt: cbrt_f32);
 
 polynomials!(f64, u64, 62, 1e-150,
     atan: std::f64::consts::FRAC_1_PI, -1.967_867_667_518_248_6e-17;
@@ -154,74 +218,35 @@ polynomials!(f64, u64, 62, 1e-150,
     0.082_145_869_779_608_25, -0.007_370_028_569_766_241, 0.000_461_563_058_275_077_7;
     cos: -4.934_802_200_544_679, 4.058_712_126_416_667, -1.335_262_768_843_582_3,
     0.235_330_629_793_912_64, -0.025_806_876_106_548_554, 0.001_929_352_860_408_942,
-    -0.000_103_045_560_299_300_54);
-
-/// (sinh y, cosh y) for |y| ≤ 300, each to 4 units in the last place, at every size of y.
-///
-/// y = k ln 2 + r, and sinh y = sinh(k ln 2) cosh r + cosh(k ln 2) sinh r: with k = 0 that is the odd series
-/// itself, so that nothing cancels toward y = 0. The series are Taylor's, exact to rounding for |r| ≤ ln 2/2.
-#[inline(always)]
-pub fn sinh_cosh(y: f64) -> (f64, f64) {
-    const ROUND: f64 = 1.5 / f64::EPSILON;
-    const LN_2_HIGH: f64 = 0.693_147_180_369_123_8;
-    const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
-    let shifted = y * std::f64::consts::LOG2_E + ROUND;
-    let k = shifted - ROUND;
-    let r = (y - k * LN_2_HIGH) - k * LN_2_LOW;
-    // The lowest bits of the magic sum are k; the rest of them leave at the top.
-    let power = f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52);
-    let inverse = f64::from_bits(1023_u64.wrapping_sub(shifted.to_bits()) << 52);
-    let (a, b) = (0.5 * (power - inverse), 0.5 * (power + inverse));
-    let squared = max(r.abs(), 1e-150);
-    let s = squared * squared;
-    let sinh = r
-        + r * (s
-            * (horner!(s; 1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0, 1.0 / 362_880.0, 1.0 / 39_916_800.0,
-            1.0 / 6_227_020_800.0)));
-    let cosh = 1.0
-        + s * (horner!(s; 0.5, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40_320.0, 1.0 / 3_628_800.0,
-            1.0 / 479_001_600.0, 1.0 / 87_178_291_200.0));
-    (a * cosh + b * sinh, b * cosh + a * sinh)
-}
-
-/// asinh t to 4 units in the last place, at every size of t; |t| above 2⁶⁰ counts as 2⁶⁰.
-///
-/// With w = |t| + √(1 + t²) in [√½, √2)·2ᵏ it is k ln 2 + 2 artanh f, f = (w - 2ᵏ)/(w + 2ᵏ). Where k = 0 that is
-/// f = |t|/(1 + √(1 + t²)), without the difference, so that nothing cancels toward t = 0.
-#[inline(always)]
-pub fn asinh(t: f64) -> f64 {
-    const BEYOND: f64 = (1_u64 << 60) as f64;
-    let size = min(t.abs(), BEYOND);
-    let squared = max(size, 1e-150);
-    let root = (1.0 + squared * squared).sqrt();
-    let w = size + root;
-    let biased = (w * std::f64::consts::FRAC_1_SQRT_2).to_bits() >> 52;
-    let exponent =
-        f64::from_bits(biased | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + 1022.0);
-    let m = w * f64::from_bits(2045_u64.wrapping_sub(biased) << 52);
-    let small = exponent < 0.5;
-    let numerator = if small { size } else { m - 1.0 };
-    let f = numerator / (if small { root } else { m } + 1.0);
-    let floored = max(f.abs(), 1e-150);
-    let s = floored * floored;
-    let artanh = f + f
-        * (s * (horner!(s; 1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0, 1.0 / 13.0,
-            1.0 / 15.0, 1.0 / 17.0, 1.0 / 19.0, 1.0 / 21.0)));
-    let value = exponent * std::f64::consts::LN_2 + 2.0 * artanh;
-    value.flipped_if(t < 0.0)
-}
+    -0.000_103_045_560_299_300_54;
+    ln 2: 0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10;
+    sinh: 6.0, 120.0, 5040.0, 362_880.0, 39_916_800.0, 6_227_020_800.0;
+    cosh: 2.0, 24.0, 720.0, 40_320.0, 3_628_800.0, 479_001_600.0, 87_178_291_200.0;
+    artanh: 3.0, 5.0, 7.0, 9.0, 11.0, 13.0, 15.0, 17.0, 19.0, 21.0; cbrt: cbrt_f64);
 
 /// The cube root of a positive number up to 1e300, to 2 units in the last place; one below 1e-300 counts as that.
 ///
 /// A third of the exponent, bits and all, is within a twentieth of it; three steps of Halley's method are exact.
 #[inline(always)]
-pub fn cbrt(x: f64) -> f64 {
+fn cbrt_f64(x: f64) -> f64 {
     const WHOLE: f64 = 4_503_599_627_370_496.0;
     let x = max(x, 1e-300);
     let high = f64::from_bits(x.to_bits() >> 32 | WHOLE.to_bits()) - WHOLE;
     let third = high * (1.0 / 3.0) + 715_094_163.0;
     let mut t = f64::from_bits((third + WHOLE).to_bits() << 32);
     for _ in 0..3 {
+        let cube = t * t * t;
+        t *= (cube + (x + x)) / ((cube + cube) + x);
+    }
+    t
+}
+
+/// The same of a number up to 1e30, with two steps; one below 1e-30 counts as that.
+#[inline(always)]
+fn cbrt_f32(x: f32) -> f32 {
+    let x = max(x, 1e-30);
+    let mut t = f32::from_bits(x.to_bits() / 3 + 709_958_130);
+    for _ in 0..2 {
         let cube = t * t * t;
         t *= (cube + (x + x)) / ((cube + cube) + x);
     }
@@ -304,47 +329,68 @@ mod tests {
         assert_eq!(<f64 as Real>::sin_cos_half_turns(1.0).1, -1.0);
     }
 
+    /// An inverse hyperbolic sine: below 1 the library's own is no better than 3 units, where this series is exact to rounding.
+    fn exact_asinh(t: f64) -> f64 {
+        let s = t * t;
+        if s < 1e-4 {
+            t - t * s * (1.0 / 6.0 - s * (3.0 / 40.0 - s * (15.0 / 336.0 - s * 105.0 / 3456.0)))
+        } else {
+            t.asinh()
+        }
+    }
+
     #[test]
     fn hyperbolic_functions_hold_their_bound() {
-        let check = |got: f64, want: f64, at: f64| {
+        let check = |got: f64, want: f64, epsilon: f64, at: f64| {
             let off = (got - want).abs();
             assert!(
-                off <= 4.0 * f64::EPSILON * want.abs(),
+                off <= 4.0 * epsilon * want.abs(),
                 "{at:e}: {got:e} {want:e}"
             );
         };
+        let single = f64::from(f32::EPSILON);
         for i in 0..=40_000 {
             let size = 10_f64.powf(f64::from(i) / 40_000.0 * 17.0 - 15.0);
             for y in [size, -size, size.fract() * 6.0] {
-                let (sinh, cosh) = super::sinh_cosh(y);
-                check(sinh, y.sinh(), y);
-                check(cosh, y.cosh(), y);
+                let (sinh, cosh) = Real::sinh_cosh(y);
+                check(sinh, y.sinh(), f64::EPSILON, y);
+                check(cosh, y.cosh(), f64::EPSILON, y);
+                if y.abs() < 88.0 {
+                    let y = y as f32;
+                    let (sinh, cosh) = Real::sinh_cosh(y);
+                    let y = f64::from(y);
+                    check(sinh.into(), y.sinh(), single, y);
+                    check(cosh.into(), y.cosh(), single, y);
+                }
             }
             let size = 10_f64.powf(f64::from(i) / 40_000.0 * 33.0 - 15.0);
             for t in [size, -size, size.fract() * 3.0] {
-                // The library's own is no better than 3 units below 1, where this series is exact to rounding.
-                let want = if t.abs() < 0.01 {
-                    let s = t * t;
-                    t - t
-                        * s
-                        * (1.0 / 6.0 - s * (3.0 / 40.0 - s * (15.0 / 336.0 - s * 105.0 / 3456.0)))
-                } else {
-                    t.asinh()
-                };
-                check(super::asinh(t), want, t);
+                check(Real::asinh(t), exact_asinh(t), f64::EPSILON, t);
+                let t = t as f32;
+                check(
+                    Real::asinh(t).into(),
+                    exact_asinh(t.into()),
+                    single,
+                    t.into(),
+                );
             }
         }
-        assert_eq!(super::asinh(0.0), 0.0);
-        assert_eq!(super::sinh_cosh(0.0), (0.0, 1.0));
-        assert!(super::asinh(f64::INFINITY) > 41.0);
+        assert_eq!(Real::asinh(0.0), 0.0);
+        assert_eq!(Real::asinh(0.0_f32), 0.0);
+        assert_eq!(Real::sinh_cosh(0.0), (0.0, 1.0));
+        assert_eq!(Real::sinh_cosh(0.0_f32), (0.0, 1.0));
+        assert!(Real::asinh(f64::INFINITY) > 41.0 && Real::asinh(f32::INFINITY) > 41.0);
     }
 
     #[test]
     fn cube_roots_hold_their_bound() {
         for i in 0..=60_000 {
             let x = 10_f64.powf(f64::from(i) / 100.0 - 300.0);
-            let off = (super::cbrt(x) / x.cbrt() - 1.0).abs();
+            let off = (Real::cbrt(x) / x.cbrt() - 1.0).abs();
             assert!(off <= 2.0 * f64::EPSILON, "{x:e}: {off:e}");
+            let x = 10_f32.powf(i as f32 / 1000.0 - 30.0);
+            let off = (f64::from(Real::cbrt(x)) / f64::from(x).cbrt() - 1.0).abs();
+            assert!(off <= 2.0 * f64::from(f32::EPSILON), "{x:e}: {off:e}");
         }
     }
 

@@ -14,9 +14,11 @@
 //! computed for it alone, and [`Real::choose`] where the compiler would make a branch of the `if`. What is decided by
 //! parameters alone, which are `f64` in any formula, is an `if`.
 
-use crate::number::math;
 use crate::number::math::Polynomials;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// [`Real::EPSILON`] of f32. A formula may be shorter for numbers whose own is no smaller.
+pub const SINGLE: f64 = f32::EPSILON as f64;
 
 /// A number a formula can be written in: `f32`, `f64`, or a dual number over one of them.
 pub trait Real:
@@ -344,18 +346,17 @@ macro_rules! real {
 
             #[inline(always)]
             fn sinh_cosh(self) -> (Self, Self) {
-                let (sinh, cosh) = math::sinh_cosh(f64::from(self));
-                (sinh as $t, cosh as $t)
+                <$t as Polynomials>::sinh_cosh(self)
             }
 
             #[inline(always)]
             fn asinh(self) -> Self {
-                math::asinh(f64::from(self)) as $t
+                <$t as Polynomials>::asinh(self)
             }
 
             #[inline(always)]
             fn cbrt(self) -> Self {
-                math::cbrt(f64::from(self)) as $t
+                <$t as Polynomials>::cbrt(self)
             }
         }
     };
@@ -550,18 +551,18 @@ impl<R: Real + Polynomials> Real for Normal<R> {
 
     #[inline(always)]
     fn sinh_cosh(self) -> (Self, Self) {
-        let (sinh, cosh) = self.0.sinh_cosh();
+        let (sinh, cosh) = Real::sinh_cosh(self.0);
         (Normal(sinh), Normal(cosh))
     }
 
     #[inline(always)]
     fn asinh(self) -> Self {
-        Normal(self.0.asinh())
+        Normal(Real::asinh(self.0))
     }
 
     #[inline(always)]
     fn cbrt(self) -> Self {
-        Normal(self.0.cbrt())
+        Normal(Real::cbrt(self.0))
     }
 }
 

@@ -9,8 +9,7 @@
 //! is recorded says the same in arithmetic that every language has: a quarter turn's parity is `k - 2·floor(k/2)`, powers of
 //! two and exponents are operations of their own.
 //!
-//! Hyperbolic functions and the cube root of f32 go through f64 in kernels, which shaders do not have; here they are
-//! computed in f32, to a few units in the last place.
+//! Only the cube root of f32 is another here than in kernels, which begin it with the bits of an integer's third: it is as good.
 
 use crate::number::graph::{Binary, Comparison, Graph, Helper, Id, Logic, Node, Style, Unary};
 use crate::number::math::Coefficients;

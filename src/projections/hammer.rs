@@ -59,19 +59,21 @@ impl Projection for Hammer {
         let (zero, half) = (R::ZERO, R::HALF);
         let ax = x.abs();
         let (xf, yf, zf) = (ax.squarable(), y.squarable(), z.squarable());
-        let h = (xf * xf + zf * zf).sqrt();
-        let length = (h * h + yf * yf).sqrt();
+        let flat = xf * xf + zf * zf;
+        let h = flat.sqrt();
+        let square = flat + yf * yf;
+        let length = square.sqrt();
         // h times the larger of sin(λ/2) and cos(λ/2), and the other.
-        let large = (half * h * (h + z.abs())).sqrt();
+        let large = (half * (flat + h * zf.abs())).sqrt();
         let small = half * ax * h / max(large, R::new(1e-30));
         let front = z.at_least(zero);
         let along = R::select(front, small, large);
         let ahead = R::select(front, large, small);
-        let n = R::ONE / (length * (length + ahead)).sqrt();
+        let n = (square + length * ahead).sqrt();
         let west = x.at_most(zero);
         Uv::centered(
-            (along * n).clamped(-1.0, 1.0).negated_if(west),
-            (y * n).clamped(-1.0, 1.0),
+            (along / n).clamped(-1.0, 1.0).negated_if(west),
+            (y / n).clamped(-1.0, 1.0),
             zero,
         )
     }
@@ -80,9 +82,10 @@ impl Projection for Hammer {
     fn decode<R: Real>(self, uv: Uv<R>) -> [R; 3] {
         let (p, q) = uv.pq();
         let (one, two) = (R::ONE, R::TWO);
-        let s = p * p + q * q;
-        let n = max(two - s, R::ZERO).sqrt();
-        let (a, b) = (p * n, one - s);
+        // 1 - p² - q²: at the rim its rounding turns the direction.
+        let b = (one - p.abs()) * (one + p.abs()) - q * q;
+        let n = max(one + b, R::ZERO).sqrt();
+        let a = p * n;
         // At the poles, where both vanish, the direction is the axis.
         let h = max(a * a + b * b, R::new(1e-30)).sqrt();
         let x = two * a * b / h;

@@ -73,9 +73,19 @@ const TRIANGLES: [[[f64; 3]; 3]; 4] = [
 /// dω/(du dv) times |P|³ of the point P in the plane: twice a triangle's area times its distance.
 const SCALE: f64 = 0.760_845_213_036_122_8;
 
+/// The product of a vector that is known with another, without the terms that are zero.
 #[inline(always)]
 fn product<R: Real>(n: [f64; 3], d: [R; 3]) -> R {
-    R::new(n[0]) * d[0] + R::new(n[1]) * d[1] + R::new(n[2]) * d[2]
+    let term = |k: usize| R::new(n[k]) * d[k];
+    if n[1] == 0.0 && n[2] == 0.0 {
+        term(0)
+    } else if n[0] == 0.0 {
+        term(1) + term(2)
+    } else if n[1] == 0.0 {
+        term(0) + term(2)
+    } else {
+        term(0) + term(1) + term(2)
+    }
 }
 
 /// The plane's point at (u, v) of a face, unfolded into its sector, as (right, up, ahead).
@@ -145,7 +155,7 @@ impl Projection for Icosahedral {
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let (zero, one) = (R::ZERO, R::ONE);
-        let mut best = product([SECTORS[0][0], 0.0, SECTORS[0][1]], [x, zero, z]);
+        let mut best = R::new(SECTORS[0][0]) * x + R::new(SECTORS[0][1]) * z;
         let (mut k, mut sin, mut cos) = (zero, R::new(SECTORS[0][0]), R::new(SECTORS[0][1]));
         for (n, [s, c]) in SECTORS.into_iter().enumerate().skip(1) {
             let along = R::new(s) * x + R::new(c) * z;
@@ -158,34 +168,39 @@ impl Projection for Icosahedral {
         let aside = x * cos - z * sin;
         let mirrored = aside.less(zero);
         let d = [aside.abs(), -y, best];
-        // Below each of three edges: the tip, the sides and the foot of the sector.
-        let below_cap = product(TRIANGLES[0][0], d).less(zero);
-        let beside = product(TRIANGLES[1][1], d).less(zero);
-        let foot = product(TRIANGLES[2][0], d).less(zero);
-        let which =
-            |n: usize| -> [R; 3] { std::array::from_fn(|row| product(TRIANGLES[n][row], d)) };
-        let (a, b, c, e) = (which(0), which(1), which(2), which(3));
+        let (tip_a, right_a, left_a) = (
+            product(TRIANGLES[0][0], d),
+            product(TRIANGLES[0][1], d),
+            product(TRIANGLES[0][2], d),
+        );
+        let (left_b, right_b) = (product(TRIANGLES[1][1], d), product(TRIANGLES[1][2], d));
+        let (tip_c, left_c) = (product(TRIANGLES[2][0], d), product(TRIANGLES[2][2], d));
+        let (left_e, right_e) = (product(TRIANGLES[3][1], d), product(TRIANGLES[3][2], d));
+        // Below each of three edges: the tip, the sides and the foot of the sector. What lies on the other side of an edge has
+        // the same plane, the other way around.
+        let (below_cap, beside, foot) = (tip_a.less(zero), left_b.less(zero), tip_c.less(zero));
+        let right_c = -left_b;
         let lower = below_cap & beside;
-        // Tip, right and left corner; those of the two lower kinds are turned over.
-        let [tip, right, left]: [R; 3] = std::array::from_fn(|row| {
-            let flip = [0, 2, 1][row];
-            let upper = R::select(below_cap, b[flip], a[row]);
-            let under = R::select(foot, e[flip], c[row]);
-            R::select(lower, under, upper)
-        });
+        let of = |a: R, b: R, c: R, e: R| {
+            let upper = R::choose(below_cap, b, a);
+            R::choose(lower, R::choose(foot, e, c), upper)
+        };
+        let tip = R::choose(lower, tip_c.abs(), tip_a.abs());
+        let right = of(right_a, right_b, right_c, right_e);
+        let left = of(left_a, left_b, left_c, left_e);
         let n = one / (tip + right + left);
         let (p, q) = (
-            (R::select(mirrored, left, right) * n).clamped(0.0, 1.0),
-            (R::select(mirrored, right, left) * n).clamped(0.0, 1.0),
+            (R::choose(mirrored, left, right) * n).clamped(0.0, 1.0),
+            (R::choose(mirrored, right, left) * n).clamped(0.0, 1.0),
         );
         let second = (lower & foot) | (below_cap & !lower);
         let back = lower & mirrored;
-        let k = R::either(back, || k - one, || k);
-        let k = R::select(k.less(zero), R::new(4.0), k);
+        let k = k - R::choose(back, one, zero);
+        let k = R::choose(k.less(zero), R::new(4.0), k);
         Uv {
-            u: R::either(second, || one - q, || p),
-            v: R::either(second, || one - p, || q),
-            face: R::either(lower, || k + R::new(5.0), || k),
+            u: R::choose(second, one - q, p),
+            v: R::choose(second, one - p, q),
+            face: k + R::choose(lower, R::new(5.0), zero),
         }
     }
 

@@ -11,11 +11,11 @@
 //!
 //! The inverse has no closed form. θ² is a smooth function of θd² (which θ of θd is not in two dimensions, at the
 //! axis), so Newton's method solves w P(w)² = θd² for w = θ². It starts from a polynomial through eight places,
-//! found when the map is made, and takes five steps; the map is refused if that does not reach rounding
-//! everywhere, as for coefficients that no lens has. (Two or three do for real lenses.)
+//! found when the map is made, and takes two steps (one in f32) where that reaches rounding everywhere, as for
+//! usual lenses, or else three more; the map is refused if those do not, as for coefficients that no lens has.
 
 use crate::geometry::solid_angle::Rect;
-use crate::number::real::{Real, scaled};
+use crate::number::real::{Real, SINGLE, min, scaled};
 use crate::projections::common::angle;
 use crate::projections::common::lens;
 use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
@@ -23,8 +23,8 @@ use std::f64::consts::PI;
 
 /// How many places the first guess goes through.
 const NODES: usize = 8;
-/// Steps of Newton's method.
-const STEPS: usize = 5;
+/// Further steps of Newton's method where the guess is poor.
+const MORE: usize = 3;
 
 /// A lens with a polynomial.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +37,8 @@ pub struct KannalaBrandt {
     k: [f64; 4],
     /// Coefficients of w/S by S/radius², the first guess.
     guess: [f64; NODES],
+    /// Whether it is so good that two steps from it do.
+    close: bool,
 }
 
 const fn coefficient(name: &'static str, doc: &'static str) -> Parameter {
@@ -65,15 +67,25 @@ impl KannalaBrandt {
         w * (a + w * (b + w * (c + w * d)))
     }
 
+    /// About the square of the angle, in half turns, whose radius has the square `s`.
+    #[inline(always)]
+    fn first<R: Real>(self, s: R) -> R {
+        let x = s * R::new(1.0 / (self.radius * self.radius));
+        let [a, b, c, d, e, f, g, h] = self.guess.map(R::new);
+        s * (a + x * (b + x * (c + x * (d + x * (e + x * (f + x * (g + x * h)))))))
+    }
+
     /// The square of the angle, in half turns, whose radius has the square `s`.
     #[inline(always)]
     fn square_of_angle<R: Real>(self, s: R) -> R {
         let known = s.value();
-        let x = known * R::Value::new(1.0 / (self.radius * self.radius));
-        let [a, b, c, d, e, f, g, h] = self.guess.map(R::Value::new);
-        let start = a + x * (b + x * (c + x * (d + x * (e + x * (f + x * (g + x * h))))));
-        let mut w = known * start;
-        for _ in 1..STEPS {
+        let mut w = self.first(known);
+        if !self.close {
+            for _ in 0..MORE {
+                w = self.newton(w, known);
+            }
+        }
+        if R::EPSILON < SINGLE {
             w = self.newton(w, known);
         }
         // The last step's derivative is that of the solution.
@@ -111,10 +123,28 @@ impl KannalaBrandt {
             radius: 0.0,
             k: std::array::from_fn(|n| parameters[n + 1] * powers[n]),
             guess: [0.0; NODES],
+            close: true,
         };
         lens.radius = rim * lens.stretch(rim * rim);
         lens.guess = lens.first_guess();
+        lens.close = lens.missed().is_none();
         lens
+    }
+
+    /// An angle, in half turns, that is not found of its radius.
+    fn missed(self) -> Option<f64> {
+        (1..=256)
+            .map(|k| self.rim * f64::from(k) / 256.0)
+            .find(|&t| {
+                let w = t * t;
+                let s = w * self.stretch(w) * self.stretch(w);
+                // A slope far below the chord's makes rounding worse than it would be.
+                let worse = 1.0 + self.stretch(w) / (self.stretch(w) + self.bend(w));
+                let off = |found: f64| (found / w - 1.0).abs() / worse;
+                let enough = off(self.square_of_angle(s)) <= 64.0 * f64::EPSILON;
+                let once = off(self.newton(self.first(s), s)) <= 0.25 * SINGLE;
+                !(enough && (once || !self.close))
+            })
     }
 
     /// Newton's divided differences through Chebyshev's places, as coefficients of powers.
@@ -182,19 +212,12 @@ impl Projection for KannalaBrandt {
             lens.radius * PI,
             "`k1`, `k2`, `k3`, `k4`",
         )?;
-        for k in 1..=256 {
-            let t = lens.rim * f64::from(k) / 256.0;
-            let radius = t * lens.stretch(t * t);
-            let off = lens.square_of_angle(radius * radius) / (t * t) - 1.0;
-            // A slope far below the chord's makes rounding worse than it would be.
-            let bound = 64.0 * f64::EPSILON * (1.0 + radius / (t * slope(t * PI)));
-            if off.is_nan() || off.abs() > bound {
-                return Err(format!(
-                    "Expected `k1`, `k2`, `k3`, `k4` of a lens, got a polynomial so steep that its inverse is not found \
-                     {:.4} degrees from the axis.",
-                    t * 180.0
-                ));
-            }
+        if let Some(t) = lens.missed() {
+            return Err(format!(
+                "Expected `k1`, `k2`, `k3`, `k4` of a lens, got a polynomial so steep that its inverse is not found \
+                 {:.4} degrees from the axis.",
+                t * 180.0
+            ));
         }
         Ok(())
     }
@@ -234,7 +257,8 @@ impl Projection for KannalaBrandt {
         let on_axis = R::select(hs.vanishes(), one, zero);
         let t = R::half_turns(hs * unscale, z);
         let inside = (t * R::new(1.0 / self.rim)).at_most(R::new(1.0 + 2.0 * R::EPSILON));
-        let radius = t * self.stretch(t * t) * R::new(1.0 / self.radius);
+        // Not beyond the rim: a polynomial rounds by more than is let out there.
+        let radius = min(t * self.stretch(t * t) * R::new(1.0 / self.radius), one);
         let radius = R::select(inside, radius, R::NAN);
         let factor = radius / (hs + on_axis);
         Uv::centered(

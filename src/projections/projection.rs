@@ -320,9 +320,13 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// Its claims.
     const INFO: Info;
 
-    /// Whether it is asked for often enough to have kernels of its own for f32 and for every instruction set. A
-    /// rare one has a third of the code: f32 is computed in f64 and rounded once, and AVX-512 runs what AVX2 does.
+    /// Whether it is asked for often enough to have kernels of its own for every verb, float type and instruction set. A
+    /// rare one has half of the code: AVX-512 runs what AVX2 does, and f32 densities and derivatives are computed in f64
+    /// and rounded once.
     const COMMON: bool = true;
+
+    /// Whether encoding and decoding f32 is computed in f32, which is twice as fast. Else they as well are computed in f64.
+    const SINGLE: bool = true;
 
     /// Whether dω/(du dv) is the same all along a row, as where rows are parallels.
     const EVEN_ROWS: bool = Self::INFO.equal_area;

@@ -6,7 +6,6 @@
 //! negative in space. Sines and exponentials are the library's own, so that every machine makes the same bits.
 
 use crate::error::Error;
-use crate::number::math::sinh_cosh;
 use crate::number::real::Real;
 use std::f64::consts::PI;
 
@@ -83,7 +82,7 @@ fn decay(x: f64) -> f64 {
     }
     // One over what grows: a difference of sinh and cosh would cancel. A quarter is within their range.
     let far = x > 300.0;
-    let (sinh, cosh) = sinh_cosh(if far { 0.25 * x } else { x });
+    let (sinh, cosh) = Real::sinh_cosh(if far { 0.25 * x } else { x });
     let e = 1.0 / (sinh + cosh);
     if far { (e * e) * (e * e) } else { e }
 }

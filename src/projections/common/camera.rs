@@ -344,6 +344,7 @@ impl<L: Lens> Projection for Camera<L> {
     const INFO: Info = L::NAMES;
 
     const COMMON: bool = false;
+    const SINGLE: bool = false;
 
     fn check(parameters: &[f64]) -> Result<(), String> {
         let camera = Self::with_parameters(parameters);

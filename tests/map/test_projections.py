@@ -83,8 +83,8 @@ def test_the_table_prints_every_row():
     assert math.isinf(next(r for r in chosen.figures if r.name == "latlong").density_ratio)
 
 
-@pytest.mark.parametrize("name", ["mercator"])
-def test_rare_projections_compute_float32_in_float64(name):
+@pytest.mark.parametrize("name", ["camera_brown_conrady", "camera_kannala_brandt"])
+def test_cameras_compute_float32_in_float64(name):
     d = random_directions(3001, 310, np.float32)
     for rotation in (None, sm.rotation(10, 20, 30)):
         wide = sm.encode(d.astype(np.float64), name, rotation=rotation)

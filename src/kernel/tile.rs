@@ -129,8 +129,8 @@ impl<'a, R: Real<Mask = bool>, const N: usize> Tuples<'a, R, N> {
         match self {
             Tuples::Interleaved(tuples) => {
                 for (k, tuple) in tuples[first..first + n].iter().enumerate() {
-                    for c in 0..N {
-                        tile.0[c][k] = tuple[c];
+                    for (row, &number) in tile.0.iter_mut().zip(tuple) {
+                        row[k] = number;
                     }
                 }
             }
@@ -209,8 +209,8 @@ impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
         match self {
             TuplesMut::Interleaved(tuples) => {
                 for (k, tuple) in tuples[first..first + n].iter_mut().enumerate() {
-                    for c in 0..N {
-                        tuple[c] = tile.0[c][k];
+                    for (number, row) in tuple.iter_mut().zip(&tile.0) {
+                        *number = row[k];
                     }
                 }
             }

@@ -420,7 +420,9 @@ test-sdist: $(RUN_DEPS)
 	rm -rf "$(CACHE)/sdist"
 	"$(BIN)/maturin" sdist --out "$(CACHE)/sdist"
 	"$(BIN)/python" -m venv "$(CACHE)/sdist/venv"
-	"$(CACHE)/sdist/venv/bin/python" -m pip install --quiet --disable-pip-version-check "$(CACHE)"/sdist/spheremap-$(VERSION).tar.gz
+	@# What cargo and pip have kept of this checkout would be taken for it.
+	CARGO_TARGET_DIR="$(CACHE)/sdist/target" "$(CACHE)/sdist/venv/bin/python" -m pip install --quiet --disable-pip-version-check \
+		--no-cache-dir "$(CACHE)"/sdist/spheremap-$(VERSION).tar.gz
 	cd "$(CACHE)/sdist" && venv/bin/python -c \
 		"import spheremap as sm; assert sm.encode([0.0, 0.0, 1.0], 'octahedral').tolist() == [0.5, 0.5]; print(sm.__version__)"
 

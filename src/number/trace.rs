@@ -18,57 +18,94 @@ use std::cell::RefCell;
 use std::marker::PhantomData;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
+/// What is being recorded: the graph, and constants that have no node before they take part.
+struct Recording {
+    graph: Graph,
+    constants: Vec<f64>,
+}
+
+/// Constants that formulas have by name: the first ones of every recording.
+const NAMED: [f64; 5] = [0.0, 0.5, 1.0, 2.0, f64::NAN];
+
 thread_local! {
-    static GRAPH: RefCell<Option<Graph>> = const { RefCell::new(None) };
+    static RECORDING: RefCell<Option<Recording>> = const { RefCell::new(None) };
 }
 
 /// Runs a formula on numbers that record, and returns the graph and what the formula made of them.
 pub fn record<O>(style: Style, formula: impl FnOnce() -> O) -> (Graph, O) {
-    GRAPH.with(|graph| *graph.borrow_mut() = Some(Graph::new(style)));
+    let recording = Recording {
+        graph: Graph::new(style),
+        constants: NAMED.into(),
+    };
+    RECORDING.set(Some(recording));
     let output = formula();
-    let graph = GRAPH.with(|graph| graph.borrow_mut().take());
+    let recording = RECORDING.take();
+    let graph = recording.map(|recording| recording.graph);
     (graph.unwrap_or_else(|| Graph::new(style)), output)
 }
 
-fn with<O>(work: impl FnOnce(&mut Graph) -> O) -> O {
-    GRAPH.with(|graph| match graph.borrow_mut().as_mut() {
-        Some(graph) => work(graph),
+fn recording<O>(work: impl FnOnce(&mut Recording) -> O) -> O {
+    RECORDING.with_borrow_mut(|recording| match recording {
+        Some(recording) => work(recording),
         None => unreachable!("numbers that record exist within `record` only"),
     })
 }
 
-// Every operation of every formula is a call of one of these, in both widths: inlined, they would be a fifth of the library.
+fn with<O>(work: impl FnOnce(&mut Graph) -> O) -> O {
+    recording(|recording| work(&mut recording.graph))
+}
+
+// Every operation of every formula is a call of one of these, in both widths: inlined, they would be a fifth of the library. What
+// they take and give is in registers: as enums of constants and nodes, which lie in memory, it made the calls a seventh of the library.
+
+/// A node, or, from [`CONSTANT`] on, a constant.
+#[derive(Clone, Copy, Debug)]
+struct Value(u32);
+
+/// The number of the first constant; of nodes there are fewer.
+const CONSTANT: u32 = 1 << 31;
+
+#[inline(never)]
+fn constant(x: f64) -> Value {
+    recording(|recording| {
+        recording.constants.push(x);
+        Value(CONSTANT + (recording.constants.len() - 1) as u32)
+    })
+}
 
 #[inline(never)]
 fn id_of(value: Value) -> Id {
-    match value {
-        Value::Constant(x) => with(|graph| graph.constant(x)),
-        Value::Node(id) => id,
+    match value.0.checked_sub(CONSTANT) {
+        Some(number) => recording(|recording| {
+            let x = recording.constants[number as usize];
+            recording.graph.constant(x)
+        }),
+        None => value.0,
     }
 }
 
 #[inline(never)]
 fn unary(operation: Unary, a: Value) -> Value {
     let a = id_of(a);
-    Value::Node(with(|graph| graph.unary(operation, a)))
+    Value(with(|graph| graph.unary(operation, a)))
 }
 
 #[inline(never)]
 fn binary(operation: Binary, a: Value, b: Value) -> Value {
     let (a, b) = (id_of(a), id_of(b));
-    Value::Node(with(|graph| graph.binary(operation, a, b)))
+    Value(with(|graph| graph.binary(operation, a, b)))
 }
 
 #[inline(never)]
 fn compare(comparison: Comparison, a: Value, b: Value) -> Condition {
     let (a, b) = (id_of(a), id_of(b));
-    Condition::Node(with(|graph| graph.compare(comparison, a, b)))
+    Condition(with(|graph| graph.compare(comparison, a, b)))
 }
 
 #[inline(never)]
 fn select(condition: Condition, a: Value, b: Value) -> Value {
     let (condition, a, b) = (condition.id(), id_of(a), id_of(b));
-    Value::Node(with(|graph| graph.select(condition, a, b)))
+    Value(with(|graph| graph.select(condition, a, b)))
 }
 
 #[inline(never)]
@@ -84,35 +121,24 @@ pub struct Trace<T> {
     width: PhantomData<T>,
 }
 
+/// A condition of a graph: a node, or, from [`CONSTANT`] on, what is known beforehand.
 #[derive(Clone, Copy, Debug)]
-enum Value {
-    Constant(f64),
-    Node(Id),
-}
-
-/// A condition of a graph.
-#[derive(Clone, Copy, Debug)]
-pub enum Condition {
-    /// Known beforehand.
-    Truth(bool),
-    /// A node.
-    Node(Id),
-}
+pub struct Condition(u32);
 
 impl Condition {
     /// Its node.
     #[inline(never)]
     pub fn id(self) -> Id {
-        match self {
-            Condition::Truth(value) => with(|graph| graph.node(Node::Truth(value))),
-            Condition::Node(id) => id,
+        match self.0.checked_sub(CONSTANT) {
+            Some(value) => with(|graph| graph.node(Node::Truth(value != 0))),
+            None => self.0,
         }
     }
 
     #[inline(never)]
     fn join(self, logic: Logic, other: Self) -> Self {
         let (a, b) = (self.id(), other.id());
-        Condition::Node(with(|graph| graph.logic(logic, a, b)))
+        Condition(with(|graph| graph.logic(logic, a, b)))
     }
 }
 
@@ -142,23 +168,18 @@ impl Not for Condition {
     #[inline(never)]
     fn not(self) -> Self {
         let id = self.id();
-        Condition::Node(with(|graph| graph.not(id)))
+        Condition(with(|graph| graph.not(id)))
     }
 }
 
 impl<T> Trace<T> {
-    const fn known(x: f64) -> Self {
-        Trace {
-            value: Value::Constant(x),
-            width: PhantomData,
-        }
+    /// One of [`NAMED`].
+    const fn named(number: u32) -> Self {
+        Trace::of(Value(CONSTANT + number))
     }
 
     fn made(id: Id) -> Self {
-        Trace {
-            value: Value::Node(id),
-            width: PhantomData,
-        }
+        Trace::of(Value(id))
     }
 
     /// An argument of the function.
@@ -176,7 +197,7 @@ impl<T> Trace<T> {
         id_of(self.value)
     }
 
-    fn of(value: Value) -> Self {
+    const fn of(value: Value) -> Self {
         Trace {
             value,
             width: PhantomData,
@@ -290,11 +311,11 @@ fn horner<T: Width>(s: Trace<T>, coefficients: &[f64]) -> Trace<T> {
 
 impl<T: Width> Real for Trace<T> {
     const EPSILON: f64 = T::EPSILON;
-    const ZERO: Self = Trace::known(0.0);
-    const HALF: Self = Trace::known(0.5);
-    const ONE: Self = Trace::known(1.0);
-    const TWO: Self = Trace::known(2.0);
-    const NAN: Self = Trace::known(f64::NAN);
+    const ZERO: Self = Trace::named(0);
+    const HALF: Self = Trace::named(1);
+    const ONE: Self = Trace::named(2);
+    const TWO: Self = Trace::named(3);
+    const NAN: Self = Trace::named(4);
 
     type Mask = Condition;
     type Value = Self;
@@ -308,11 +329,11 @@ impl<T: Width> Real for Trace<T> {
     }
 
     fn new(x: f64) -> Self {
-        Trace::known(x)
+        Trace::of(constant(x))
     }
 
     fn truth(value: bool) -> Condition {
-        Condition::Truth(value)
+        Condition(CONSTANT + u32::from(value))
     }
 
     fn less(self, other: Self) -> Condition {

@@ -155,6 +155,16 @@ def test_a_chunk_is_made_from_the_few_that_it_sees():
     assert np.median(dependencies) < 12
 
 
+def test_a_task_takes_what_it_sees_of_a_chunk():
+    """One number of chunks, as one types it, has all faces in each."""
+    image = texels("cube", 512)
+    parts = check(image, 512, "cube", "latlong", size=512, divided=128)
+    tasks = parts.__dask_graph__().layers[parts.name].values()
+    taken = [sum(image[piece.inner].size for piece in part.pieces) for part, _ in tasks]
+    # An eighth of the rows and of the columns is a 64th of the texels; about a pole it is more.
+    assert max(taken) < image.size / 4 and sum(taken) < len(taken) * image.size / 8
+
+
 def test_no_chunk_is_made_twice():
     image, times = counted(texels("latlong", 64), 16)
     smd.convert(image, "latlong", "cube", size=32, chunks=8).compute()

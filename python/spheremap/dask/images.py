@@ -16,20 +16,23 @@ from ..map.images import expect_aspect, target_shape
 from ..map.named import resolve, resolve_pair
 from ..map.size import matching_size
 from ..resample.conversion import Conversion, needs_chain
-from ..resample.seen import Rectangle, SourceTiles
 from .parts import Part
+from .pieces import Chunks, rectangles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from .._arrays import Size
     from .._names import ConvertFilter
     from .._projection import Projection
     from ..map.named import ProjectionLike, Worlds
+    from ..resample.seen import Rectangle
 
 __all__ = ["convert"]
 
-Chunks = tuple[tuple[int, ...], ...]
+Lengths = tuple[tuple[int, ...], ...]
 
 
 def convert(
@@ -82,9 +85,9 @@ def convert(
     Notes
     -----
     A task depends on the chunks of the source that it sees: found on the sphere, never too few and
-    a few too many. It takes the memory of these chunks, once more in an array of which nothing
-    else is there, and of its result. With `alpha`, and with `skipna` where a chunk has what is not
-    finite, that array holds floats: colors are weighted first.
+    a few too many. It takes the memory of these chunks, of its result, and once more of what it
+    sees of them, in an array of which nothing else is there. With `alpha`, and with `skipna` where
+    a chunk has what is not finite, that array holds floats: colors are weighted first.
 
     Every task uses as many threads as `set_num_threads` says; where a worker runs one task a core,
     let it say 1.
@@ -198,7 +201,7 @@ def _expect_one(image: da.Array, projection: Any) -> None:
 
 def _divided(
     chunks: Any, shape: tuple[int, ...], channels: tuple[int, ...], dtype: np.dtype[Any]
-) -> Chunks:
+) -> Lengths:
     """Return the lengths of chunks along each axis without channels."""
     if not isinstance(chunks, tuple | list):
         chunks = (*([1] if len(shape) == 3 else []), chunks, chunks)
@@ -207,7 +210,7 @@ def _divided(
             f"Expected `chunks` to be one, or one for each axis of {shape}, got {chunks!r}."
         )
     whole = (*chunks, *(-1 for _ in channels))
-    known: Chunks = da.core.normalize_chunks(whole, (*shape, *channels), dtype=dtype)
+    known: Lengths = da.core.normalize_chunks(whole, (*shape, *channels), dtype=dtype)
     return known[: len(shape)]
 
 
@@ -215,46 +218,34 @@ def _graph(
     image: da.Array,
     conversion: Conversion,
     target: Any,
-    divided: Chunks,
+    divided: Lengths,
     channels: tuple[int, ...],
     meta: Any,
 ) -> da.Array:
     """Return the result: a task for each of its chunks, with the chunks that it sees."""
-    axes = image.ndim - len(channels)
-    places = [
-        tuple(slice(a, b) for a, b in place) for place in product(*map(_ranges, image.chunks))
-    ]
     keys = [(image.name, *index) for index in np.ndindex(*image.numblocks)]
-    # A chunk of several faces is a tile on each.
-    parts, owners = [], []
-    for number, place in enumerate(places):
-        for rectangle in _rectangles(place[:axes]):
-            parts.append(rectangle)
-            owners.append(number)
-    owner = np.array(owners, np.intp)
-    source = SourceTiles(conversion.src, conversion.shape[:axes], parts)
+    blocks = list(np.ndindex(*map(len, divided)))
+    source = Chunks(conversion, list(product(*map(_ranges, image.chunks))), len(blocks))
 
     windows, block = [], []
-    blocks = list(np.ndindex(*map(len, divided)))
     for number, ranges in enumerate(product(*map(_ranges, divided))):
-        for rectangle in _rectangles(tuple(slice(a, b) for a, b in ranges)):
+        for rectangle in rectangles(ranges):
             windows.append(rectangle)
             block.append(number)
-    needs: list[set[int]] = [set() for _ in blocks]
-    seen = source.seen_by_each(target, conversion.size, windows)
-    for number, tiles in zip(block, seen, strict=True):
-        needs[number].update(owner[tiles].tolist())
     held: list[list[Rectangle]] = [[] for _ in blocks]
-    for number, window in zip(block, windows, strict=True):
+    seen: list[list[NDArray[np.intp]]] = [[] for _ in blocks]
+    found = source.tiles.seen_by_each(target, conversion.size, windows)
+    for number, window, tiles in zip(block, windows, found, strict=True):
         held[number].append(window)
+        seen[number].append(tiles)
 
     name = f"spheremap-convert-{tokenize(image.name, conversion, divided)}"
     end = (0,) * len(channels)
     tasks = {}
-    for index, needed, faces in zip(blocks, needs, held, strict=True):
-        some = sorted(needed)
-        part = Part(conversion, tuple(faces), tuple(places[k] for k in some))
-        tasks[(name, *index, *end)] = (part, [keys[k] for k in some])
+    for index, some, faces in zip(blocks, seen, held, strict=True):
+        needed, pieces = source.pieces(np.concatenate(some))
+        part = Part(conversion, tuple(faces), pieces)
+        tasks[(name, *index, *end)] = (part, [keys[k] for k in needed])
     graph = HighLevelGraph.from_collections(name, tasks, dependencies=[image])
     whole = (*divided, *((length,) for length in channels))
     return da.Array(graph, name, whole, meta=meta)
@@ -263,12 +254,3 @@ def _graph(
 def _ranges(lengths: Sequence[int]) -> list[tuple[int, int]]:
     """Return where each chunk begins and ends."""
     return list(pairwise(np.cumsum([0, *lengths]).tolist()))
-
-
-def _rectangles(place: tuple[slice, ...]) -> list[Rectangle]:
-    """Return the rectangles of a chunk, one for each face."""
-    *faces, rows, columns = place
-    return [
-        Rectangle(rows.start, rows.stop, columns.start, columns.stop, face)
-        for face in (range(faces[0].start, faces[0].stop) if faces else [None])
-    ]

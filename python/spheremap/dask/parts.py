@@ -1,4 +1,4 @@
-"""What a task does: a part of a result from the chunks of a source that it sees."""
+"""What a task does: a part of a result from what it sees of the chunks of a source."""
 
 from __future__ import annotations
 
@@ -15,36 +15,34 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..resample.seen import Rectangle
+    from .pieces import Piece
 
 __all__ = ["Part"]
-
-# What indexes an array by one of its chunks.
-Place = tuple[slice, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A task: it is called with the chunks that lie at `places`.
+    """A task: it is called with the chunks that hold its pieces.
 
     Its result has a window for each face.
     """
 
     conversion: Conversion
     windows: tuple[Rectangle, ...]
-    places: tuple[Place, ...]
+    pieces: tuple[Piece, ...]
 
     def __call__(self, chunks: Sequence[Any]) -> NDArray[Any]:
         """Return a chunk of the result."""
         conversion = self.conversion
-        chunks = [np.asarray(chunk) for chunk in chunks]
+        texels = [np.asarray(chunks[piece.chunk])[piece.inner] for piece in self.pieces]
         options = conversion.options
         known = None
         if options["filter"] == "mode" and conversion.dtype.kind in "biu":
-            known, chunks, fill = _numbered(chunks, options["fill"], conversion.dtype)
+            known, texels, fill = _numbered(texels, options["fill"], conversion.dtype)
             options = {**options, "fill": fill}
         parts = [
-            (place, lambda chunk=chunk: chunk)
-            for place, chunk in zip(self.places, chunks, strict=True)
+            (piece.place, lambda seen=seen: seen)
+            for piece, seen in zip(self.pieces, texels, strict=True)
         ]
         dtype = None if known is None else np.dtype(np.float64)
         windows = convert_seen(conversion, parts, self.windows, options, dtype)
@@ -53,13 +51,13 @@ class Part:
 
 
 def _numbered(
-    chunks: Sequence[NDArray[Any]], fill: Any, dtype: np.dtype[Any]
+    texels: Sequence[NDArray[Any]], fill: Any, dtype: np.dtype[Any]
 ) -> tuple[NDArray[Any], list[NDArray[Any]], Any]:
-    """Return the labels that there are, chunks and fill as places among them.
+    """Return the labels that there are, texels and fill as places among them.
 
     Wide labels would be numbered among those of the whole source; the order is the same.
     """
     filling = np.asarray(fill).astype(dtype)
-    known = np.unique(np.concatenate([*map(np.ravel, chunks), filling.ravel()]))
-    places = [np.searchsorted(known, chunk) for chunk in chunks]
+    known = np.unique(np.concatenate([*map(np.ravel, texels), filling.ravel()]))
+    places = [np.searchsorted(known, some) for some in texels]
     return known, places, np.searchsorted(known, filling).tolist()

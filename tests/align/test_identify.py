@@ -292,3 +292,9 @@ def test_a_batch_is_answered_by_what_to_write():
         ValueError, match=r"`image_b` to be one image, got a batch .*identify\(a, b\)"
     ):
         sm.align.identify(images[0], images, "latlong", "latlong")
+
+
+def test_a_view_of_more_texels_than_there_are_addresses():
+    huge = np.broadcast_to(np.uint8(1), (2**30, 2**31))
+    with pytest.raises(MemoryError, match="no room"):
+        sm.align.identify(huge, np.ones((8, 16)), "latlong", "latlong")

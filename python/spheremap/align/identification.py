@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._arrays import as_array, spatial_axes
+from .._arrays import as_array, expect_room, spatial_axes
 from .._progress import counted, part
 from .._scalars import as_whole
 from .._show import short
@@ -370,6 +370,7 @@ class _Image:
                     f"Expected `{name}` to be one image, got a batch of shape {values.shape}: "
                     "[sm.align.identify(a, b) for a, b in zip(images_a, images_b)]."
                 )
+        expect_room(values.shape, np.dtype(np.float32))
         values = values.astype(np.float32)
         if not channels:
             values = values[..., None]

@@ -243,9 +243,8 @@ def _graph(
     end = (0,) * len(channels)
     tasks = {}
     for index, some, faces in zip(blocks, seen, held, strict=True):
-        needed, pieces = source.pieces(np.concatenate(some))
-        part = Part(conversion, tuple(faces), pieces)
-        tasks[(name, *index, *end)] = (part, [keys[k] for k in needed])
+        part = Part(conversion, tuple(faces), source.pieces(np.concatenate(some)))
+        tasks[(name, *index, *end)] = (part, [keys[k] for k in part.chunks])
     graph = HighLevelGraph.from_collections(name, tasks, dependencies=[image])
     whole = (*divided, *((length,) for length in channels))
     return da.Array(graph, name, whole, meta=meta)

@@ -22,7 +22,7 @@ __all__ = ["Part"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A task: it is called with the chunks that hold its pieces.
+    """A task: it is called with the chunks of its pieces, in the order of their numbers.
 
     Its result has a window for each face.
     """
@@ -31,10 +31,16 @@ class Part:
     windows: tuple[Rectangle, ...]
     pieces: tuple[Piece, ...]
 
+    @property
+    def chunks(self) -> list[int]:
+        """The numbers of the chunks that it wants."""
+        return sorted({piece.chunk for piece in self.pieces})
+
     def __call__(self, chunks: Sequence[Any]) -> NDArray[Any]:
         """Return a chunk of the result."""
         conversion = self.conversion
-        texels = [np.asarray(chunks[piece.chunk])[piece.inner] for piece in self.pieces]
+        given = dict(zip(self.chunks, map(np.asarray, chunks), strict=True))
+        texels = [given[piece.chunk][piece.inner] for piece in self.pieces]
         options = conversion.options
         known = None
         if options["filter"] == "mode" and conversion.dtype.kind in "biu":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from .._arrays import spatial_axes
 from ..resample.seen import Rectangle, SourceTiles
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -21,7 +21,7 @@ __all__ = ["Chunks", "Piece", "Place", "rectangles"]
 
 # How many tiles chunks are divided into at most, and for how many tasks: to find which tiles each
 # sees takes a fiftieth of what it saves, but comes before all else.
-_TILES, _TASKS = 1 << 14, 1 << 12
+_TILES, _TASKS = 1 << 15, 1 << 13
 
 # Tiles along a side of a chunk, and their least side in texels.
 _ALONG, _LEAST = 8, 64
@@ -31,7 +31,7 @@ Place = tuple[slice, ...]
 
 
 class Piece(NamedTuple):
-    """What is seen of a chunk: which of those given, where in it, and where in the source."""
+    """What is seen of a chunk: its number, where in it, and where in the source."""
 
     chunk: int
     inner: Place
@@ -62,32 +62,28 @@ class Chunks:
         self._owner = np.repeat([k for k, _ in held], along * along)
         # Of tiles, so many that follow each other lie side by side in a chunk.
         self._along = along
-        self._known: dict[tuple[int, int], tuple[int, Place, Place]] = {}
+        self._known: dict[tuple[int, int], Piece] = {}
         self.tiles = SourceTiles(conversion.src, conversion.shape[:axes], self._parts)
 
-    def pieces(self, tiles: NDArray[np.intp]) -> tuple[list[int], tuple[Piece, ...]]:
-        """Return which chunks these tiles are of, and what holds them, row by row."""
-        runs: dict[int, list[int]] = {}
-        for tile in sorted(set(tiles.tolist())):
-            runs.setdefault(tile // self._along, []).append(tile)
-        known = []
-        for run in runs.values():
-            ends = run[0], run[-1]
-            if ends not in self._known:
-                self._known[ends] = self._piece(*ends)
-            known.append(self._known[ends])
-        needed = sorted({owner for owner, _, _ in known})
-        number = {owner: k for k, owner in enumerate(needed)}
-        return needed, tuple(Piece(number[owner], *places) for owner, *places in known)
+    def pieces(self, tiles: NDArray[np.intp]) -> tuple[Piece, ...]:
+        """Return what holds these tiles, row by row of their chunks."""
+        seen = sorted(set(tiles.tolist()))
+        ends: Iterable[tuple[int, int]] = zip(seen, seen, strict=True)
+        if self._along > 1:
+            rows = [list(row) for _, row in groupby(seen, lambda tile: tile // self._along)]
+            ends = [(row[0], row[-1]) for row in rows]
+        return tuple(self._known.get(pair) or self._piece(*pair) for pair in ends)
 
-    def _piece(self, first: int, last: int) -> tuple[int, Place, Place]:
-        """Return which chunk tiles of a row are of, and where they lie in it and in the source."""
+    def _piece(self, first: int, last: int) -> Piece:
+        """Return what holds the tiles of a row from one to another."""
         left, right, owner = self._parts[first], self._parts[last], int(self._owner[first])
         faces = [] if left.face is None else [(left.face, left.face + 1)]
         ranges = [*faces, (left.top, left.bottom), (left.left, right.right)]
         starts = self._starts[owner]
         inner = tuple(slice(a - s, b - s) for (a, b), s in zip(ranges, starts, strict=False))
-        return owner, inner, tuple(slice(*ends) for ends in ranges)
+        piece = Piece(owner, inner, tuple(slice(*ends) for ends in ranges))
+        self._known[first, last] = piece
+        return piece
 
 
 def rectangles(ranges: Sequence[tuple[int, int]]) -> list[Rectangle]:
@@ -105,6 +101,6 @@ def _tiles_along(held: Sequence[Rectangle]) -> int:
 
 def _divided(part: Rectangle, along: int) -> list[Rectangle]:
     """Return so many tiles along both sides of a rectangle; of a small one some are empty."""
-    rows = np.linspace(part.top, part.bottom, along + 1).astype(int).tolist()
-    columns = np.linspace(part.left, part.right, along + 1).astype(int).tolist()
+    rows = [part.top + (part.bottom - part.top) * k // along for k in range(along + 1)]
+    columns = [part.left + (part.right - part.left) * k // along for k in range(along + 1)]
     return [Rectangle(*y, *x, part.face) for y in pairwise(rows) for x in pairwise(columns)]

@@ -193,8 +193,8 @@ fn check_name(dialect: &dyn Dialect, name: &str) -> Result<(), Error> {
     let begins = name.starts_with(|c: char| c.is_ascii_alphabetic());
     if !letters || !begins || name.contains("__") || name.ends_with('_') || name.len() > 64 {
         return Err(Error::Code(format!(
-            "{name:?} is no name that every language takes: a letter, then letters, digits and single underscores, \
-             at most 64"
+            "Expected `name` to be one that every language takes, a letter, then letters, digits and single underscores, \
+             at most 64, got {name:?}."
         )));
     }
     if ["gl_", "webgl_"].iter().any(|own| name.starts_with(own)) {

@@ -206,13 +206,13 @@ def _toned(image: NDArray[Any]) -> Array:
     if values.ndim == 3:
         # Two channels are gray and alpha, four are colors and alpha.
         count = 3 if values.shape[-1] >= 3 else 1
-        # Infinities of both signs are no number.
-        with np.errstate(invalid="ignore"):
+        # Infinities of both signs are no number, and what is too large for one is none.
+        with np.errstate(invalid="ignore", over="ignore"):
             values = np.asarray(sum(values[..., c] for c in range(count)) / count)
     bright = values[np.isfinite(values) & (values > 0)]
     if bright.size == 0:
         return np.where(np.isfinite(values), 0.0, np.nan)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         toned = np.log1p(4 * np.maximum(values, 0) / np.median(bright))
     return np.where(np.isfinite(toned), toned, np.nan)
 

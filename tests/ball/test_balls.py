@@ -444,6 +444,11 @@ def test_pixels_that_are_not_finite():
     assert np.isfinite(two.image).mean() > 0.97
 
 
+def test_a_brightness_that_is_no_number():
+    with pytest.raises(ValueError, match="no ball found"):
+        sm.ball.find(np.full((80, 160, 3), 1e308))
+
+
 def test_masks_of_the_wrong_size():
     ball = sm.ball.Ball((58, 47), (32, 32), 0, 1)
     for mask in (np.ones((96, 111)), np.ones((96, 112, 3)), np.ones(96), np.ones((0, 0))):

@@ -27,6 +27,9 @@ pub struct Healpix;
 /// √(2/3): the sine of the angle from a pole over the distance to it.
 const SQRT_2_3: f64 = 0.816_496_580_927_726;
 
+/// Where caps begin: [`Info::creases`]. On the four faces of the belt nothing bends there.
+const CAPS: [[f64; 3]; 1] = [[1.0, 1.0, 0.0]];
+
 const LAYOUTS: &[LayoutSpec] = &[
     LayoutSpec {
         name: "faces",
@@ -48,6 +51,7 @@ impl Projection for Healpix {
         axes: "+x +y +z",
         faces: 12,
         layouts: LAYOUTS,
+        creases: &CAPS,
         equal_area: true,
         ..Info::PLAIN
     };

@@ -282,8 +282,8 @@ pub struct Info {
     /// Both formulas of a face are analytic inside it, but at singular points, and its encoding, continued across its
     /// border, leaves the square or the disk: so a polynomial may stand for them.
     pub smooth: bool,
-    /// Straight lines of a face, a, b and c of a p + b q = c, at which decoding bends; on either side of each it is analytic, but at
-    /// singular points. None where that is not known, or where [`Info::smooth`] says all.
+    /// Straight lines of a face, a, b and c of a p + b q = c, at which both formulas bend; on either side of each they are analytic,
+    /// but at singular points. None where that is not known, or where [`Info::smooth`] says all.
     pub creases: &'static [[f64; 3]],
     /// The radians that a direction and what comes back of it through the image may be apart, in f32 and in f64, at the
     /// default parameters.

@@ -37,15 +37,18 @@ impl<'a> CoordinateMap<'a> {
         self.same
     }
 
-    /// Whether both formulas are smooth, that of the target between its [`CoordinateMap::creases`].
+    /// Whether both formulas are smooth between [`CoordinateMap::creases`].
     pub fn smooth(&self) -> bool {
-        let target = self.target.info();
-        self.source.info().smooth && (target.smooth || !target.creases.is_empty())
+        let smooth = |map: &Map| map.info().smooth || !map.info().creases.is_empty();
+        self.same || smooth(self.source) && smooth(self.target)
     }
 
-    /// Those of the target, in p and q.
-    pub fn creases(&self) -> &'static [[f64; 3]] {
-        self.target.info().creases
+    /// Those of the target and of the source, in p and q. Places that stay what they are bend nowhere.
+    pub fn creases(&self) -> [&'static [[f64; 3]]; 2] {
+        if self.same {
+            return [&[]; 2];
+        }
+        [self.target.info().creases, self.source.info().creases]
     }
 
     /// Takes the first `count` places of a tile along. NaN where either image holds nothing.

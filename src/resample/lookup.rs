@@ -5,7 +5,8 @@
 //! come from polynomials through a few (`patch`), and they are f32 as well (f64 ones took half of the time) unless a side
 //! is so long that it would show. Where the source ends somewhere, rounding would decide on which side of its border
 //! a texel lies, so that polynomials stand for those alone that need no texel beyond it, and all are f64. Between two images of the same projection nothing is decoded, so that
-//! what stays where it is stays what it is.
+//! what stays where it is stays what it is. There, and in images that are filtered in f64, places are the formula's own, and
+//! polynomials say only what shape texels have in the source that are averaged.
 
 use crate::error::Error;
 use crate::image::raster::{Block, Raster};
@@ -70,7 +71,10 @@ pub(crate) fn convert<T: Texel>(
         target,
         coordinate_map,
         // At a border of the source the texel that is nearest decides alone.
-        patches: rounds && longest <= PATCHED_SIDE && (whole || filter != LookupFilter::Nearest),
+        patches: (rounds || antialias)
+            && longest <= PATCHED_SIDE
+            && (whole || filter != LookupFilter::Nearest),
+        rounds,
         whole,
         filter,
         antialias,
@@ -92,8 +96,10 @@ struct Conversion<'s, 'a, T> {
     source: &'s Texture<'a, T>,
     target: Raster,
     coordinate_map: CoordinateMap<'s>,
-    /// Whether polynomials serve for coordinates.
+    /// Whether polynomials serve for coordinates, or for what texels are in the source.
     patches: bool,
+    /// Whether coordinates may be as far off as polynomials are.
+    rounds: bool,
     /// Whether the source is the whole sphere.
     whole: bool,
     filter: LookupFilter,
@@ -207,14 +213,18 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
             return;
         }
         let count = block.columns * block.rows;
-        let patch = patch.filter(|(patch, row)| {
-            patch.write(*row, block, lookups.tile());
-            lookups.place(count) || job.whole && patch.holds(lookups.tile(), count)
-        });
-        if patch.is_none() {
+        let mut patch = patch;
+        if job.rounds {
+            patch = patch.filter(|(patch, row)| {
+                patch.write(*row, block, lookups.tile());
+                lookups.place(count) || job.whole && patch.holds(lookups.tile(), count)
+            });
+        }
+        if !job.rounds || patch.is_none() {
             centers.of(block, lookups.tile());
             job.coordinate_map.take(lookups.tile(), count);
             lookups.place(count);
+            patch = patch.filter(|(patch, _)| patch.has_face_of(lookups.tile(), count));
         }
         if let Some(means) = means {
             // The block before, whose means come after its lookups.

@@ -33,8 +33,8 @@ from spheremap.cli.terminal import (
     tell_worlds,
 )
 from spheremap.io.tonemap import Curve
+from spheremap.tiles.asked import Extension, Format, Frame
 from spheremap.tiles.folder import empty_folder
-from spheremap.tiles.writing import Extension, Format, Frame
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -117,7 +117,7 @@ def write(
     The largest level is what `convert` makes of the image, and each of the others has the mean
     light of the one before. Each file appears whole or not at all, and the one that a viewer is
     given appears last: where it is, all is there. Two levels are held in memory, where light takes
-    4 bytes a channel.
+    4 bytes a channel; `write_file` takes no more than it is given.
 
     The formats are those of Pannellum 2.5, Marzipano 0.10, Photo Sphere Viewer 5, Deep Zoom of 2009
     and HiPS 1.0 of the IVOA.

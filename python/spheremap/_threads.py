@@ -12,9 +12,10 @@ from ._progress import counted
 T = TypeVar("T")
 
 
-def on_all_threads(work: Callable[[T], None], blocks: Iterable[T]) -> None:
-    """Do the work on each block. NumPy and lookups release the interpreter's lock."""
-    pool = ThreadPoolExecutor(_core.get_num_threads())
+def on_all_threads(work: Callable[[T], None], blocks: Iterable[T], most: int | None = None) -> None:
+    """Do the work on each block, on `most` at once. NumPy and lookups release Python's lock."""
+    threads = _core.get_num_threads()
+    pool = ThreadPoolExecutor(threads if most is None else min(threads, most))
     try:
         for under_way in counted([pool.submit(work, block) for block in blocks]):
             under_way.result()

@@ -35,6 +35,29 @@ def test_it_writes_what_the_function_does(sky: Path, tmp_path: Path) -> None:
     assert files(tmp_path / "a") == files(tmp_path / "b")
 
 
+@pytest.mark.parametrize("format", ["marzipano", "hips"])
+@pytest.mark.parametrize("kind", ["light", "picture", "alpha"])
+def test_little_memory_writes_the_same(format: str, kind: str, tmp_path: Path) -> None:
+    light = np.abs(sm.directions("latlong", 64)).astype(np.float32) * 3
+    source = tmp_path / ("sky.exr" if kind == "light" else "sky.png")
+    pixels = light if kind == "light" else io.tonemap(light)
+    if kind == "alpha":
+        pixels = np.dstack([pixels, np.full((64, 128), 99, np.uint8)])
+    io.write(source, pixels)
+    options = ["--format", format, "--tile-size", 16, "--size", 32, "--rotation", 10, 20, 30]
+    options += ["--world", "literal"]
+    said = [
+        good("tiles", source, tmp_path / name, *options, *more)
+        for name, more in (("a", []), ("b", ["--memory", "256M"]))
+    ]
+    found, wanted = files(tmp_path / "b"), files(tmp_path / "a")
+    for held in (found, wanted):
+        held.pop("properties", None)
+    assert found == wanted
+    cut = [line for text in said for line in text.splitlines() if "is cut at 1" in line]
+    assert len(cut) == 2 * (kind == "light") and len(set(cut)) <= 1
+
+
 @pytest.mark.parametrize("suffix", [".exr", ".png"])
 def test_the_largest_level_is_what_convert_writes(suffix: str, sky: Path, tmp_path: Path) -> None:
     source = tmp_path / f"in{suffix}"
@@ -95,6 +118,13 @@ def test_what_does_not_go_together_is_one_line(sky: Path, tmp_path: Path) -> Non
     bad("tiles", sky, full, *pannellum, code=1, says="the folder is not empty")
     bad("tiles", sky, sky, *pannellum, code=1, says="it is no folder")
     bad("tiles", tmp_path / "none.exr", out, *pannellum, code=1, says="none.exr")
+    (tmp_path / "text.png").write_text("no image")
+    bad("tiles", sky, out, *pannellum, "--memory", "much", code=2, says="--memory is a number of")
+    bad("tiles", sky, out, *pannellum, "--memory", 0, code=1, says="--memory to be at least 1342")
+    bad("tiles", sky, out, *pannellum, "--memory", "1M", code=1, says="--memory to be at least 13")
+    bad("tiles", sky, out, *pannellum, "--memory", "1G", "--filter", "ewa", code=2, says="no --fi")
+    for name in ("none.exr", "text.png"):
+        bad("tiles", tmp_path / name, out, *pannellum, "--memory", "1G", code=1, says=name)
     io.write(tmp_path / "a.png", np.zeros((16, 32, 3), np.uint8))
     bad("tiles", tmp_path / "a.png", out, *pannellum, "--exposure", 1, code=2, says="do nothing")
     assert not out.exists()

@@ -579,6 +579,7 @@ OTHERS = {
 # Their memory is that of what they look for in photos, and of other programs.
 NOT_MEASURED = {
     "energy_file",
+    "write_file",
     "camera",
     "code",
     "effect",

@@ -19,6 +19,7 @@ from spheremap.cli.options import (
     FromSaid,
     Height,
     Lookup,
+    Memory,
     NoClobber,
     OneLookup,
     Part,
@@ -108,12 +109,7 @@ class Asked:
     part: Part = None
     any_aspect: AnyAspect = False
     no_clobber: NoClobber = False
-    memory: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N", help="Take so many bytes at most, as 512M: for files larger than that."
-        ),
-    ] = None
+    memory: Memory = None
     resume: Annotated[
         bool, typer.Option("--resume", help="With --memory: go on where this was cut off.")
     ] = False

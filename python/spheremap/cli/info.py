@@ -13,7 +13,7 @@ import typer
 from spheremap import io
 from spheremap.cli import files, picture, radiance, report
 from spheremap.cli.lengths import as_bytes
-from spheremap.cli.options import ColorSpace, FromGuess, Part
+from spheremap.cli.options import ColorSpace, FromGuess, Memory, Part
 from spheremap.cli.report import Channel, Found, Light
 from spheremap.cli.steps import Step
 from spheremap.cli.terminal import check_projection, progress, read
@@ -39,12 +39,7 @@ def info(
     colorspace: ColorSpace = None,
     part: Part = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False,
-    memory: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N", help="Take so many bytes at most, as 512M: for files larger than that."
-        ),
-    ] = None,
+    memory: Memory = None,
 ) -> None:
     """Tell what an image holds, which projections it may be, and its light.
 

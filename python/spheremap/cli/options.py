@@ -57,6 +57,12 @@ Part = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Which image of a file of several, or its number."),
 ]
+Memory = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N", help="Take so many bytes at most, as 512M: for files larger than that."
+    ),
+]
 ColorSpace = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Of IN, whatever it says: sRGB, linear, ACEScg ..."),

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 import spheremap as sm
-from spheremap import io
-from spheremap.cli import files, lengths, picture
+from spheremap.cli import files, lengths
 from spheremap.cli.options import (
     AnyAspect,
     ColorSpace,
     Exposure,
     FromGuess,
     Lookup,
+    Memory,
     Part,
     Rotation,
     World,
 )
 from spheremap.cli.pairs import named_values
-from spheremap.cli.picture import Picture
+from spheremap.cli.shown import Shown
 from spheremap.cli.terminal import (
     UsageError,
     check_projection,
@@ -33,11 +31,15 @@ from spheremap.cli.terminal import (
     tell_worlds,
 )
 from spheremap.io.tonemap import Curve
+from spheremap.map.named import resolve
+from spheremap.resample.conversion import needs_chain
+from spheremap.tiles.asked import Extension, Format, Frame, Kind, written
 from spheremap.tiles.folder import empty_folder
-from spheremap.tiles.writing import Extension, Format, Frame
+from spheremap.tiles.held import HeldImage
+from spheremap.tiles.large import file_image
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from spheremap.tiles.level import Image
 
 
 def tiles(
@@ -91,6 +93,7 @@ def tiles(
     part: Part = None,
     colorspace: ColorSpace = None,
     any_aspect: AnyAspect = False,
+    memory: Memory = None,
 ) -> None:
     """Write an image as a pyramid of tiles for a viewer on the web.
 
@@ -110,35 +113,39 @@ def tiles(
         refuse(context, ["curve", "exposure"], "where floats are written")
     if format == "hips" and tile_size & (tile_size - 1):
         raise UsageError(f"--tile-size of hips is a power of two, got {tile_size}")
+    most = None if memory is None else lengths.as_bytes("--memory", memory)
+    if most is not None and needs_chain(filter):
+        raise UsageError(f"--memory has no --filter {filter}, which needs all at once")
     empty_folder(folder)
     start = time.perf_counter()
     with progress() as step:
         step(f"reading {source.name}")
-        image, src = _read(source, from_, part, colorspace, channels, any_aspect)
-        if not image.is_light and (curve != "none" or exposure):
+        shown = Shown(source, part, colorspace, channels)
+        src = shown.map(from_, any_aspect)
+        if not shown.is_light and (curve != "none" or exposure):
             raise UsageError("--tonemap and --exposure do nothing where integers stay integers")
+        turned = resolve(src, rotation=sm.rotation(*rotate) if any(rotate) else None)
+        kind = Kind.of(format, extension, curve, exposure, turned)
+        image: Image
+        if most is None:
+            image = HeldImage(kind.taken(shown.whole()))
+        else:
+            image = file_image(shown.parts(), shown.shape, kind, tile_size=tile_size, memory=most)
         step(f"writing {folder.name}")
         with step.listening():
-            made = sm.tiles.write(
-                image.pixels,
-                src,
+            made = written(
+                image,
+                kind,
                 folder,
-                format=format,
                 size=lengths.texels("--size", size) if size else None,
                 tile_size=tile_size,
-                extension=extension,
                 quality=quality,
                 filter=filter,
-                rotation=sm.rotation(*rotate) if any(rotate) else None,
                 world=world,
-                curve=curve,
-                exposure=exposure,
                 title=source.stem if title is None else title,
                 frame=frame,
                 properties=named_values("--property", properties, "obs_title=Sky"),
                 page=not no_page,
-                # It was held to its aspect when it was read.
-                any_aspect=True,
             )
     # Viewers have no world but up and ahead; a survey has that of the sky.
     sky = sm.projection("healpix:healpy" if format == "hips" else "latlong")
@@ -150,38 +157,15 @@ def tiles(
         f"{made.manifest}: {files.described(src)} as {format}, {shape}, {levels}, "
         f"{made.tiles} tiles in {seconds:.1f} s"
     )
-    if image.is_light and extension != "fits" and curve == "none":
-        _tell_cut(image.pixels, exposure)
+    if shown.is_light and extension != "fits" and curve == "none":
+        _tell_cut(shown.largest, exposure)
 
 
-def _read(
-    path: Path,
-    name: str | None,
-    part: str | None,
-    color_space: str | None,
-    channels: str | None,
-    any_aspect: bool,
-) -> tuple[Picture, sm.Projection]:
-    """Return the colors of a file, of sRGB or linear light, and their map."""
-    loaded = picture.load(path, part=part, color_space=color_space)
-    height, width = loaded.pixels.shape[:2]
-    taken = name or files.claimed(loaded.projection, height, width) or files.likely(height, width)
-    advice = "--any-aspect takes it as it is"
-    src = files.of_file(taken, None, height, width, any_aspect=any_aspect, advice=advice)
-    if channels is not None:
-        loaded = picture.with_channels(loaded, channels.split(","))
-    if loaded.is_light or loaded.color_space != picture.SRGB or loaded.alpha_channel is not None:
-        loaded = picture.as_light(loaded)
-        light = io.to_linear(loaded.pixels, color_space=loaded.color_space)
-        loaded = replace(loaded, pixels=light, color_space=picture.LINEAR)
-    return picture.without_alpha(loaded), src
-
-
-def _tell_cut(pixels: NDArray[Any], exposure: float) -> None:
+def _tell_cut(largest: float, exposure: float) -> None:
     """Say what the tiles do not show."""
-    largest = float(np.max(pixels, where=np.isfinite(pixels), initial=0.0)) * 2.0**exposure
-    if largest > 1:
+    brightest = largest * 2.0**exposure
+    if brightest > 1:
         print(
-            f"light up to {largest:.3g} is cut at 1; --tonemap reinhard compresses it, and "
+            f"light up to {brightest:.3g} is cut at 1; --tonemap reinhard compresses it, and "
             "hips with --extension fits keeps it"
         )

@@ -28,14 +28,14 @@ from ..resample.parts import convert_seen, weighs
 from ..resample.seen import Rectangle, SourceTiles, tiles
 from ..resample.sparse import sparse_zeros
 from .reading import Reader, Source
+from .room import set_aside
 from .tiling import has_tiles, in_tiles, removed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .._projection import Projection
 
-__all__ = ["LEAST_MEMORY", "convert_parts", "expect_memory"]
+__all__ = ["LEAST_MEMORY", "cached", "convert_parts", "expect_memory", "fill"]
 
 # Rows and columns of what is read at once.
 _TILE = (128, 512)
@@ -86,11 +86,10 @@ def convert_parts(
     expect_memory(memory, LEAST_MEMORY)
     conversion.nothing()
     kind = stored(np.zeros((1, 1, conversion.shape[-1]), conversion.dtype))
-    columns, cached = conversion.shape[-2], 3 * memory // 8
-    reader = Reader(source, columns, cached) if has_tiles(source) else None
+    columns, cache = conversion.shape[-2], cached(memory)
+    reader = Reader(source, columns, cache) if has_tiles(source) else None
     name = _name(source, conversion, memory, f"{kind.dtype} {said}")
     made = _Made(target, (*conversion.size, kind.shape[-1]), kind.dtype, name, keep)
-    there = resolve_pair(conversion.src, conversion.dst, None, conversion.options["world"])[1]
     folder = target.with_name(f".{target.stem}.spheremap-tiles-{name}")
     begins = 0.0 if reader else _TILING
     try:
@@ -98,9 +97,16 @@ def convert_parts(
             if not keep:
                 removed(folder)
             with share(0.0, begins):
-                reader = Reader(in_tiles(source, folder, memory // 8), columns, cached)
+                reader = Reader(in_tiles(source, folder, memory // 8), columns, cache)
         with share(begins, 1.0):
-            _fill(made, conversion, reader, there, stored, memory)
+            fill(
+                conversion,
+                reader.read,
+                lambda window, texels: made.put(window, stored(texels)),
+                memory,
+                first=made.count,
+                finished=made.finished,
+            )
         put(made.texels())
     except BaseException:
         made.leave(keep)
@@ -115,6 +121,11 @@ def expect_memory(memory: int, least: int) -> None:
     """Raise where there is less memory than a call takes whatever its images are."""
     if memory < least:
         raise ValueError(f"Expected `memory` to be at least {least} bytes, got {memory}.")
+
+
+def cached(memory: int) -> int:
+    """Return what the cache of a source may take of a call's memory."""
+    return 3 * memory // 8
 
 
 def _name(source: Source, conversion: Conversion, memory: int, said: str) -> str:
@@ -142,15 +153,12 @@ class _Made:
         whole = self._length + 8
         if not (keep and self._path.exists() and self._path.stat().st_size == whole):
             with open(self._path, "wb") as file:
-                file.truncate(whole)
-                # Without room set aside, a full disk would end the process at a store.
-                if hasattr(os, "posix_fallocate"):
-                    try:
-                        os.posix_fallocate(file.fileno(), 0, whole)
-                    except OSError as error:
-                        self.leave(False)
-                        why = f"no room for its texels beside it: {error.strerror}"
-                        raise OSError(f"cannot write {str(target)!r}: {why}") from None
+                try:
+                    set_aside(file, whole)
+                except OSError as error:
+                    self.leave(False)
+                    why = f"no room for its texels beside it: {error.strerror}"
+                    raise OSError(f"cannot write {str(target)!r}: {why}") from None
 
         with open(self._path, "rb") as file:
             file.seek(self._length)
@@ -195,15 +203,32 @@ class _Made:
         return np.memmap(self._path, self._dtype, mode, shape=self._shape)
 
 
-def _fill(
-    made: _Made,
+def fill(
     conversion: Conversion,
-    reader: Reader,
-    target: Projection,
-    stored: Callable[[NDArray[Any]], NDArray[Any]],
+    read: Callable[[Rectangle], NDArray[Any]],
+    put: Callable[[Rectangle, NDArray[Any]], None],
     memory: int,
+    *,
+    first: int = 0,
+    finished: Callable[[int], None] | None = None,
 ) -> None:
-    """Make all parts of the result that are not there."""
+    """Make the parts of a result, one by one.
+
+    Parameters
+    ----------
+    conversion : Conversion
+    read : callable
+        Returns the texels of a part of the source.
+    put : callable
+        Is given each part of the result.
+    memory : int
+        In bytes; half of it is for what a part sees, and an eighth for a part.
+    first : int
+        How many windows are there already.
+    finished : callable, optional
+        Is told how many windows are there, after each.
+    """
+    target = resolve_pair(conversion.src, conversion.dst, None, conversion.options["world"])[1]
     channels = conversion.shape[-1]
     shape = conversion.shape[:-1]
     parts = tiles(shape, _tile(shape, memory), conversion.src)
@@ -213,7 +238,7 @@ def _fill(
     windows = tiles(conversion.size, (side, side), target)
 
     length_of = partial(_length, conversion, weighs(conversion))
-    kept = None if weighs(conversion) else _Kept(conversion, reader, length_of, memory // 2)
+    kept = None if weighs(conversion) else _Kept(conversion, read, length_of, memory // 2)
 
     def divided(window: Rectangle) -> Iterator[tuple[Rectangle, list[Rectangle]]]:
         """Yield parts of a window that see no more than there is memory for, and what they see."""
@@ -225,18 +250,20 @@ def _fill(
         for quarter in _quarters(window, length):
             yield from divided(quarter)
 
-    for k in range(made.count, len(windows)):
-        for window, seen in divided(windows[k]):
-            held = [(part.index, partial(reader.read, part)) for part in seen]
-            # Nothing else may hold the source, which is let go of when it is full.
-            (texels,) = convert_seen(
-                conversion,
-                held,
-                [window],
-                source=None if kept is None else kept.with_parts(seen),
-            )
-            made.put(window, stored(texels))
-        made.finished(k + 1)
+    for k in range(first, len(windows)):
+        with share(k / len(windows), (k + 1) / len(windows)):
+            for window, seen in divided(windows[k]):
+                held = [(part.index, partial(read, part)) for part in seen]
+                # Nothing else may hold the source, which is let go of when it is full.
+                (texels,) = convert_seen(
+                    conversion,
+                    held,
+                    [window],
+                    source=None if kept is None else kept.with_parts(seen),
+                )
+                put(window, texels)
+        if finished is not None:
+            finished(k + 1)
         done((k + 1) / len(windows))
 
 
@@ -256,11 +283,11 @@ class _Kept:
     def __init__(
         self,
         conversion: Conversion,
-        reader: Reader,
+        read: Callable[[Rectangle], NDArray[Any]],
         length: Callable[[Iterable[Rectangle]], int],
         room: int,
     ) -> None:
-        self._conversion, self._reader = conversion, reader
+        self._conversion, self._read = conversion, read
         self._length, self._room = length, room
         self._forget()
 
@@ -270,7 +297,7 @@ class _Kept:
             self._forget()
         for part in seen:
             if part not in self._there:
-                self._texels[part.index] = self._reader.read(part)
+                self._texels[part.index] = self._read(part)
                 self._there.add(part)
         return self._texels
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Look", "light", "without_alpha"]
 
-_AT_A_TIME = 1 << 21
+_AT_A_TIME = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,12 @@ def light(pixels: NDArray[Any]) -> NDArray[np.float32]:
     if pixels.dtype.kind == "f":
         with np.errstate(over="ignore", invalid="ignore"):
             return pixels.astype(np.float32, copy=False)
-    every = np.arange(np.iinfo(pixels.dtype).max + 1, dtype=pixels.dtype)
+    return np.asarray(_light_of_each(pixels.dtype)[pixels])
+
+
+@cache
+def _light_of_each(dtype: np.dtype[Any]) -> NDArray[np.float32]:
+    """Return the light of all integers of a type."""
+    every = np.arange(np.iinfo(dtype).max + 1, dtype=dtype)
     table: NDArray[np.float32] = to_linear(every[np.newaxis, :, np.newaxis])[0, :, 0]
-    return np.asarray(table[pixels])
+    return table

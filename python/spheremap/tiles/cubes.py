@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._progress import part
 from ..map.named import projection
-from .cutting import tiles, write_tiles
+from .cutting import tiles, whole, write_tiles
 from .levels import levels
 from .pyramid import Pyramid
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from .._projection import Projection
     from .job import Job
+    from .level import Level
 
 __all__ = ["marzipano", "pannellum"]
 
@@ -49,18 +47,15 @@ def pannellum(job: Job) -> Pyramid:
     count = _halvings(wanted, job.tile_size)
     # So that every level is half of the next, to the texel.
     side = -(-wanted // 2**count) * 2**count
-    with part(0.0, 0.5):
-        top = job.converted(cube, side)
-    written, fallback = 0, None
-    with part(0.5, 1.0):
-        for k, faces in enumerate(levels(job.look, top, cube, _shapes(side, count))):
-            written += _write_faces(job, faces, job.tile_size, f"{count + 1 - k}/{{}}{{}}_{{}}")
-            if fallback is None or fallback.shape[1] > _LARGEST_FALLBACK:
-                fallback = faces
-        assert fallback is not None
-        write_tiles(job, zip((f"fallback/{x}" for x in LETTERS), fallback, strict=True))
-        if job.page:
-            job.folder.page("pannellum")
+    written, has_fallback = 0, False
+    for k, faces in enumerate(levels(job, cube, _shapes(side, count))):
+        written += _write_faces(job, faces, job.tile_size, f"{count + 1 - k}/{{}}{{}}_{{}}")
+        if not has_fallback and (side >> k <= _LARGEST_FALLBACK or k == count):
+            names = (f"fallback/{letter}" for letter in LETTERS)
+            write_tiles(job, faces, zip(names, whole(faces.shape), strict=True), side >> k)
+            has_fallback = True
+    if job.page:
+        job.folder.page("pannellum")
     manifest = job.folder.json(
         "config.json",
         {
@@ -88,18 +83,17 @@ def marzipano(job: Job) -> Pyramid:
     # A level is whole tiles, and the preview half of one: no more texels than these take.
     tile_size = 2 * -(-wanted // 2 ** (count + 1))
     side = tile_size * 2**count
-    with part(0.0, 0.5):
-        top = job.converted(cube, side)
     written = 0
-    with part(0.5, 1.0):
-        for k, faces in enumerate(levels(job.look, top, cube, _shapes(side, count + 1))):
-            if k <= count:
-                written += _write_faces(job, faces, tile_size, f"{count + 1 - k}/{{}}/{{}}/{{}}")
-                continue
-            preview = np.concatenate([faces[LETTERS.index(letter)] for letter in _PREVIEW])
-            write_tiles(job, [("preview", preview)])
-        if job.page:
-            job.folder.page("marzipano")
+    for k, faces in enumerate(levels(job, cube, _shapes(side, count + 1))):
+        if k <= count:
+            written += _write_faces(job, faces, tile_size, f"{count + 1 - k}/{{}}/{{}}/{{}}")
+            continue
+        parts = whole(faces.shape)
+        preview = [faces.read(parts[LETTERS.index(letter)]) for letter in _PREVIEW]
+        picture = job.look.picture(np.concatenate(preview))
+        job.folder.picture(f"preview.{job.extension}", picture)
+    if job.page:
+        job.folder.page("marzipano")
     sizes = [{"tileSize": tile_size, "size": tile_size << k} for k in range(count + 1)]
     half = {"tileSize": tile_size // 2, "size": tile_size // 2, "fallbackOnly": True}
     manifest = job.folder.json(
@@ -117,16 +111,17 @@ def marzipano(job: Job) -> Pyramid:
 
 
 def _shapes(side: int, count: int) -> list[tuple[int, ...]]:
-    return [(6, side >> k, side >> k) for k in range(1, count + 1)]
+    return [(6, side >> k, side >> k) for k in range(count + 1)]
 
 
-def _write_faces(job: Job, faces: NDArray[np.uint8], tile_size: int, pattern: str) -> int:
+def _write_faces(job: Job, faces: Level, tile_size: int, pattern: str) -> int:
     """Write the tiles of six faces; the pattern takes face, row and column."""
     return write_tiles(
         job,
+        faces,
         (
-            (pattern.format(letter, tile.row, tile.column), tile.pixels)
-            for letter, face in zip(LETTERS, faces, strict=True)
-            for tile in tiles(face, tile_size)
+            (pattern.format(LETTERS[tile.face or 0], tile.row, tile.column), tile.part)
+            for tile in tiles(faces.shape, tile_size)
         ),
+        tile_size,
     )

@@ -12,27 +12,31 @@ References
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from datetime import UTC, datetime
-from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from .. import _core
-from .._progress import part
-from .._threads import on_all_threads
+from .._progress import counted
 from ..healpix import frame_rotation
 from ..map.named import projection
+from ..resample.seen import Rectangle, tiles
 from .colors import light
+from .cutting import each, whole
+from .levels import levels
 from .pyramid import Pyramid
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from .._projection import Projection
     from .job import Job
+    from .level import Level
 
 __all__ = ["FRAMES", "hips"]
 
@@ -41,15 +45,17 @@ FRAMES = {"equatorial": "icrs", "galactic": "galactic", "ecliptic": "ecliptic"}
 # Tiles of this order lie in one file as well, each as large as this.
 _ALLSKY, _THUMB = 3, 64
 _SHARE = 0.005
+# Rows and columns of a smaller order that are made at a time.
+_HALVED = 512
 
 
 class _Tile(NamedTuple):
-    """A tile's name, what it holds as a picture, and where it is: face, column, row of tiles."""
+    """A tile's name and number, where it is (face, column, row of tiles), and its pixels."""
 
     name: str
-    pixels: NDArray[Any]
     number: int
     place: tuple[int, int, int]
+    part: Rectangle
 
 
 def hips(job: Job) -> Pyramid:
@@ -57,124 +63,144 @@ def hips(job: Job) -> Pyramid:
     sky = projection("healpix:healpy")
     order = max(0, -(-job.wanted(sky) // job.tile_size) - 1).bit_length()
     side = job.tile_size << order
-    with part(0.0, 0.5):
-        # NaN is what no program shows, and alpha where there are no NaN.
-        faces = job.converted(sky, side, fill=np.nan if job.image.dtype.kind == "f" else 0.0)
-    written, seen = 0, list[int]()
-    with part(0.5, 1.0):
-        for k in range(order, -1, -1):
-            found = [tile for tile in _tiles(_stored(job, faces), k) if _is_seen(tile, faces)]
-            on_all_threads(partial(_write, job, k), found)
+    shapes = [sky.shape(job.tile_size << k) for k in range(order, -1, -1)]
+    while order >= _ALLSKY and shapes[-1][1] > _THUMB << _ALLSKY:
+        shapes.append(sky.shape(shapes[-1][1] // 2))
+    written, seen, cuts = 0, list[int](), None
+    # NaN is what no program shows, and alpha where there are no NaN.
+    missing = np.nan if job.image.dtype.kind == "f" else 0.0
+    for at, level in enumerate(levels(job, sky, shapes, fill=missing, smaller=_halved)):
+        k = order - at
+        if k >= 0:
+            found = _write_tiles(job, level, k)
             written += len(found)
-            seen = [tile.number for tile in found] if k == order else seen
-            if k == 0:
-                values = faces
-            _write_allsky(job, faces, order)
-            if k:
-                faces = _halved(faces)
-        while faces.shape[1] > _THUMB << _ALLSKY and order >= _ALLSKY:
-            faces = _halved(faces)
-            _write_allsky(job, faces, order)
-        # Pictures need no astropy, and it alone writes this.
-        if job.extension == "fits" or find_spec("astropy") is not None:
-            from .fits import moc
+            seen = found if k == order else seen
+        if k == 0 and job.extension == "fits":
+            cuts = _cuts(level)
+        _write_allsky(job, level, order)
+    # Pictures need no astropy, and it alone writes this.
+    if job.extension == "fits" or find_spec("astropy") is not None:
+        from .fits import moc
 
-            job.folder.data("Moc.fits", moc(seen, order, job.frame))
-        if job.page:
-            job.folder.page("hips")
-    said = _properties(job, order, values, len(seen) / (12 * 4**order))
+        job.folder.data("Moc.fits", moc(seen, order, job.frame))
+    if job.page:
+        job.folder.page("hips")
+    said = _properties(job, order, cuts, len(seen) / (12 * 4**order))
     lines = [f"{name:<20} = {value}\n" for name, value in said.items()]
     manifest = job.folder.data("properties", "".join(lines).encode())
     return Pyramid(manifest, (12, side, side), order + 1, written)
 
 
-def _tiles(faces: NDArray[Any], order: int) -> Iterator[_Tile]:
+def _tiles(side: int, order: int) -> Iterator[_Tile]:
     """Yield the tiles of an order; u of `healpix` goes north-east and v north-west."""
-    width = faces.shape[1] >> order
+    width = side >> order
     for face in range(12):
         for row in range(1 << order):
             for column in range(1 << order):
                 # The binary digits of both in turn.
                 number = face * 4**order + int(f"{column:b}", 4) + 2 * int(f"{row:b}", 4)
-                across = slice(column * width, (column + 1) * width)
-                block = faces[face, row * width : (row + 1) * width, across]
                 folder = f"Norder{order}/Dir{number // 10_000 * 10_000}"
-                name = f"{folder}/Npix{number}"
-                yield _Tile(name, block.swapaxes(0, 1), number, (face, column, row))
+                top, left = row * width, column * width
+                part = Rectangle(top, top + width, left, left + width, face)
+                yield _Tile(f"{folder}/Npix{number}", number, (face, column, row), part)
 
 
-def _is_seen(tile: _Tile, faces: NDArray[Any]) -> bool:
-    """Tell whether anything is known in a tile of light."""
-    face, column, row = tile.place
-    width = tile.pixels.shape[0]
-    block = faces[face, row * width :, column * width :][:width, :width]
-    return faces.dtype.kind != "f" or not np.isnan(block).all()
-
-
-def _halved(faces: NDArray[Any]) -> NDArray[np.float32]:
+def _halved(level: Level, sky: Projection, shape: tuple[int, ...]) -> Level:
     """Return each four pixels' mean light; of those that are known, where some are."""
-    n = faces.shape[1] // 2
-    out = np.empty((12, n, n, faces.shape[-1]), np.float32)
-    for face, held in zip(faces, out, strict=True):
-        bright = light(face)
-        quads = [bright[j::2, i::2] for j in (0, 1) for i in (0, 1)]
-        np.multiply(quads[0] + quads[1] + quads[2] + quads[3], np.float32(0.25), out=held)
-        some = np.isnan(held)
-        if some.any():
-            known = sum(~np.isnan(quad) for quad in quads)
-            total = sum(np.nan_to_num(quad, posinf=np.inf, neginf=-np.inf) for quad in quads)
-            mean = total / np.maximum(known, 1)
-            held[some] = np.where(known > 0, mean, np.nan)[some]
+    made = level.empty((*shape, level.shape[-1]))
+    for part in counted(tiles(shape, (_HALVED, _HALVED))):
+        four = Rectangle(2 * part.top, 2 * part.bottom, 2 * part.left, 2 * part.right, part.face)
+        made.put(part, _mean_of_four(light(level.read(four))))
+    return made
+
+
+def _mean_of_four(bright: NDArray[np.float32]) -> NDArray[np.float32]:
+    quads = [bright[j::2, i::2] for j in (0, 1) for i in (0, 1)]
+    out: NDArray[np.float32] = (quads[0] + quads[1] + quads[2] + quads[3]) * np.float32(0.25)
+    some = np.isnan(out)
+    if some.any():
+        known = sum(~np.isnan(quad) for quad in quads)
+        total = sum(np.nan_to_num(quad, posinf=np.inf, neginf=-np.inf) for quad in quads)
+        mean = total / np.maximum(known, 1)
+        out[some] = np.where(known > 0, mean, np.nan)[some]
     return out
 
 
-def _write(job: Job, order: int, tile: _Tile) -> None:
-    if job.extension != "fits":
-        job.folder.picture(f"{tile.name}.{job.extension}", tile.pixels)
-        return
-    # Here, as astropy takes time to import.
-    from .fits import fits, place
+def _write_tiles(job: Job, level: Level, order: int) -> list[int]:
+    """Write the tiles of an order in which anything is known, and return their numbers."""
+    found: list[int] = []
+    with_alpha = level.has_nan
 
-    cards = place(job.frame, order, tile.number, tile.place, tile.pixels.shape[0])
-    job.folder.data(f"{tile.name}.fits", fits(tile.pixels[::-1, :, 0], cards))
+    def write(tile: _Tile) -> None:
+        pixels = level.read(tile.part).swapaxes(0, 1)
+        if pixels.dtype.kind == "f" and np.isnan(pixels).all():
+            return
+        if job.extension != "fits":
+            picture = _stored(job, pixels, with_alpha)
+            job.folder.picture(f"{tile.name}.{job.extension}", picture)
+        else:
+            # Here, as astropy takes time to import.
+            from .fits import fits, place
+
+            cards = place(job.frame, order, tile.number, tile.place, len(pixels))
+            job.folder.data(f"{tile.name}.fits", fits(pixels[::-1, :, 0], cards))
+        found.append(tile.number)
+
+    each(level, write, _tiles(level.shape[1], order), job.tile_size)
+    return sorted(found)
 
 
-def _stored(job: Job, pixels: NDArray[Any]) -> NDArray[Any]:
-    """Return what files hold: numbers, or a picture, in .png with alpha where some are missing."""
-    if job.extension == "fits":
-        return pixels
+def _stored(job: Job, pixels: NDArray[Any], with_alpha: bool) -> NDArray[Any]:
+    """Return a picture, in .png with alpha where some pixels of it are missing."""
     picture = job.look.picture(pixels)
-    if job.extension == "jpg" or pixels.dtype.kind != "f":
+    if job.extension == "jpg" or not with_alpha:
         return picture
     known = ~np.isnan(pixels).any(axis=-1, keepdims=True)
-    if known.all():
-        return picture
     return np.concatenate([picture, known.astype(np.uint8) * np.uint8(255)], axis=-1)
 
 
-def _write_allsky(job: Job, faces: NDArray[Any], order: int) -> None:
-    """Write the tiles of order 3 side by side, of faces of the size that they have there."""
-    width = min(job.tile_size, _THUMB)
-    if order < _ALLSKY or faces.shape[1] != width << _ALLSKY:
+def _write_allsky(job: Job, level: Level, order: int) -> None:
+    """Write the tiles of order 3 side by side, of a level of the size that they have there."""
+    width, side = min(job.tile_size, _THUMB), level.shape[1]
+    if order < _ALLSKY or side != width << _ALLSKY:
         return
     count = 12 * 4**_ALLSKY
     columns = int(count**0.5)
     rows = -(-count // columns)
-    blank = np.nan if faces.dtype.kind == "f" else 0
-    sky = np.full((rows * width, columns * width, faces.shape[-1]), blank, faces.dtype)
-    for tile in _tiles(faces, _ALLSKY):
+    blank = np.nan if level.dtype.kind == "f" else 0
+    sky = np.full((rows * width, columns * width, level.shape[-1]), blank, level.dtype)
+    for tile in _tiles(side, _ALLSKY):
         row, column = divmod(tile.number, columns)
-        sky[row * width :, column * width :][:width, :width] = tile.pixels
+        pixels = level.read(tile.part).swapaxes(0, 1)
+        sky[row * width :, column * width :][:width, :width] = pixels
     name = f"Norder{_ALLSKY}/Allsky"
     if job.extension != "fits":
-        job.folder.picture(f"{name}.{job.extension}", _stored(job, sky))
+        # Where there are fewer tiles than places, some are missing.
+        picture = _stored(job, sky, sky.dtype.kind == "f")
+        job.folder.picture(f"{name}.{job.extension}", picture)
         return
     from .fits import fits
 
     job.folder.data(f"{name}.fits", fits(sky[::-1, :, 0], {}))
 
 
-def _properties(job: Job, order: int, values: NDArray[Any], seen: float) -> dict[str, str]:
+def _cuts(level: Level) -> str | None:
+    """Return between which numbers almost all of a level are."""
+    values = np.empty(math.prod(level.shape), np.float32)
+    count = 0
+    for part in whole(level.shape):
+        pixels = level.read(part)
+        known = pixels[np.isfinite(pixels)]
+        values[count : count + known.size] = known
+        count += known.size
+    if not count:
+        return None
+    share = [_SHARE, 1 - _SHARE]
+    low, high = np.quantile(values[:count], share, overwrite_input=True)
+    return f"{low:.6g} {high:.6g}"
+
+
+def _properties(job: Job, order: int, cuts: str | None, seen: float) -> dict[str, str]:
     """Return what ``properties`` says, with what the caller says instead."""
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%MZ")
     word = re.sub(r"[^A-Za-z0-9_.-]+", "-", job.title).strip("-") or "sky"
@@ -203,10 +229,8 @@ def _properties(job: Job, order: int, values: NDArray[Any], seen: float) -> dict
     }
     if job.extension == "fits":
         said["hips_pixel_bitpix"] = "-32"
-        known = values[np.isfinite(values)]
-        if known.size:
-            low, high = np.quantile(known, [_SHARE, 1 - _SHARE])
-            said["hips_pixel_cut"] = f"{low:.6g} {high:.6g}"
+        if cuts is not None:
+            said["hips_pixel_cut"] = cuts
     elif job.image.shape[-1] == 3:
         said["dataproduct_subtype"] = "color"
     return said | dict(job.properties)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..map.size import matching_size
-from ..resample.verbs import convert
+from ..resample.conversion import Conversion
 from .colors import Look
 from .folder import Folder
 
@@ -16,11 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
     from .._names import ConvertFilter
     from .._projection import Projection
     from ..map.named import Worlds
+    from .level import Image, Level
 
 __all__ = ["Job"]
 
@@ -29,7 +28,7 @@ __all__ = ["Job"]
 class Job:
     """An image with its channels last, where its tiles go, and how they are made."""
 
-    image: NDArray[Any]
+    image: Image
     src: Projection
     folder: Folder
     size: int | None
@@ -64,18 +63,15 @@ class Job:
             return self.shape[-2]
         return max(1, matching_size(self.shape, self.src, dst))
 
-    def converted(
-        self, dst: Projection, size: int | tuple[int, ...], *, fill: float = 0.0
-    ) -> NDArray[Any]:
+    def converted(self, dst: Projection, shape: tuple[int, ...], *, fill: float = 0.0) -> Level:
         """Return the image in another projection."""
-        # It was held to its aspect when it was given.
-        return convert(
-            self.image,
-            self.src,
-            dst,
-            size=size,
-            filter=self.filter,
-            fill=fill,
-            world=self.world,
-            any_aspect=True,
-        )
+        options = {
+            "filter": self.filter,
+            "fill": fill,
+            "world": self.world,
+            # It was held to its aspect when it was given.
+            "any_aspect": True,
+        }
+        image = self.image
+        conversion = Conversion(self.src, dst, image.shape, image.dtype, shape, options)
+        return image.converted(conversion, self.folder.path)

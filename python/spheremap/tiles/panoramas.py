@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .._progress import part
 from ..map.named import projection
-from .cutting import tiles, write_tiles
+from .cutting import tiles, whole, write_tiles
 from .levels import levels
 from .pyramid import Pyramid
 
 if TYPE_CHECKING:
     from .job import Job
+    from .level import Level
 
 __all__ = ["deepzoom", "photo_sphere_viewer"]
 
@@ -35,22 +35,15 @@ def photo_sphere_viewer(job: Job) -> Pyramid:
     count = max(0, (-(-wanted // job.tile_size) - 1).bit_length() - 1)
     tile_size = -(-wanted // 2 ** (count + 1))
     height = tile_size << count
-    with part(0.0, 0.5):
-        top = job.converted(latlong, height)
     shapes = [(height >> k, 2 * height >> k) for k in range(count + 1)]
     written = 0
-    with part(0.5, 1.0):
-        for k, level in enumerate(levels(job.look, top, latlong, shapes[1:])):
-            written += write_tiles(
-                job,
-                (
-                    (f"{count - k}/panorama_{tile.column}_{tile.row}", tile.pixels)
-                    for tile in tiles(level, tile_size)
-                ),
-            )
-        write_tiles(job, [("base", level)])
-        if job.page:
-            job.folder.page("photo-sphere-viewer")
+    for k, level in enumerate(levels(job, latlong, shapes)):
+        names = f"{count - k}/panorama_{{}}_{{}}"
+        written += _write_panorama(job, level, names, tile_size)
+        if k == count:
+            write_tiles(job, level, zip(["base"], whole(level.shape), strict=True), 2 * tile_size)
+    if job.page:
+        job.folder.page("photo-sphere-viewer")
     manifest = job.folder.json(
         "config.json",
         {
@@ -74,21 +67,13 @@ def deepzoom(job: Job) -> Pyramid:
         # A texel more or less is what the image has.
         height, width = job.shape
     last = (max(height, width) - 1).bit_length()
-    with part(0.0, 0.5):
-        top = job.converted(latlong, (height, width))
-    shapes = [(-(-height // 2**k), -(-width // 2**k)) for k in range(1, last + 1)]
+    shapes = [(-(-height // 2**k), -(-width // 2**k)) for k in range(last + 1)]
     written = 0
-    with part(0.5, 1.0):
-        for k, level in enumerate(levels(job.look, top, latlong, shapes)):
-            written += write_tiles(
-                job,
-                (
-                    (f"panorama_files/{last - k}/{tile.column}_{tile.row}", tile.pixels)
-                    for tile in tiles(level, job.tile_size, _OVERLAP)
-                ),
-            )
-        if job.page:
-            job.folder.page("deepzoom")
+    for k, level in enumerate(levels(job, latlong, shapes)):
+        names = f"panorama_files/{last - k}/{{}}_{{}}"
+        written += _write_panorama(job, level, names, job.tile_size, _OVERLAP)
+    if job.page:
+        job.folder.page("deepzoom")
     text = _DZI.format(
         extension=job.extension,
         overlap=_OVERLAP,
@@ -98,3 +83,16 @@ def deepzoom(job: Job) -> Pyramid:
     )
     manifest = job.folder.data("panorama.dzi", text.encode())
     return Pyramid(manifest, (height, width), last + 1, written)
+
+
+def _write_panorama(job: Job, level: Level, pattern: str, size: int, overlap: int = 0) -> int:
+    """Write the tiles of a panorama; the pattern takes column and row."""
+    return write_tiles(
+        job,
+        level,
+        (
+            (pattern.format(tile.column, tile.row), tile.part)
+            for tile in tiles(level.shape, size, overlap)
+        ),
+        size,
+    )

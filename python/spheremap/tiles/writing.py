@@ -1,30 +1,20 @@
-"""`write`, and what it asks of its arguments."""
+"""`write`: an image in memory as a pyramid."""
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Callable, Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import _core
 from .._arrays import as_image, spatial_axes, spatial_shape
-from .._scalars import as_flag, as_number, as_text, as_whole
-from ..io.opened import library as images
-from ..io.tonemap import CURVES, Curve
-from ..io.whole import as_path
+from .._scalars import as_flag
+from ..io.tonemap import Curve
 from ..map.images import channels_last, expect_aspect
 from ..map.named import resolve
-from . import fits
-from .colors import Look, light, without_alpha
-from .cubes import marzipano, pannellum
-from .folder import Folder, empty_folder
-from .hips import FRAMES, hips
-from .job import Job
-from .panoramas import deepzoom, photo_sphere_viewer
+from .asked import Extension, Format, Frame, Kind, written
+from .held import HeldImage
 from .pyramid import Pyramid
 
 if TYPE_CHECKING:
@@ -34,22 +24,7 @@ if TYPE_CHECKING:
     from .._projection import Projection
     from ..map.named import ProjectionLike, Worlds
 
-__all__ = ["Extension", "Format", "Frame", "write"]
-
-Format: TypeAlias = Literal["pannellum", "marzipano", "photo-sphere-viewer", "deepzoom", "hips"]
-Extension: TypeAlias = Literal["jpg", "png", "fits"]
-Frame: TypeAlias = Literal["equatorial", "galactic", "ecliptic"]
-
-_WRITERS: dict[str, Callable[[Job], Pyramid]] = {
-    "pannellum": pannellum,
-    "marzipano": marzipano,
-    "photo-sphere-viewer": photo_sphere_viewer,
-    "deepzoom": deepzoom,
-    "hips": hips,
-}
-# Smaller ones are more files than anybody wants, and larger ones no graphics card takes.
-_TILE_SIZES = (16, 8192)
-_LARGEST = 1 << 29
+__all__ = ["write"]
 
 
 def write(
@@ -141,8 +116,8 @@ def write(
     -----
     The largest level is what `convert` makes of the image, and each of the others has the mean
     light of the one before. Each file appears whole or not at all, and the one that a viewer is
-    given appears last: where it is, all is there. The largest level is held in memory, and light
-    takes 4 bytes a channel.
+    given appears last: where it is, all is there. Two levels are held in memory, where light takes
+    4 bytes a channel; `write_file` takes no more than it is given.
 
     The formats are those of Pannellum 2.5, Marzipano 0.10, Photo Sphere Viewer 5, Deep Zoom of 2009
     and HiPS 1.0 of the IVOA.
@@ -157,57 +132,28 @@ def write(
     >>> made.manifest.name, made.shape, made.levels, made.tiles
     ('config.json', (6, 42, 42), 2, 30)
     """
-    words = _words(format, extension, curve, frame)
-    p = resolve(projection, rotation=rotation)
-    pixels = _pixels(image, p, any_aspect, channels_first, words["extension"])
-    look = Look(words["curve"], _finite(exposure, "exposure"))
-    if pixels.dtype.kind == "u" and look != Look("none", 0.0):
-        raise ValueError(f"`curve` and `exposure` are for floats, got {pixels.dtype}.")
-    if words["format"] == "hips" and pixels.dtype.kind == "u" and p.coverage != "sphere":
-        # Where nothing is known there is NaN, which is none of integers.
-        pixels = light(pixels)
-    job = Job(
-        image=pixels,
-        src=p,
-        folder=Folder(Path(), _within(quality, "quality", 1, 100)),
-        size=None if size is None else _within(size, "size", 1, _LARGEST),
-        tile_size=_tile_size(tile_size, words["format"]),
-        extension=words["extension"],
-        look=look,
+    kind = Kind.of(format, extension, curve, exposure, resolve(projection, rotation=rotation))
+    pixels = _pixels(image, kind.src, any_aspect, channels_first)
+    return written(
+        HeldImage(kind.taken(pixels)),
+        kind,
+        folder,
+        size=size,
+        tile_size=tile_size,
+        quality=quality,
         filter=filter,
         world=world,
-        title=_line(_name(folder) if title is None else as_text(title, "title"), "title"),
-        frame=words["frame"],
-        properties=_properties(properties),
-        page=as_flag(page, "page"),
+        title=title,
+        frame=frame,
+        properties=properties,
+        page=page,
     )
-    if job.extension == "fits":
-        fits.library()
-    images()
-    return _WRITERS[words["format"]](job.into(empty_folder(folder)))
-
-
-def _words(format: object, extension: object, curve: object, frame: object) -> dict[str, str]:
-    """Return the words that are asked for, each one that there is."""
-    words = {
-        "format": as_text(format, "format"),
-        "extension": "jpg" if extension is None else as_text(extension, "extension"),
-        "curve": as_text(curve, "curve"),
-        "frame": as_text(frame, "frame"),
-    }
-    known = {"format": list(_WRITERS), "extension": list(get_args(Extension)),
-             "curve": list(CURVES), "frame": list(FRAMES)}  # fmt: skip
-    for name, word in words.items():
-        _core.check_word(name, word, known[name])
-    if words["extension"] == "fits" and words["format"] != "hips":
-        raise ValueError(f"`extension` 'fits' is of 'hips' alone, got {words['format']!r}.")
-    return words
 
 
 def _pixels(
-    image: ArrayLike, p: Projection, any_aspect: bool, channels_first: bool, extension: str
+    image: ArrayLike, p: Projection, any_aspect: bool, channels_first: bool
 ) -> NDArray[Any]:
-    """Return the colors of an image, channels last."""
+    """Return an image with its channels last."""
     pixels, axes = as_image(image, None), spatial_axes(p)
     if as_flag(channels_first, "channels_first"):
         pixels = channels_last(pixels, axes)
@@ -215,60 +161,4 @@ def _pixels(
         raise ValueError(f"Expected `image` to have texels, got shape {pixels.shape}.")
     expect_aspect(p, pixels.shape, any_aspect)
     spatial_shape(pixels, p, "image")
-    if pixels.ndim == axes:
-        pixels = pixels[..., np.newaxis]
-    pixels = without_alpha(pixels)
-    if extension != "fits":
-        return pixels
-    if pixels.shape[-1] != 1:
-        raise ValueError(f"FITS tiles hold one channel, `image` has {pixels.shape[-1]}.")
-    # What float32 does not hold is infinite there.
-    with np.errstate(over="ignore", invalid="ignore"):
-        return pixels.astype(np.float32, copy=False)
-
-
-def _within(value: object, name: str, least: int, most: int) -> int:
-    number = as_whole(value, name)
-    if not least <= number <= most:
-        raise ValueError(f"`{name}` must be in [{least}, {most}], got {number}.")
-    return number
-
-
-def _tile_size(value: object, format: str) -> int:
-    number = _within(value, "tile_size", *_TILE_SIZES)
-    if format == "hips" and number & (number - 1):
-        raise ValueError(f"`tile_size` of 'hips' must be a power of two, got {number}.")
-    return number
-
-
-def _finite(value: object, name: str) -> float:
-    number = as_number(value, name)
-    if not math.isfinite(number):
-        raise ValueError(f"`{name}` must be finite, got {number}.")
-    return number
-
-
-def _name(folder: object) -> str:
-    # Of "." and "out/.." as well.
-    return Path(os.path.realpath(as_path(folder))).name or "sky"
-
-
-def _line(text: str, name: str) -> str:
-    if any(c in "\r\n" or "\ud800" <= c <= "\udfff" for c in text):
-        raise ValueError(f"Expected `{name}` to be a line of text, got {text!r:.80}.")
-    return text
-
-
-def _properties(given: object) -> dict[str, str]:
-    """Return lines of a file of ``name = value``."""
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping):
-        raise TypeError(f"Expected `properties` to be a mapping, got {type(given).__name__}.")
-    out = {}
-    for name, value in given.items():
-        word = _line(as_text(name, "properties"), "properties")
-        if not word or "=" in word or word.split() != [word] or word.startswith("#"):
-            raise ValueError(f"`properties` has no name {word!r:.80}: it is one word without '='.")
-        out[word] = _line(as_text(value, "properties"), "properties")
-    return out
+    return pixels[..., np.newaxis] if pixels.ndim == axes else pixels

@@ -818,6 +818,7 @@ def unpack_frame(
     True
     """
     real = as_float_dtype(dtype)
+    name = as_text(name, "name")
     array = as_array(codes, "codes")
     if array.dtype.kind not in "iu" and not (array.size == 0 and not hasattr(codes, "dtype")):
         raise TypeError(f"Expected `codes` to be integers, got dtype {array.dtype}.")

@@ -199,12 +199,12 @@ fn check_name(dialect: &dyn Dialect, name: &str) -> Result<(), Error> {
     }
     if ["gl_", "webgl_"].iter().any(|own| name.starts_with(own)) {
         return Err(Error::Code(format!(
-            "{name:?} begins as GLSL's own names do; choose another name"
+            "Expected `name` to be one that every language takes, got {name:?}, which begins as GLSL's own names do."
         )));
     }
     if dialect.reserved().contains(&name) {
         return Err(Error::Code(format!(
-            "{name:?} is a word of {}; choose another name",
+            "Expected `name` to be one that {} takes, got {name:?}, a word of its own.",
             dialect.title()
         )));
     }

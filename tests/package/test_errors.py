@@ -311,3 +311,44 @@ def test_paths_that_no_disk_can_have(path):
 def test_ragged_codes_are_named():
     with pytest.raises(ValueError, match="Expected `codes` to be an array"):
         sm.packing.unpack([[1], [1, 2]], "oct32")
+
+
+HUGE = np.full((8, 16, 3), 1e308)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "said"),
+    [
+        (
+            lambda: sm.sample_uv(np.zeros((4, 4, 3)), np.zeros((3, 2)), filter=np.ones(3)),
+            TypeError,
+            "str",
+        ),
+        (lambda: sm.sample(IMAGE, D, "latlong", filter=np.ones(3)), TypeError, "str"),
+        (
+            lambda: sm.packing.unpack_frame(np.zeros(3, np.uint64), np.zeros(4, [("a", "f8")])),
+            TypeError,
+            "`name` to be a str",
+        ),
+        (
+            lambda: sm.view(IMAGE, "latlong").box(np.broadcast_to(np.int64(1), 2**40)),
+            ValueError,
+            "`box` to be left, top, right, bottom, got more",
+        ),
+        (lambda: sm.align.identify(HUGE, IMAGE), ValueError, "finite values, got none"),
+        (lambda: sm.code("latlong", "glsl", name=""), ValueError, "Expected `name`"),
+        (lambda: sm.code("latlong", "glsl_es", name="half"), ValueError, "a word of its own"),
+        (lambda: sm.code("latlong", "c", name="gl_a"), ValueError, "GLSL's own"),
+    ],
+)
+def test_hostile_calls(call, error, said):
+    """Each was answered by another library, or without an end."""
+    with pytest.raises(error, match=said):
+        call()
+
+
+def test_numbers_that_overflow_are_no_warnings():
+    assert np.isinf(sm.light.bake_matcap(HUGE, size=12)).any()
+    view = np.random.default_rng(0).random((12, 12, 3)).astype("float32")
+    sky = np.full((32, 64, 3), np.inf, "float32")
+    assert not np.isfinite(sm.embed(view, "double_sphere", sky, "latlong")).all()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import av
 import filming
+import numpy as np
 import pytest
 import spheremap as sm
 from av.sidedata.sidedata import Type
@@ -105,3 +106,10 @@ def test_boxes_move_nothing_else(sky: Path) -> None:
     path.write_bytes(before[index:] + before[:index])
     with pytest.raises(ValueError, match="at the end"):
         boxes.add(path, b"", b"")
+
+
+@pytest.mark.parametrize("name", ["a.tif", "a.png"])
+def test_a_picture_says_nothing(tmp_path, name):
+    """FFmpeg tells things of pictures that PyAV has no words for."""
+    sm.io.write(tmp_path / name, np.zeros((8, 16, 3), np.uint8))
+    assert sm.video.projection(tmp_path / name) is None

@@ -371,7 +371,9 @@ class _Image:
                     "[sm.align.identify(a, b) for a, b in zip(images_a, images_b)]."
                 )
         expect_room(values.shape, np.dtype(np.float32))
-        values = values.astype(np.float32)
+        with np.errstate(over="ignore"):
+            # What is too large for a float is not finite.
+            values = values.astype(np.float32)
         if not channels:
             values = values[..., None]
         # Two channels are gray and alpha, four are colors and alpha: alpha is no scene.

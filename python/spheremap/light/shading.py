@@ -148,7 +148,8 @@ def bake_matcap(
         )
         blocks = fine.reshape(size, _DETAIL, size, _DETAIL, -1).astype(np.float64)
         known = ~np.isnan(blocks)
-        with np.errstate(invalid="ignore"):
+        # What no number holds becomes infinite.
+        with np.errstate(invalid="ignore", over="ignore"):
             mean = np.where(known, blocks, 0).sum(axis=(1, 3)) / known.sum(axis=(1, 3))
         baked = mean.reshape(size, size, *light.shape[len(held) :])
     outside = ~np.isfinite(resolve("matcap").directions(size)[..., 0])

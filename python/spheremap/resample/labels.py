@@ -35,6 +35,10 @@ def labeled(
     # uint8 and uint16 are texels as they are.
     if kind not in "biu" or (kind == "u" and width < 4) or array.ndim not in (axes, axes + 1):
         return None
+    filter = "bilinear" if filter is None else filter
+    if not isinstance(filter, str):
+        # What verbs say of it themselves.
+        return None
     if filter not in ("nearest", "mode"):
         raise TypeError(
             f"Expected `filter` of an `image` of dtype {array.dtype} to be 'nearest', or 'mode' "

@@ -126,7 +126,7 @@ def sample_uv(
         )
 
     if lod is None and derivatives is None and not is_chain(image):
-        found = labeled(image, 2, filter or "bilinear", fill, out, None, looked_up)
+        found = labeled(image, 2, filter, fill, out, None, looked_up)
         if found is not None:
             return found
     return looked_up(image, fill, out)

@@ -168,7 +168,7 @@ def sample(
         )
 
     if lod is None and derivatives is None and not _has_texels(image):
-        found = labeled(image, spatial_axes(p), filter or "bilinear", fill, out, alpha, looked_up)
+        found = labeled(image, spatial_axes(p), filter, fill, out, alpha, looked_up)
         if found is not None:
             return found
     return looked_up(image, fill, out)

@@ -160,7 +160,9 @@ def embed(
         share = share.reshape(share.shape + (1,) * len(channels))
         under = old[seen].astype(exact)
         # Two products and not a difference: whole weights give the view's own numbers.
-        blend = np.where(share == 1, new[seen], (1 - share) * under + share * new[seen])
+        # No share of infinity is no number.
+        with np.errstate(invalid="ignore"):
+            blend = np.where(share == 1, new[seen], (1 - share) * under + share * new[seen])
         if old.dtype.kind == "u":
             blend = np.clip(np.floor(blend + 0.5), 0, np.iinfo(old.dtype).max)
         old[seen] = blend

@@ -121,7 +121,11 @@ def said(frame: VideoFrame, name: str) -> Projection | None:
 def _side_data(frame: VideoFrame, name: str) -> bytes | None:
     from av.sidedata.sidedata import Type
 
-    found: Any = frame.side_data.get(getattr(Type, name))
+    try:
+        found: Any = frame.side_data.get(getattr(Type, name))
+    except ValueError:
+        # Of what FFmpeg knows, PyAV has no word for some, and then none for the rest.
+        return None
     return None if found is None else bytes(found)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -124,11 +125,12 @@ class Overlays:
         shape: tuple[int, ...],
     ) -> None:
         """Add the border of a rectangle of an image, in its pixels."""
-        sides = [as_number(x, "box") for x in as_items(box, "box", "four numbers")]
+        # The fifth tells that there are too many: a view that repeats a number may have any length.
+        some = islice(as_items(box, "box", "four numbers"), 5)
+        sides = [as_number(x, "box") for x in some]
         if len(sides) != 4:
-            raise ValueError(
-                f"Expected `box` to be left, top, right, bottom, got {len(sides)} numbers."
-            )
+            count = "more" if len(sides) > 4 else f"{len(sides)} numbers"
+            raise ValueError(f"Expected `box` to be left, top, right, bottom, got {count}.")
         left, top, right, bottom = sides
         if not (np.isfinite(sides).all() and left < right and top < bottom):
             raise ValueError(

@@ -335,6 +335,8 @@ HUGE = np.full((8, 16, 3), 1e308)
             ValueError,
             "`box` to be left, top, right, bottom, got more",
         ),
+        (lambda: sm.io.to_linear([[1], [1, 2]]), ValueError, "`image`"),
+        (lambda: sm.projection("perspective", fov=np.ma.masked), TypeError, "`fov` must be"),
         (lambda: sm.align.identify(HUGE, IMAGE), ValueError, "finite values, got none"),
         (lambda: sm.code("latlong", "glsl", name=""), ValueError, "Expected `name`"),
         (lambda: sm.code("latlong", "glsl_es", name="half"), ValueError, "a word of its own"),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_real
+from .._arrays import as_array, as_real
 from .._scalars import as_text, as_whole
 from .opened import library, one_line
 
@@ -52,7 +52,7 @@ def to_linear(
     >>> to_linear(np.full((1, 1, 3), 188, np.uint8)).round(2).tolist()
     [[[0.5, 0.5, 0.5]]]
     """
-    return _converted(_fractions(np.asarray(image)), color_space, LINEAR, alpha)
+    return _converted(_fractions(as_array(image, "image")), color_space, LINEAR, alpha)
 
 
 def from_linear(
@@ -82,7 +82,7 @@ def from_linear(
     >>> (from_linear(np.full((1, 1, 3), 0.5)) * 255).round().tolist()
     [[[188.0, 188.0, 188.0]]]
     """
-    return _converted(_fractions(np.asarray(light)), LINEAR, color_space, alpha)
+    return _converted(_fractions(as_array(light, "light")), LINEAR, color_space, alpha)
 
 
 def cut(

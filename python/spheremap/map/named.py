@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
+import numpy as np
+
 from .. import _core
 from .._scalars import as_text
 from .._show import Rows
@@ -47,6 +49,9 @@ def use_class(made: type[Projection]) -> None:
 
 def made(name: str, **options: Any) -> Projection:
     """Return a projection by its name, its parameters and what else `projection` takes."""
+    for parameter, value in options.items():
+        if value is np.ma.masked:
+            raise TypeError(f"`{parameter}` must be a number, got one that is masked.")
     return _made(_class, name, **options)
 
 

@@ -42,7 +42,8 @@ def prepare(folder: Path, line: str) -> None:
     # A line of *.hdr means probes.
     for name in ("sky.exr", "panorama.exr", "env.exr", *["sky.hdr"] * ("sky.hdr" in line)):
         io.write(folder / name, sky)
-    io.write(folder / "panorama.png", np.full((64, 128, 3), 99, np.uint8))
+    for name in ("panorama.png", "huge.tif"):
+        io.write(folder / name, np.full((64, 128, 3), 99, np.uint8))
     io.write(folder / "probe.hdr", sm.convert(sky, "latlong", "angular", size=64))
     # Two photos of a ball, from two sides, or two maps of a scene that say what they are.
     for k, name in enumerate(("a.exr", "b.exr")):

@@ -341,7 +341,7 @@ def test_names_and_options_are_checked() -> None:
         (("latlong", "glsl"), {"name": "gl_map"}, "GLSL's own"),
         (("latlong", "c"), {"name": "webgl_map"}, "GLSL's own"),
         (("latlong", "glsl"), {"name": "a__b"}, "single underscores"),
-        (("latlong", "c"), {"name": "union"}, "word of C99"),
+        (("latlong", "c"), {"name": "union"}, "one that C99 takes"),
         (("latlong", "wgsl"), {"dtype": "float64"}, "64 bits"),
         (("latlong", "glsl"), {"dtype": "float16"}, "did you mean 'float"),
         (("latlong", "glsl"), {"precision": "fast"}, "exact, native"),

@@ -31,6 +31,15 @@ CASES: list[tuple[str, dict[str, float]]] = [
     ("camera_double_sphere", {"fx": 0.4, "fy": 0.5}),
     ("camera_fov", {"fx": 0.4, "fy": 0.5, "omega": 0.9}),
     ("camera_eucm", {"fx": 0.4, "fy": 0.5, "alpha": 0.6, "beta": 1.1}),
+    (
+        "camera_thin_prism_fisheye",
+        {"fx": 0.4, "fy": 0.4, "k1": 0.02, "k2": -0.004, "p1": 1e-3, "p2": -2e-3, "s1": 5e-3},
+    ),
+    # Of wider ones the thirteenth power of the angle is too steep for the differences of JAX.
+    (
+        "camera_rad_tan_thin_prism_fisheye",
+        {"fx": 0.8, "fy": 0.8, "k0": 0.02, "k1": -0.01, "p0": 2e-3, "p1": -1e-3, "s0": 3e-3},
+    ),
 ]
 
 

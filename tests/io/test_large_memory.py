@@ -6,43 +6,31 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from large_files import WATCH, store
 
-oiio = pytest.importorskip("OpenImageIO")
+pytest.importorskip("OpenImageIO")
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="looks into /proc"),
 ]
 
-# Memory that no file backs: pages of files the system takes back when it needs the room.
-SCRIPT = """
-import sys, threading, time
+SCRIPT = (
+    WATCH
+    + """
+import sys
 import numpy as np, spheremap as sm, spheremap.light
 
 place, limit = sys.argv[1], int(sys.argv[2]) << 20
-
-def used():
-    with open("/proc/self/status") as file:
-        return next(int(line.split()[1]) << 10 for line in file if line.startswith("RssAnon"))
-
-def watch():
-    while not done.is_set():
-        seen.append(used())
-        time.sleep(0.002)
 
 # What the first call of any size takes is there before.
 sm.io.write(place + ".small.exr", np.ones((64, 128, 3), np.float32))
 cross = sm.projection("cube", layout="cross")
 sm.io.convert_file(place + ".small.exr", place + ".exr", "latlong", cross, memory=limit)
 sm.light.energy_file(place + ".small.exr", "latlong", memory=limit)
-before, seen, done = used(), [], threading.Event()
-watcher = threading.Thread(target=watch)
-watcher.start()
-{call}
-done.set()
-watcher.join()
-print(max(seen) - before)
+print(most_taken(lambda: {call}))
 """
+)
 
 CALLS = {
     "convert": "sm.io.convert_file(place, place + '.out.tif', 'latlong', cross, any_aspect=True, "
@@ -61,19 +49,8 @@ def large(tmp_path_factory):
     place = str(tmp_path_factory.mktemp("large") / "sky.tif")
     band = np.random.default_rng(0).integers(0, 50_000, (256, 8192, 3), np.uint16)
     band[100:110, 100:110] = 65_535
-    for name, side in ((place, 256), (place + ".strips.tif", 0)):
-        spec = oiio.ImageSpec(8192, 6144, 3, "uint16")
-        spec.tile_width = spec.tile_height = side
-        spec.attribute("compression", "none")
-        out = oiio.ImageOutput.create(name)
-        assert out.open(name, spec), out.geterror()
-        for top in range(0, 6144, 256):
-            if side:
-                assert out.write_tiles(0, 8192, top, top + 256, 0, 1, band), out.geterror()
-            else:
-                assert out.write_scanlines(top, top + 256, 0, band), out.geterror()
-        out.close()
-    return place
+    store(place + ".strips.tif", 6144, band, side=0)
+    return store(place, 6144, band, side=256)
 
 
 @pytest.mark.parametrize("what", CALLS)

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 import spheremap as sm
+from full_disk import disk_full_after
 from scenes import scene
 from spheremap import io
 from spheremap._progress import told
 from spheremap.io import parts, reading, tiling
 from spheremap.tiles import cutting, filed, hips, large
-from spheremap.tiles import folder as folders
 
 FORMATS = ("pannellum", "marzipano", "photo-sphere-viewer", "deepzoom", "hips")
 MEMORY = 4 << 20
@@ -144,14 +144,7 @@ def test_the_manifest_comes_last(
     """Where writing ends early, nothing says that a pyramid is there, and no texels are left."""
     source, options = stored(tmp_path, light(32)), {"format": format, "tile_size": 16}
     name = sm.tiles.write_file(source, "latlong", tmp_path / "a", memory=MEMORY, **options).manifest
-    picture, count = folders.Folder.picture, iter(range(10**6))
-
-    def fails(self: folders.Folder, name: str, pixels: np.ndarray) -> None:
-        if next(count) == 7:
-            raise OSError("no room")
-        picture(self, name, pixels)
-
-    monkeypatch.setattr(folders.Folder, "picture", fails)
+    disk_full_after(7, monkeypatch)
     with pytest.raises(OSError, match="no room"):
         sm.tiles.write_file(source, "latlong", tmp_path / "b", memory=MEMORY, **options)
     left = {path.name for path in (tmp_path / "b").rglob("*") if path.is_file()}

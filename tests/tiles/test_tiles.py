@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import spheremap as sm
+from full_disk import disk_full_after
 from scenes import scene
 from spheremap import io
 from spheremap.tiles import folder as folders
@@ -288,14 +289,7 @@ def test_the_manifest_comes_last(
     monkeypatch.setattr(folders.Folder, "data", seen)
     made = sm.tiles.write(sky(32), "latlong", tmp_path / "a", format=format, tile_size=16)
     assert written[-1] == made.manifest.name
-    picture, count = folders.Folder.picture, iter(range(10**6))
-
-    def fails(self: folders.Folder, name: str, pixels: np.ndarray) -> None:
-        if next(count) == 7:
-            raise OSError("no room")
-        picture(self, name, pixels)
-
-    monkeypatch.setattr(folders.Folder, "picture", fails)
+    disk_full_after(7, monkeypatch)
     with pytest.raises(OSError, match="no room"):
         sm.tiles.write(sky(32), "latlong", tmp_path / "b", format=format, tile_size=16)
     left = [path for path in (tmp_path / "b").rglob("*") if path.is_file()]

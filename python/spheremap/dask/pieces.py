@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
     from ..resample.conversion import Conversion
 
-__all__ = ["Chunks", "Piece", "Place", "rectangles"]
+__all__ = ["Chunks", "Piece", "rectangles"]
 
 # How many tiles chunks are divided into at most, and for how many tasks: to find which tiles each
-# sees takes a fiftieth of what it saves, but comes before all else.
+# sees takes less than it saves, but comes before all else, on one thread.
 _TILES, _TASKS = 1 << 15, 1 << 13
 
 # Tiles along a side of a chunk, and their least side in texels.

@@ -37,6 +37,7 @@ use crate::resample::sample::{
     LANES, Lookups, MOST, Parallelograms, Rectangle, Spread, TOGETHER, Texture, any_several, count,
     division, means,
 };
+use std::cell::LazyCell;
 
 /// The widest part of a texel of several places, in radians: over it a map's density is taken as constant.
 const WIDEST: f64 = 0.035;
@@ -78,11 +79,38 @@ pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
     values: Vec<T::Float>,
     current: usize,
     sums: Sums,
-    /// Texels of the last block whose means are there: where in its band, and which ones.
-    done: Vec<(usize, usize)>,
+    done: Done,
     /// The means, texel by texel of the block.
     means: Vec<T>,
     seen: Box<Parallelograms<T::Float>>,
+}
+
+/// Texels of the last block whose means are there.
+struct Done {
+    texels: [bool; TILE],
+    /// How many there are.
+    count: usize,
+    /// Where the block is in its band, and how many texels it has.
+    area: Rectangle,
+    length: usize,
+}
+
+impl Done {
+    const NONE: Done = Done {
+        texels: [false; TILE],
+        count: 0,
+        area: Rectangle {
+            start: 0,
+            columns: 1,
+            stride: 1,
+        },
+        length: 0,
+    };
+
+    fn put(&mut self, texel: usize) {
+        self.texels[texel] = true;
+        self.count += 1;
+    }
 }
 
 /// What the texels of a patch are in the source.
@@ -222,7 +250,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
                 first: vec![0.0; TILE * channels],
                 sums: vec![0.0; TILE * channels],
             },
-            done: Vec::new(),
+            done: Done::NONE,
             means: vec![T::default(); (TILE + 1) * channels.max(4)],
             seen: Box::new(Parallelograms::new()),
         }
@@ -251,11 +279,18 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             return false;
         }
         let n = block.columns * block.rows;
-        let mut uv = Tile::new();
-        centers.of(block, &mut uv);
+        let uv = LazyCell::new(|| {
+            let mut uv = Tile::new();
+            centers.of(block, &mut uv);
+            uv
+        });
         self.sums.weights = [0.0; TILE];
-        let patch = patch.filter(|(patch, _)| self.form(patch, block, &uv) != Form::Other);
-        let stored = |k: usize| area.start + k / area.columns * area.stride + k % area.columns;
+        let patch = patch.filter(|(patch, _)| self.form(patch, block, || &uv) != Form::Other);
+        self.done = Done {
+            area,
+            length: n,
+            ..Done::NONE
+        };
         if let Some((patch, row)) = patch {
             let mut slopes = Tile::new();
             patch.slopes(row, block, &mut slopes);
@@ -265,13 +300,13 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             if self.form == Some(Form::Bent) {
                 patch.bends(row, block, &mut self.bends);
             }
-            self.parallelograms(places, &slopes, &uv, n, stored);
+            self.parallelograms(places, &slopes, n, || &uv);
         } else {
             for k in (0..n).filter(|&k| apart[k] && !places.0[0][k].is_nan()) {
                 self.part(&uv, k);
             }
         }
-        if self.done.len() == n {
+        if self.done.count == n {
             return true;
         }
         self.look(false);
@@ -285,22 +320,28 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         self.collect();
         for (k, weight) in self.sums.weights[..n].iter().enumerate() {
             if *weight > 0.0 {
-                self.done.push((stored(k), k));
+                self.done.put(k);
                 for c in k * self.channels..(k + 1) * self.channels {
                     let value = self.sums.first[c] + self.sums.sums[c] / weight;
                     self.means[c] = T::store(<T::Float as Real>::new(value));
                 }
             }
         }
-        self.done.len() == n
+        self.done.count == n
     }
 
     /// What texels of a patch are as good as in the source, if they need no weights by solid angle. `uv` are the centers of one
     /// of its blocks.
-    fn form(&mut self, patch: &CoordinatePolynomial<R>, block: &Block, uv: &Tile<R, 3>) -> Form {
+    fn form<'u>(
+        &mut self,
+        patch: &CoordinatePolynomial<R>,
+        block: &Block,
+        uv: impl Fn() -> &'u Tile<R, 3>,
+    ) -> Form {
         if let Some(form) = self.form {
             return form;
         }
+        let uv = uv();
         let raster = &self.source.raster;
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
         let mut footprints = [Footprint::default(); 2];
@@ -323,36 +364,35 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
 
     /// Averages over texels that are parallelograms about places of the source, by their `slopes`; what is in the way of one is left
     /// for later.
-    fn parallelograms(
+    fn parallelograms<'u>(
         &mut self,
         places: &Tile<R, 3>,
         slopes: &Tile<R, 4>,
-        uv: &Tile<R, 3>,
         n: usize,
-        stored: impl Fn(usize) -> usize,
+        uv: impl Fn() -> &'u Tile<R, 3>,
     ) {
         let face = places.0[2][0].whole() as usize;
         for first in (0..n).step_by(TOGETHER) {
             let count = TOGETHER.min(n - first);
-            let mut done = [false; TOGETHER];
             let raster = &self.source.raster;
             let own = (places, first);
             self.seen.set(raster, own, (slopes, &self.bends));
             if self.bilinear {
+                let done = &mut self.done.texels[first..first + count];
                 let means_of = &mut self.means[first * self.channels..];
-                means(
-                    self.source,
-                    (&mut self.seen, face),
-                    &mut done[..count],
-                    means_of,
-                );
+                let found = means(self.source, (&mut self.seen, face), done, means_of);
+                self.done.count += found;
+                if found == count {
+                    continue;
+                }
             }
-            for (seen, done) in done.into_iter().enumerate().take(count) {
+            for seen in 0..count {
                 let k = first + seen;
-                if done {
-                    self.done.push((stored(k), k));
-                } else if self.seen.several(seen) && !self.near(places.at(k), seen, k as u16) {
-                    self.part(uv, k);
+                if !self.done.texels[k]
+                    && self.seen.several(seen)
+                    && !self.near(places.at(k), seen, k as u16)
+                {
+                    self.part(uv(), k);
                 }
             }
         }
@@ -425,20 +465,33 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             1 => self.write_of::<1>(band),
             3 => self.write_of::<3>(band),
             4 => self.write_of::<4>(band),
-            n => {
-                for (at, k) in self.done.drain(..) {
-                    band[at * n..][..n].copy_from_slice(&self.means[k * n..][..n]);
-                }
-            }
+            _ => self.write_of::<0>(band),
         }
+        self.done.length = 0;
     }
 
-    /// A copy of a length that is known here is no call.
-    fn write_of<const CHANNELS: usize>(&mut self, band: &mut [T]) {
-        let (band, _) = band.as_chunks_mut::<CHANNELS>();
-        let (means, _) = self.means.as_chunks::<CHANNELS>();
-        for (at, k) in self.done.drain(..) {
-            band[at] = means[k];
+    /// CHANNELS is 0 where their number is known at run time only: a copy of a length that is known here is no call.
+    fn write_of<const CHANNELS: usize>(&self, band: &mut [T]) {
+        let n = if CHANNELS > 0 {
+            CHANNELS
+        } else {
+            self.channels
+        };
+        let Done { area, length, .. } = self.done;
+        for first in (0..length).step_by(area.columns) {
+            let columns = area.columns.min(length - first);
+            let done = &self.done.texels[first..first + columns];
+            let means = &self.means[first * n..][..columns * n];
+            let start = area.start + first / area.columns * area.stride;
+            let row = &mut band[start * n..][..columns * n];
+            if done.iter().all(|done| *done) {
+                row.copy_from_slice(means);
+                continue;
+            }
+            let texels = row.chunks_exact_mut(n).zip(means.chunks_exact(n));
+            for ((into, mean), _) in texels.zip(done).filter(|(_, done)| **done) {
+                into.copy_from_slice(mean);
+            }
         }
     }
 

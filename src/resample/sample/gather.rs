@@ -12,9 +12,9 @@
 //! constant to the bit.
 //!
 //! What did not help: a copy of the image in 2×2 tiles (a third faster on random lookups only, and the
-//! copy costs more); asking for the output's memory as well; four lookups of one byte at once, each with its own bounds:
-//! their checks took what the lanes saved (5.4 → 5.9 ns a texel of a plane of video).
+//! copy costs more); asking for the output's memory as well.
 
+use super::ones::Ones;
 use super::place::Places;
 use crate::image::raster::Raster;
 use crate::image::texel::{Filtered, Four, Texel};
@@ -58,12 +58,22 @@ pub(crate) trait Gather<T: Texel>: Copy {
     const SIDE: usize;
     /// Numbers that are read after each row of the window.
     const SLACK: usize;
-
     /// What the places of a tile share in computing.
     type Weights;
 
     /// That of the first `count` places.
     fn weights(places: &Places<T::Float>, count: usize) -> Self::Weights;
+
+    /// Fills an area of `band` with lookups among texels of one number, all of them inside of a face, if it has a way of its own for
+    /// these.
+    #[inline(always)]
+    fn ones<O: Filtered<T>>(
+        _: Ones<'_, T>,
+        _: [&Places<T::Float>; 2],
+        _: (&mut [O], Rectangle, usize),
+    ) -> bool {
+        false
+    }
 
     /// Lookup k of a tile, in a window whose texels have `channels` numbers. CHANNELS is 0 where their number is known at run time only. LANES numbers are written (0:
     /// as many as there are channels); one more than those of the texel belongs to the next.
@@ -88,6 +98,16 @@ impl<T: Texel> Gather<T> for Nearest {
 
     #[inline(always)]
     fn weights(_: &Places<T::Float>, _: usize) {}
+
+    #[inline(always)]
+    fn ones<O: Filtered<T>>(
+        ones: Ones<'_, T>,
+        places: [&Places<T::Float>; 2],
+        target: (&mut [O], Rectangle, usize),
+    ) -> bool {
+        ones.nearest(places, target);
+        true
+    }
 
     #[inline(always)]
     fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
@@ -120,6 +140,16 @@ impl<T: Texel> Gather<T> for Bilinear {
 
     #[inline(always)]
     fn weights(_: &Places<T::Float>, _: usize) {}
+
+    #[inline(always)]
+    fn ones<O: Filtered<T>>(
+        ones: Ones<'_, T>,
+        places: [&Places<T::Float>; 2],
+        target: (&mut [O], Rectangle, usize),
+    ) -> bool {
+        ones.bilinear(places, target);
+        true
+    }
 
     #[inline(always)]
     fn texel<S: Simd, O: Filtered<T>, const CHANNELS: usize, const LANES: usize>(
@@ -360,6 +390,13 @@ fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usi
         stored.channels
     };
     let texels = stored.texels;
+    if CHANNELS == 1
+        && all_inside
+        && let Some(ones) = Ones::new(texels, row)
+        && G::ones(ones, [places, next], (&mut *band, area, length))
+    {
+        return;
+    }
     let step = row * channels;
     let width = G::SIDE * channels + G::SLACK;
     let needed = (G::SIDE - 1) * step + width;

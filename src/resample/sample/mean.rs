@@ -8,9 +8,12 @@
 //! Only what lies inside of a face is answered for, with all texels that its lookups take part in.
 //!
 //! Places are found number by number, each for as many parallelograms as there are lanes: most have two to six, and found for one
-//! parallelogram after the other they left most lanes empty, which took longer than the lookups.
+//! parallelogram after the other they left most lanes empty, which took longer than the lookups. Lanes follow each other in rows of
+//! numbers: where some parallelograms are left out, the others close up first. Picked one by one from where they were, their numbers
+//! took as long as the lookups.
 
 use super::gather::{four, mix};
+use super::ones::Ones;
 use super::spread::{LANES, MOST, Spread, Spreads, division, spread};
 use crate::image::raster::Raster;
 use crate::image::texel::{Four, Texel};
@@ -44,6 +47,20 @@ pub(crate) struct Parallelograms<F> {
     shapes: Shapes,
     /// Whether all texels that take part are inside of a face.
     inside: Row<bool>,
+    asked: Asked<F>,
+}
+
+/// Those of them whose means are found.
+struct Asked<F> {
+    /// Which ones, and how many.
+    own: Row<usize>,
+    count: usize,
+    /// What is known of them, unless they are all.
+    centers: [Row<f64>; 2],
+    shapes: Shapes,
+    /// Where the texels begin that their centers are in, and how far right and down they are from there.
+    starts: Row<usize>,
+    off: [Row<f32>; 2],
     /// Of those that are looked up, and of the next ones, whose texels are asked for.
     rooms: [Room<F>; 2],
 }
@@ -63,6 +80,29 @@ struct Shapes {
 }
 
 impl Shapes {
+    const NONE: Shapes = Shapes {
+        sides: [[ZEROS; 2]; 2],
+        bends: [[ZEROS; 2]; 3],
+        counts: [ZEROS; 2],
+        lines: [ZEROS; 2],
+        totals: ZEROS,
+        reach: [ZEROS; 2],
+    };
+
+    /// Takes over those of some numbers.
+    #[inline(always)]
+    fn pick(&mut self, all: &Shapes, own: &[usize]) {
+        let (sides, bends) = (self.sides.as_flattened_mut(), self.bends.as_flattened_mut());
+        let rows = sides.iter_mut().chain(bends).chain(&mut self.counts);
+        let rows = rows.chain(&mut self.lines).chain([&mut self.totals]);
+        let (sides, bends) = (all.sides.as_flattened(), all.bends.as_flattened());
+        let from = sides.iter().chain(bends).chain(&all.counts);
+        let from = from.chain(&all.lines).chain([&all.totals]);
+        for (row, from) in rows.zip(from) {
+            pick(row, from, own);
+        }
+    }
+
     /// Finds all, from ∂x and ∂y to the right and down in texels, and from their second derivatives.
     ///
     /// Rows of one length behind references of their own, and nothing else: otherwise the compiler makes no lanes of it, which
@@ -95,6 +135,19 @@ impl Shapes {
             self.reach[1][k] = reach((ay, by), (cy, dy, ey));
         }
     }
+}
+
+#[inline(always)]
+fn pick<R: Copy>(row: &mut Row<R>, from: &Row<R>, own: &[usize]) {
+    for (into, &k) in row.iter_mut().zip(own) {
+        *into = from[k];
+    }
+}
+
+/// [`LANES`] numbers of a row.
+#[inline(always)]
+fn lanes<R: Copy>(row: &Row<R>, chunk: usize) -> [R; LANES] {
+    row.as_chunks().0[chunk]
 }
 
 /// How far a place, from -½ to ½ along both sides, lies from the center along an axis, by both sides and by how they are bent.
@@ -132,16 +185,17 @@ impl<F: Scalar> Parallelograms<F> {
     pub(crate) fn new() -> Self {
         Parallelograms {
             centers: [[0.0; TOGETHER]; 2],
-            shapes: Shapes {
-                sides: [[ZEROS; 2]; 2],
-                bends: [[ZEROS; 2]; 3],
-                counts: [ZEROS; 2],
-                lines: [ZEROS; 2],
-                totals: ZEROS,
-                reach: [ZEROS; 2],
-            },
+            shapes: Shapes::NONE,
             inside: [false; TOGETHER],
-            rooms: [Room::NEW; 2],
+            asked: Asked {
+                own: [0; TOGETHER],
+                count: 0,
+                centers: [[0.0; TOGETHER]; 2],
+                shapes: Shapes::NONE,
+                starts: [0; TOGETHER],
+                off: [ZEROS; 2],
+                rooms: [Room::NEW; 2],
+            },
         }
     }
 
@@ -162,6 +216,8 @@ impl<F: Scalar> Parallelograms<F> {
                 let (slopes, bends) = (scaled(slopes, first, scales), scaled(bends, first, scales));
                 self.shapes.set(&slopes, &bends);
                 self.inside = [true; TOGETHER];
+                // Of the last texel of a face four numbers may not be there.
+                let mut corner = [true; TOGETHER];
                 for axis in [0, 1] {
                     let (scale, offset) = grids[axis];
                     let center = &mut self.centers[axis];
@@ -170,11 +226,16 @@ impl<F: Scalar> Parallelograms<F> {
                         *center = place.to_f64() * scale + offset;
                     }
                     let reach = &self.shapes.reach[axis];
-                    let held = self.inside.iter_mut().zip(&*center).zip(reach);
-                    for ((inside, &center), &reach) in held {
+                    let held = self.inside.iter_mut().zip(&mut corner);
+                    let held = held.zip(&*center).zip(reach);
+                    for (((inside, corner), &center), &reach) in held {
                         let reach = f64::from(reach);
                         *inside &= (center >= reach) & (center + reach < last[axis]);
+                        *corner &= center + reach >= last[axis] - 1.0;
                     }
+                }
+                for (inside, corner) in self.inside.iter_mut().zip(corner) {
+                    *inside &= !corner;
                 }
             },
         );
@@ -199,12 +260,6 @@ impl<F: Scalar> Parallelograms<F> {
                 shapes.lines.each_ref().map(|reach| reach[k]),
             ),
         }
-    }
-
-    /// Whether all texels that lookups about place k weight are inside of a face and valid, where that is easily told.
-    #[inline(always)]
-    fn inside(&self, k: usize, raster: &Raster) -> bool {
-        self.inside[k] && (!raster.has_rim() || self.at(k).is_held(raster))
     }
 }
 
@@ -263,17 +318,18 @@ pub(crate) fn any_several<R: Scalar>(raster: &Raster, slopes: &Tile<R, 4>, count
 }
 
 /// Finds the means about places of a tile, as many as `done` is long, where they can be had: true there, and a texel in `means`, which
-/// has room for one more.
+/// has room for one more. Returns how many that are.
 pub(crate) fn means<T: Texel>(
     source: &Texture<'_, T>,
     (seen, face): (&mut Parallelograms<T::Float>, usize),
     done: &mut [bool],
     means: &mut [T],
-) {
+) -> usize {
     let raster = &source.raster;
     let Some(row) = raster.straight() else {
-        return;
+        return 0;
     };
+    seen.asked.count = 0;
     run_simd(Means {
         face: Face {
             texels: source.texels,
@@ -282,10 +338,11 @@ pub(crate) fn means<T: Texel>(
             start: raster.view(face).index(0, 0),
         },
         raster,
-        seen,
+        seen: &mut *seen,
         done,
         means,
     });
+    seen.asked.count
 }
 
 struct Means<'m, 'a, T: Texel> {
@@ -299,59 +356,49 @@ struct Means<'m, 'a, T: Texel> {
 impl<T: Texel> SimdWork for Means<'_, '_, T> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let (mut own, mut count) = ([0; TOGETHER], 0);
-        for k in 0..self.done.len() {
-            let total = self.seen.shapes.totals[k];
-            if total > 1.0 && total <= MOST as f32 && self.seen.inside(k, self.raster) {
-                own[count] = k;
-                count += 1;
-            }
-        }
         let Some(steps) = self.face.steps() else {
             return;
         };
-        let mut next = own[..count].chunks(LANES);
-        let mut present = None;
-        for room in (0..=1).cycle() {
-            let ahead = next.next();
-            if let Some(own) = ahead {
-                self.seen.place(room, own, self.face.first(), steps);
-                let room = &self.seen.rooms[room];
-                for own in [&room.first[..LANES], room.last(self.seen.most(own))] {
+        self.seen.ask(self.done.len(), self.raster);
+        self.seen.start(self.face.first(), steps);
+        let chunks = self.seen.asked.count.div_ceil(LANES);
+        for chunk in 0..=chunks {
+            if chunk < chunks {
+                self.seen.place(chunk, steps);
+                let room = &self.seen.asked.rooms[chunk % 2];
+                for own in [room.number(0), room.number(room.most - 1)] {
                     for &first in own {
                         prefetch_item(self.face.texels, first);
-                        prefetch_item(self.face.texels, first + self.face.below());
+                        prefetch_item(self.face.texels, first.wrapping_add(self.face.below()));
                     }
                 }
             }
-            if let Some(own) = present {
-                self.look(simd, 1 - room, own);
-            } else if ahead.is_none() {
-                return;
+            if chunk > 0 {
+                self.look(simd, chunk - 1);
             }
-            present = ahead;
         }
     }
 }
 
 impl<T: Texel> Means<'_, '_, T> {
-    /// Finds the means of some parallelograms.
+    /// Finds the means of [`LANES`] parallelograms, or of those that are left.
     #[inline(always)]
-    fn look<S: Simd>(&mut self, simd: S, room: usize, own: &[usize]) {
-        let face = &self.face;
+    fn look<S: Simd>(&mut self, simd: S, chunk: usize) {
+        let (face, asked) = (&self.face, &self.seen.asked);
         let channels = face.channels;
-        let room = &self.seen.rooms[room];
-        // The last number at which a window may begin: four numbers are read at a time.
-        let last = face.texels.len().checked_sub(face.below() + channels + 4);
-        for (lane, &texel) in own.iter().enumerate() {
-            let total = self.seen.shapes.totals[texel] as usize;
-            let lookups = room.of(lane, total);
-            if last.is_none_or(|last| {
-                room.farthest > last && lookups.clone().any(|(at, ..)| at > last)
-            }) {
-                continue;
+        let room = &asked.rooms[chunk % 2];
+        let own = &asked.own[chunk * LANES..asked.count.min((chunk + 1) * LANES)];
+        if let (1, Some(ones)) = (channels, Ones::new(face.texels, face.row)) {
+            for (&texel, mean) in own.iter().zip(room.means_of(ones)) {
+                self.means[texel] = mean;
+                self.done[texel] = true;
             }
-            let share = Real::new(1.0 / total as f64);
+            return;
+        }
+        for (lane, &texel) in own.iter().enumerate() {
+            let total = room.totals[lane];
+            let lookups = room.of(lane, total as usize);
+            let share = Real::new(1.0 / f64::from(total));
             // Of three numbers, four are written: the next texel's come after.
             let mean = &mut self.means[texel * channels..];
             if let (3 | 4, Some(mean)) = (channels, mean.first_chunk_mut()) {
@@ -449,10 +496,11 @@ impl<T: Texel> Face<'_, T> {
 /// Where a window begins, and how far a place lies right of and below its first texel.
 type Lookup<F> = (usize, F, F);
 
-/// Lookups of some parallelograms, [`LANES`] of the same number after each other.
+/// Lookups of [`LANES`] parallelograms, those of the same number after each other.
 struct Room<F> {
-    /// Where the last window begins.
-    farthest: usize,
+    /// How many lookups each has, and the most that one has.
+    totals: [f32; LANES],
+    most: usize,
     first: [usize; ROOM],
     tx: [F; ROOM],
     ty: [F; ROOM],
@@ -460,16 +508,17 @@ struct Room<F> {
 
 impl<F: Scalar> Room<F> {
     const NEW: Room<F> = Room {
-        farthest: 0,
+        totals: [0.0; LANES],
+        most: 0,
         first: [0; ROOM],
         tx: [F::ZERO; ROOM],
         ty: [F::ZERO; ROOM],
     };
 
-    /// Where the last windows of each begin, of so many.
+    /// Where the windows of a number begin.
     #[inline(always)]
-    fn last(&self, most: usize) -> &[usize] {
-        &self.first[(most - 1) * LANES..][..LANES]
+    fn number(&self, number: usize) -> &[usize] {
+        &self.first[number * LANES..][..LANES]
     }
 
     /// Those of one parallelogram.
@@ -482,59 +531,118 @@ impl<F: Scalar> Room<F> {
             .take(total)
             .map(move |(first, (tx, ty))| (first[lane], tx[lane], ty[lane]))
     }
+
+    /// The means of all, of texels of one number: sum by sum what [`Face::mean`] finds.
+    #[inline(always)]
+    fn means_of<T: Texel<Float = F>>(&self, ones: Ones<'_, T>) -> [T; LANES] {
+        let (mut base, mut sum) = ([F::ZERO; LANES], [F::ZERO; LANES]);
+        let share = self.totals.map(|total| F::new(1.0 / f64::from(total)));
+        let steps = self.tx.as_chunks::<LANES>().0.iter();
+        let steps = steps.zip(self.ty.as_chunks::<LANES>().0);
+        let numbers = self.first.as_chunks::<LANES>().0.iter().zip(steps);
+        for (number, (first, (tx, ty))) in numbers.enumerate().take(self.most) {
+            let mut pairs = [[[T::default(); 2]; LANES]; 2];
+            for k in 0..LANES {
+                [pairs[0][k], pairs[1][k]] = ones.pairs(first[k]);
+            }
+            for k in 0..LANES {
+                let [[a, b], [c, d]] = [pairs[0][k], pairs[1][k]].map(|pair| pair.map(T::load));
+                let value = mix([a, b, c, d], tx[k], ty[k]);
+                base[k] = if number == 0 { value } else { base[k] };
+                let more = sum[k] + share[k] * (value - base[k]);
+                let own = (number as f32) < self.totals[k];
+                sum[k] = if own { more } else { sum[k] };
+            }
+        }
+        let mut means = [T::default(); LANES];
+        for k in 0..LANES {
+            means[k] = T::store(base[k] + sum[k]);
+        }
+        means
+    }
 }
 
 impl<F: Scalar> Parallelograms<F> {
-    /// The most places that any of some parallelograms has.
+    /// Of the first `count`, asks for those that have several lookups, all inside of a face.
     #[inline(always)]
-    fn most(&self, own: &[usize]) -> usize {
-        let totals = own.iter().map(|&k| self.shapes.totals[k]);
-        totals.fold(1.0, real::max) as usize
-    }
-
-    /// Finds the windows of some parallelograms. Numbers lie `steps` apart along x and along y, from `start` on.
-    #[inline(always)]
-    fn place(&mut self, room: usize, own: &[usize], start: usize, steps: [i32; 2]) {
-        let most = self.most(own);
-        let shapes = &self.shapes;
-        let mut spreads = Spreads::NONE;
-        let mut lines = false;
-        let (mut starts, mut centers) = ([start; LANES], [[0.0; LANES]; 2]);
-        let (mut sides, mut bends) = ([[[0.0; LANES]; 2]; 2], [[[0.0; LANES]; 2]; 3]);
-        for lane in 0..LANES {
-            // Lanes that are left over do what the first one does.
-            let k = own[if lane < own.len() { lane } else { 0 }];
-            for axis in [0, 1] {
-                // What is left of a center is exact enough in f32, whatever the image's side.
-                let center = self.centers[axis][k];
-                let texel = Real::floor(center);
-                centers[axis][lane] = (center - texel) as f32;
-                starts[lane] += texel as usize * steps[axis] as usize;
-                for (into, from) in sides.iter_mut().zip(&shapes.sides) {
-                    into[axis][lane] = from[axis][k];
+    fn ask(&mut self, count: usize, raster: &Raster) {
+        let mut wanted = [false; TOGETHER];
+        let totals = self.shapes.totals.iter().zip(&self.inside);
+        for (wanted, (&total, &inside)) in wanted.iter_mut().zip(totals) {
+            *wanted = inside & (total > 1.0) & (total <= MOST as f32);
+        }
+        let own = &mut self.asked.own;
+        let mut asked = count;
+        if wanted[..count].iter().all(|wanted| *wanted) && !raster.has_rim() {
+            for (k, own) in own.iter_mut().enumerate() {
+                *own = k;
+            }
+        } else {
+            asked = 0;
+            for k in (0..count).filter(|&k| wanted[k]) {
+                if !raster.has_rim() || self.at(k).is_held(raster) {
+                    self.asked.own[asked] = k;
+                    asked += 1;
                 }
-                for (into, from) in bends.iter_mut().zip(&shapes.bends) {
-                    into[axis][lane] = from[axis][k];
-                }
-                spreads.counts[axis][lane] = shapes.counts[axis][k];
-                spreads.reach[axis][lane] = shapes.lines[axis][k];
-                lines |= shapes.lines[axis][k] != 0.0;
             }
         }
-        spreads.prepare();
+        self.asked.count = asked;
+        if asked < TOGETHER {
+            // Lanes that are left over do what the first one does.
+            let whole = asked.next_multiple_of(LANES);
+            let first = self.asked.own[0];
+            self.asked.own[asked..whole].fill(first);
+            let own = &self.asked.own[..whole];
+            self.asked.shapes.pick(&self.shapes, own);
+            for (row, from) in self.asked.centers.iter_mut().zip(&self.centers) {
+                pick(row, from, own);
+            }
+        }
+    }
+
+    /// Finds the texels that centers are in. Numbers lie `steps` apart along x and along y, from `start` on.
+    #[inline(always)]
+    fn start(&mut self, start: usize, steps: [i32; 2]) {
+        let asked = &mut self.asked;
+        let all = asked.count == TOGETHER;
+        let centers = if all { &self.centers } else { &asked.centers };
+        let starts = &mut asked.starts;
+        starts.fill(start);
+        for ((centers, off), step) in centers.iter().zip(&mut asked.off).zip(steps) {
+            for ((start, off), &center) in starts.iter_mut().zip(off).zip(centers) {
+                // What is left of a center is exact enough in f32, whatever the image's side.
+                let texel = Real::floor(center);
+                *off = (center - texel) as f32;
+                let step = i64::from(texel.whole()) * i64::from(step);
+                *start = start.wrapping_add(step as usize);
+            }
+        }
+    }
+
+    /// Finds the windows of [`LANES`] parallelograms.
+    #[inline(always)]
+    fn place(&mut self, chunk: usize, [right, down]: [i32; 2]) {
+        let asked = &mut self.asked;
+        let all = asked.count == TOGETHER;
+        let shapes = if all { &self.shapes } else { &asked.shapes };
         // Each by its name: what is behind an index of an axis the compiler makes no lanes of.
-        let [[ax, ay], [bx, by]] = &sides;
-        let [[cx, cy], [dx, dy], [ex, ey]] = &bends;
-        let mut farthest = [0; LANES];
-        let room = &mut self.rooms[room];
+        let pair = |pair: &[Row<f32>; 2]| pair.each_ref().map(|row| lanes(row, chunk));
+        let [[ax, ay], [bx, by]] = shapes.sides.each_ref().map(pair);
+        let [[cx, cy], [dx, dy], [ex, ey]] = shapes.bends.each_ref().map(pair);
+        let [ox, oy] = pair(&asked.off);
+        let starts = lanes(&asked.starts, chunk);
+        let spreads = Spreads::new(pair(&shapes.counts), pair(&shapes.lines));
+        let room = &mut asked.rooms[chunk % 2];
+        room.totals = lanes(&shapes.totals, chunk);
+        room.most = most(room.totals) as usize;
         let firsts = room.first.as_chunks_mut::<LANES>().0.iter_mut();
         let txs = room.tx.as_chunks_mut::<LANES>().0.iter_mut();
         let tys = room.ty.as_chunks_mut::<LANES>().0.iter_mut();
         let places = firsts.zip(txs.zip(tys));
-        for (number, (first, (tx, ty))) in places.enumerate().take(most) {
+        for (number, (first, (tx, ty))) in places.enumerate().take(room.most) {
             let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
-            spreads.places(number as f32, lines, &mut s, &mut t);
-            let ([mut x, mut y], [ox, oy]) = ([[0.0; LANES]; 2], &centers);
+            spreads.places(number as f32, &mut s, &mut t);
+            let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
             for k in 0..LANES {
                 let (s, t) = (s[k], t[k]);
                 x[k] = ox[k] + off((s, t), (ax[k], bx[k]), (cx[k], dx[k], ex[k]));
@@ -544,15 +652,23 @@ impl<F: Scalar> Parallelograms<F> {
                 let (i, j) = (Real::floor(x[k]), Real::floor(y[k]));
                 tx[k] = F::new(f64::from(x[k] - i));
                 ty[k] = F::new(f64::from(y[k] - j));
-                let (right, down) = (i.whole(), j.whole());
-                let step = right.wrapping_mul(steps[0]);
-                let step = step.wrapping_add(down.wrapping_mul(steps[1]));
+                let step = i.whole().wrapping_mul(right);
+                let step = step.wrapping_add(j.whole().wrapping_mul(down));
                 first[k] = starts[k].wrapping_add(step as usize);
             }
-            for (farthest, first) in farthest.iter_mut().zip(first) {
-                *farthest = (*farthest).max(*first);
-            }
         }
-        room.farthest = farthest.into_iter().fold(0, usize::max);
     }
+}
+
+/// The largest of some numbers, half by half: one after the other, each waits for the one before.
+#[inline(always)]
+fn most(mut numbers: [f32; LANES]) -> f32 {
+    let mut half = LANES / 2;
+    while half > 0 {
+        for k in 0..half {
+            numbers[k] = real::max(numbers[k], numbers[k + half]);
+        }
+        half /= 2;
+    }
+    numbers[0]
 }

@@ -21,6 +21,7 @@ mod gather;
 mod level;
 mod lookups;
 mod mean;
+mod ones;
 mod place;
 mod sampler;
 mod spread;

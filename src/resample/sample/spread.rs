@@ -174,8 +174,10 @@ impl Parts {
 /// [`LANES`] spreads, whose places of one number are found together.
 pub(super) struct Spreads {
     /// What each [`Spread`] has: two numbers.
-    pub(super) counts: [[f32; LANES]; 2],
-    pub(super) reach: [[f32; LANES]; 2],
+    counts: [[f32; LANES]; 2],
+    reach: [[f32; LANES]; 2],
+    /// Whether any has lines. The quotients of lines are found for these alone.
+    lines: bool,
     /// Its [`Parts`].
     one_over: [[f32; LANES]; 2],
     trapezoids: [[f32; LANES]; 2],
@@ -183,41 +185,41 @@ pub(super) struct Spreads {
 }
 
 impl Spreads {
-    pub(super) const NONE: Spreads = Spreads {
-        counts: [[1.0; LANES]; 2],
-        reach: [[0.0; LANES]; 2],
-        one_over: [[1.0; LANES]; 2],
-        trapezoids: [[0.0; LANES]; 2],
-        scales: [[0.0; LANES]; 2],
-    };
-
-    /// Finds the quotients, once counts and reach are there.
     #[inline(always)]
-    pub(super) fn prepare(&mut self) {
+    pub(super) fn new(counts: [[f32; LANES]; 2], reach: [[f32; LANES]; 2]) -> Spreads {
+        let mut spreads = Spreads {
+            counts,
+            reach,
+            lines: false,
+            one_over: [[0.0; LANES]; 2],
+            trapezoids: [[0.0; LANES]; 2],
+            scales: [[0.0; LANES]; 2],
+        };
+        let [first, second] = &mut spreads.one_over;
         for k in 0..LANES {
-            let counts = (self.counts[0][k], self.counts[1][k]);
-            let parts = Parts::new(counts, (self.reach[0][k], self.reach[1][k]));
-            (self.one_over[0][k], self.one_over[1][k]) = parts.one_over;
-            self.trapezoids[0][k] = parts.trapezoid.slope;
-            self.trapezoids[1][k] = parts.trapezoid.one_over;
-            (self.scales[0][k], self.scales[1][k]) = parts.scales;
+            (first[k], second[k]) = (1.0 / counts[0][k], 1.0 / counts[1][k]);
+            spreads.lines |= (reach[0][k] != 0.0) | (reach[1][k] != 0.0);
         }
+        if spreads.lines {
+            for k in 0..LANES {
+                let counts = (counts[0][k], counts[1][k]);
+                let parts = Parts::new(counts, (reach[0][k], reach[1][k]));
+                spreads.trapezoids[0][k] = parts.trapezoid.slope;
+                spreads.trapezoids[1][k] = parts.trapezoid.one_over;
+                (spreads.scales[0][k], spreads.scales[1][k]) = parts.scales;
+            }
+        }
+        spreads
     }
 
-    /// Writes the places of one number, the last one where a spread has fewer. Without `lines` all are grids.
+    /// Writes the places of one number, the last one where a spread has fewer.
     #[inline(always)]
-    pub(super) fn places(
-        &self,
-        number: f32,
-        lines: bool,
-        s: &mut [f32; LANES],
-        t: &mut [f32; LANES],
-    ) {
+    pub(super) fn places(&self, number: f32, s: &mut [f32; LANES], t: &mut [f32; LANES]) {
         for k in 0..LANES {
             let number = real::min(number, self.counts[0][k] * self.counts[1][k] - 1.0);
             (s[k], t[k]) = self.parts(k).in_grid(self.counts[0][k], number);
         }
-        if lines {
+        if self.lines {
             for k in 0..LANES {
                 let number = real::min(number, self.counts[0][k] * self.counts[1][k] - 1.0);
                 let (far, near) = self.parts(k).on_line(self.counts[0][k], number);
@@ -375,17 +377,13 @@ mod tests {
             let grid = sides.map(|side: [f32; 2]| count(side[0].hypot(side[1])));
             Spread::new(sides, grid)
         };
-        let mut spreads = Spreads::NONE;
-        for lane in 0..LANES {
-            for axis in [0, 1] {
-                spreads.counts[axis][lane] = one(lane).counts[axis];
-                spreads.reach[axis][lane] = one(lane).reach[axis];
-            }
-        }
-        spreads.prepare();
+        let of = |row: fn(&Spread) -> [f32; 2]| {
+            [0, 1].map(|axis| std::array::from_fn(|lane| row(&one(lane))[axis]))
+        };
+        let spreads = Spreads::new(of(|spread| spread.counts), of(|spread| spread.reach));
         for number in 0..MOST {
             let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
-            spreads.places(number as f32, true, &mut s, &mut t);
+            spreads.places(number as f32, &mut s, &mut t);
             for lane in 0..LANES {
                 let all = places(&one(lane));
                 let at = all[number.min(all.len() - 1)];

@@ -1,0 +1,168 @@
+//! Lookups among texels of one number: gray images, planes of video, masks.
+//!
+//! Of such a texel there is nothing to put into lanes, so lanes are lookups here: the pairs of texels above and below each place
+//! are brought together first, and all of them are weighted at once. One by one, the conversions from bytes and
+//! back took longer than those of three numbers a texel.
+//!
+//! Nothing is read beyond the pairs, so that there is no last texel to be careful with: where all places are inside of a face, all
+//! pairs are in the image.
+
+use super::gather::{Rectangle, mix};
+use super::place::Places;
+use crate::image::texel::{Filtered, Texel};
+use crate::kernel::tile::prefetch_item;
+
+/// Lookups whose pairs are brought together.
+const LENGTH: usize = 64;
+
+/// The texels of an image whose rows are so far apart.
+#[derive(Clone, Copy)]
+pub(super) struct Ones<'a, T> {
+    texels: &'a [T],
+    row: usize,
+    /// Where the last pair begins.
+    last: usize,
+}
+
+impl<'a, T: Texel> Ones<'a, T> {
+    /// None for an image without a pair.
+    #[inline(always)]
+    pub(super) fn new(texels: &'a [T], row: usize) -> Option<Self> {
+        let last = texels.len().checked_sub(2)?;
+        Some(Ones { texels, row, last })
+    }
+
+    /// The pairs above and below a place, or nothing where there are none.
+    #[inline(always)]
+    pub(super) fn pairs(self, first: usize) -> [[T; 2]; 2] {
+        [first, first.wrapping_add(self.row)].map(|at| {
+            if at <= self.last {
+                [self.texels[at], self.texels[at + 1]]
+            } else {
+                [T::default(); 2]
+            }
+        })
+    }
+
+    /// Fills an area of `band` with the texels that hold the places, and asks for those of the next ones.
+    #[inline(always)]
+    pub(super) fn nearest<O: Filtered<T>>(
+        self,
+        [places, next]: [&Places<T::Float>; 2],
+        (band, area, length): (&mut [O], Rectangle, usize),
+    ) {
+        each_row(band, area, length, |top, out| {
+            let lookups = places.first[top..].iter().zip(&next.first[top..]);
+            for (out, (&first, &ahead)) in out.iter_mut().zip(lookups) {
+                prefetch_item(self.texels, ahead);
+                let texel = self.texels.get(first).copied().unwrap_or_default();
+                *out = O::exact(texel);
+            }
+        });
+    }
+
+    /// Fills it with the means of the four texels around them.
+    #[inline(always)]
+    pub(super) fn bilinear<O: Filtered<T>>(
+        self,
+        [places, next]: [&Places<T::Float>; 2],
+        (band, area, length): (&mut [O], Rectangle, usize),
+    ) {
+        let (mut above, mut below) = ([[T::default(); 2]; LENGTH], [[T::default(); 2]; LENGTH]);
+        each_row(band, area, length, |top, out| {
+            for (part, out) in out.chunks_mut(LENGTH).enumerate() {
+                let first = top + part * LENGTH;
+                let lookups = places.first[first..].iter().zip(&next.first[first..]);
+                for (k, (&first, &ahead)) in lookups.enumerate().take(out.len()) {
+                    prefetch_item(self.texels, ahead);
+                    prefetch_item(self.texels, ahead.wrapping_add(self.row));
+                    [above[k], below[k]] = self.pairs(first);
+                }
+                let steps = places.tx[first..].iter().zip(&places.ty[first..]);
+                let corners = above.iter().zip(&below).zip(steps);
+                for (out, ((above, below), (&tx, &ty))) in out.iter_mut().zip(corners) {
+                    let [[a, b], [c, d]] = [above, below].map(|pair| pair.map(T::load));
+                    *out = O::filtered(mix([a, b, c, d], tx, ty));
+                }
+            }
+        });
+    }
+}
+
+/// Calls `work` with each row of an area, and the number of its first texel.
+#[inline(always)]
+fn each_row<O>(
+    band: &mut [O],
+    area: Rectangle,
+    length: usize,
+    mut work: impl FnMut(usize, &mut [O]),
+) {
+    for top in (0..length).step_by(area.columns) {
+        let columns = area.columns.min(length - top);
+        let start = area.start + top / area.columns * area.stride;
+        work(top, &mut band[start..][..columns]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::image::ImageView;
+    use crate::image::shape_of_size;
+    use crate::map::Map;
+    use crate::resample::{Filter, Options, converted};
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        /// Alone or beside another number, which takes the way of any number of them: the same bits.
+        #[test]
+        fn one_number_is_found_as_the_first_of_two_is(
+            side in 3usize..200,
+            antialias: bool,
+            filter in prop::sample::select(vec![Filter::Nearest, Filter::Bilinear]),
+            (from, shape) in prop::sample::select(vec![
+                ("latlong", vec![128, 256]), ("cube", vec![6, 100, 100]), ("angular", vec![150, 150]),
+            ]),
+            to in prop::sample::select(vec!["latlong", "octahedral", "cube"]),
+            seed: u32,
+        ) {
+            let (source, target) = (Map::new(from).unwrap(), Map::new(to).unwrap());
+            let count: usize = shape.iter().product();
+            let numbers = (0..2 * count as u32).map(|k| (k ^ seed).wrapping_mul(2_654_435_761));
+            let pairs: Vec<f32> = numbers.map(|x| (x >> 8) as f32 * 1e-5).collect();
+            let single: Vec<f32> = pairs.iter().copied().step_by(2).collect();
+            let size = shape_of_size(&target, side);
+            let options = Options::new().filter(filter).antialias(antialias);
+            let made = |texels: &[f32], channels: usize| {
+                let image = ImageView::new(&source, &shape, channels, texels).unwrap();
+                converted(&image, &target, &size, &options).unwrap()
+            };
+            let (alone, both) = (made(&single, 1), made(&pairs, 2));
+            for (a, b) in alone.iter().zip(both.iter().step_by(2)) {
+                prop_assert_eq!(a.to_bits(), b.to_bits());
+            }
+        }
+
+        #[test]
+        fn bytes_are_found_as_their_numbers_are(
+            side in 3usize..200,
+            antialias: bool,
+            seed: u32,
+        ) {
+            let (source, target) = (Map::new("latlong").unwrap(), Map::new("cube").unwrap());
+            let bytes: Vec<u8> = (0..128 * 256_u32)
+                .map(|k| ((k ^ seed).wrapping_mul(2_654_435_761) >> 24) as u8)
+                .collect();
+            let floats: Vec<f32> = bytes.iter().copied().map(f32::from).collect();
+            let (shape, size, options) = ([128, 256], [6, side, side], Options::new().antialias(antialias));
+            let bytes = ImageView::new(&source, &shape, 1, &bytes).unwrap();
+            let floats = ImageView::new(&source, &shape, 1, &floats).unwrap();
+            let bytes = converted(&bytes, &target, &size, &options).unwrap();
+            let floats = converted(&floats, &target, &size, &options).unwrap();
+            for (byte, float) in bytes.iter().zip(&floats) {
+                prop_assert_eq!(f32::from(*byte), float.round_ties_even());
+            }
+        }
+    }
+}

@@ -3,6 +3,7 @@
     python benches/large.py                    # up to 65536×32768, 16 GB of disk; rewrites it
     python benches/large.py --widths 131072    # 65 GB
     python benches/large.py --widths 131072 --compressed    # 30 GB; a section of its own
+    python benches/large.py --widths 131072 --compressed --source FILE    # made if it is not there
     python benches/large.py --quick            # a smoke test with a small file, printed only
 
 A BigTIFF of 8 bits in tiles becomes the faces of a cube by `spheremap convert --memory`, and,
@@ -132,6 +133,7 @@ def main() -> None:
     parser.add_argument("--memory", default="512M")
     parser.add_argument("--compressed", action="store_true", help="deflate, on both sides")
     parser.add_argument("--folder", type=Path, help="where there is room")
+    parser.add_argument("--source", type=Path, help="of one width, which is left where it is")
     parser.add_argument("--remark", default="", help="what to say of the machine")
     args = parser.parse_args()
     compression = "zip:1" if args.compressed else "none"
@@ -139,7 +141,10 @@ def main() -> None:
     rows = []
     for width in [2048] if args.quick else args.widths:
         with tempfile.TemporaryDirectory(dir=args.folder, prefix="spheremap-large-") as name:
-            rows += measured(Path(name), width, args.memory, compression)
+            path = args.source or Path(name) / "source.tif"
+            if not path.exists():
+                source(path, width, compression)
+            rows += measured(path, Path(name), width, args.memory, compression)
     remark = args.remark and f", {args.remark}"
     text = [
         marks[0],
@@ -157,12 +162,12 @@ def main() -> None:
     publish(text, args.quick)
 
 
-def measured(folder: Path, width: int, memory: str, compression: str) -> list[list[str]]:
+def measured(
+    path: Path, folder: Path, width: int, memory: str, compression: str
+) -> list[list[str]]:
     """Return the rows of a source of this width."""
     side = width // 4
     texels = 6 * side * side
-    path = folder / "source.tif"
-    source(path, width, compression)
     size = path.stat().st_size
     say(f"a source of {size / 1e9:.1f} GB")
     to_faces = [

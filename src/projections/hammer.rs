@@ -31,6 +31,7 @@ impl Projection for Hammer {
         aspect: (2, 1),
         outline: Outline::Disk,
         equal_area: true,
+        smooth: true,
         // A unit of u is 8 radians at the rim, and not 2π.
         round_trip: (1.25e-6, 2.6e-15),
         ..Info::PLAIN

@@ -69,6 +69,7 @@ impl Projection for Mollweide {
         aspect: (2, 1),
         outline: Outline::Disk,
         equal_area: true,
+        smooth: true,
         // ε^¾ at the poles: 1 - |q| rounds by 3ε, and the distance to the pole is 1.55 (1 - |q|)^¾.
         round_trip: (1e-5, 5e-12),
         ..Info::PLAIN

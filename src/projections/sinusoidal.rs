@@ -39,6 +39,7 @@ impl Projection for Sinusoidal {
         aspect: (2, 1),
         outline: Outline::Shape,
         equal_area: true,
+        smooth: true,
         ..Info::PLAIN
     };
 

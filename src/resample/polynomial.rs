@@ -105,7 +105,7 @@ pub struct CoordinatePolynomials<'a> {
     coordinate_map: CoordinateMap<'a>,
     along: [GridAxis; 2],
     fewest: usize,
-    disk: bool,
+    outline: Outline,
     /// x and y, first of the points and then of the places at which the polynomial is compared.
     places: [[f64; PLACES]; 2],
     powers_along: [[f64; ALONG]; ALONG],
@@ -135,7 +135,7 @@ impl<'a> CoordinatePolynomials<'a> {
             coordinate_map,
             along: [target.along_u, target.along_v],
             fewest,
-            disk: source.outline == Outline::Disk,
+            outline: source.outline,
             places,
             powers_along: powers(POINTS_ALONG),
             powers_down: powers(POINTS_DOWN),
@@ -249,7 +249,7 @@ impl<'a> CoordinatePolynomials<'a> {
             half_columns,
             half_rows,
             face: R::new(face),
-            disk: self.disk,
+            outline: self.outline,
         })
     }
 }
@@ -346,7 +346,7 @@ pub struct CoordinatePolynomial<R> {
     half_columns: f64,
     half_rows: f64,
     face: R,
-    disk: bool,
+    outline: Outline,
 }
 
 impl<R: Scalar> CoordinatePolynomial<R> {
@@ -380,13 +380,16 @@ impl<R: Scalar> CoordinatePolynomial<R> {
         });
     }
 
-    /// Whether the first `count` places of a tile lie on the face.
+    /// Whether the first `count` places of a tile lie on the face for certain.
     pub fn holds(&self, Tile([us, vs, _]): &Tile<R, 3>, count: usize) -> bool {
-        us[..count].iter().zip(vs).all(|(&u, &v)| {
-            let at = Uv::flat(u, v);
-            let (p, q) = at.pq();
-            at.in_bounds(1) & (!self.disk | (p * p + q * q <= R::ONE))
-        })
+        let disk = self.outline == Outline::Disk;
+        let mut places = us[..count].iter().zip(vs);
+        self.outline != Outline::Shape
+            && places.all(|(&u, &v)| {
+                let at = Uv::flat(u, v);
+                let (p, q) = at.pq();
+                at.in_bounds(1) & (!disk | (p * p + q * q <= R::ONE))
+            })
     }
 
     /// Whether the first `count` places of a tile, which come from the formula, are places of its face.
@@ -425,29 +428,34 @@ impl<R: Scalar> CoordinatePolynomial<R> {
     /// The most, in texels of a source that is `scale` texels an image, by which places in a texel are elsewhere than derivatives
     /// below an order say: those of the order, anywhere in the block, by half a texel along both.
     pub fn beyond(&self, order: usize, scale: [f64; 2]) -> f64 {
+        let [by_columns, by_rows] = [self.half_columns, self.half_rows].map(terms);
         let mut most: f64 = 0.0;
         for (coefficients, scale) in self.coefficients.iter().zip(scale) {
             let mut off = 0.0;
             for (j, row) in coefficients.iter().enumerate() {
                 for (k, coefficient) in row.iter().enumerate() {
-                    // A term of Taylor's series: what is left of a power, by how often its derivative is taken.
-                    let term = |power: usize, times: usize, half: f64| -> f64 {
-                        (0..times)
-                            .map(|n| (power as f64 - n as f64) / (n + 1) as f64 * 0.5 / half)
-                            .product()
-                    };
-                    let terms = (0..=order.min(k))
-                        .filter(|by_x| order - by_x <= j)
-                        .map(|by_x| {
-                            term(k, by_x, self.half_columns) * term(j, order - by_x, self.half_rows)
-                        });
-                    off += coefficient.abs() * terms.sum::<f64>();
+                    let both = (0..=order).map(|n| by_columns[n][k] * by_rows[order - n][j]);
+                    off += coefficient.abs() * both.sum::<f64>();
                 }
             }
             most = most.max(off * scale);
         }
         most
     }
+}
+
+/// Terms of Taylor's series half a texel from a place, of a block that reaches so many texels from its middle: of each order what is
+/// left of each power of a number up to 1.
+fn terms(half: f64) -> [[f64; ALONG]; 4] {
+    let term = |order: usize, power: usize| {
+        let factors = (0..order).map(|n| (power as f64 - n as f64) / (n + 1) as f64 * 0.5 / half);
+        if order > power {
+            0.0
+        } else {
+            factors.product()
+        }
+    };
+    std::array::from_fn(|order| std::array::from_fn(|power| term(order, power)))
 }
 
 struct Derivatives<'a, R> {
@@ -585,8 +593,9 @@ mod tests {
                 centers.of(&block, &mut uv);
                 patch.write(row, &block, &mut uv);
                 let place = |k: usize| [0, 1].map(|axis| f64::from(uv.0[axis][k]));
-                let serves =
-                    patch.holds(&uv, count) && (sphere || (0..count).all(|k| inside(place(k))));
+                let shape = from.outline == Outline::Shape;
+                let serves = (shape || patch.holds(&uv, count))
+                    && (sphere && !shape || (0..count).all(|k| inside(place(k))));
                 if !serves {
                     continue;
                 }
@@ -674,6 +683,10 @@ mod tests {
             ("cube", "latlong", 0.5),
             ("sphere", "latlong", 0.5),
             ("latlong", "perspective", 0.5),
+            ("mollweide", "latlong", 0.5),
+            ("latlong", "hammer", 0.3),
+            // Of the ellipse inside.
+            ("sinusoidal", "latlong", 0.3),
             // Half of the sphere.
             ("equisolid", "latlong", 0.3),
         ] {
@@ -690,6 +703,7 @@ mod tests {
             angles in prop::array::uniform3(-3.2f64..3.2),
             source in prop::sample::select(vec![
                 "latlong", "cube", "dual_paraboloid", "cube_equiangular", "octahedral", "equal_area", "concentric", "healpix",
+                "mollweide", "hammer", "sinusoidal",
             ]),
             size in 65usize..300,
         ) {

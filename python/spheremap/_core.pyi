@@ -7,6 +7,7 @@ from typing_extensions import disjoint_base
 
 __all__ = [
     "Distribution",
+    "Halving",
     "Packer",
     "Projection",
     "__version__",
@@ -22,6 +23,7 @@ __all__ = [
     "convention_table",
     "convert",
     "convert_depth",
+    "convert_levels",
     "dfg",
     "divide_layer",
     "encode_gradient",
@@ -38,6 +40,7 @@ __all__ = [
     "healpix_vec2pix",
     "helpers",
     "integrals",
+    "level_shapes",
     "lights",
     "lit_of",
     "lobe",
@@ -84,6 +87,7 @@ __all__ = [
     "tell_progress",
     "texel_weights",
     "texels_of_planes",
+    "tiles_of_window",
     "unpack_frames",
     "weigh",
     "weighted_mean",
@@ -233,6 +237,18 @@ def texel_weights(
 ) -> NDArray[np.float64]: ...
 
 @final
+class Halving:
+    def __new__(cls, projection: Projection, shape: tuple[int, ...], /) -> Halving: ...
+    def needs(self, window: tuple[int, int, int, int], /) -> list[int]: ...
+    def window(
+        self,
+        texels: ArrayLike,
+        part: Sequence[int],
+        window: tuple[int, int, int, int],
+        /,
+    ) -> NDArray[Any]: ...
+
+@final
 class Packer:
     def __new__(cls, name: str, /) -> Packer: ...
     def about(self) -> dict[str, Any]: ...
@@ -283,6 +299,35 @@ def convert(
     world: str = "match",
     window: tuple[int, int, int, int] | None = None,
 ) -> NDArray[Any]: ...
+def level_shapes(projection: Projection, shape: tuple[int, ...], /) -> list[list[int]]: ...
+def convert_levels(
+    image: ArrayLike,
+    levels: Sequence[NDArray[Any]],
+    src: Projection,
+    dst: Projection,
+    shape: tuple[int, ...],
+    tile: tuple[int, int],
+    /,
+    *,
+    filter: str,
+    fill: float | Sequence[float],
+    world: str,
+    window: tuple[int, int, int, int],
+) -> tuple[NDArray[Any], list[list[int]]]: ...
+def tiles_of_window(
+    src: Projection,
+    source_shape: tuple[int, ...],
+    levels: int,
+    dst: Projection,
+    shape: tuple[int, ...],
+    tile: tuple[int, int],
+    every: int,
+    /,
+    *,
+    filter: str,
+    world: str,
+    window: tuple[int, int, int, int],
+) -> list[list[int]]: ...
 def matching_size(shape: int | tuple[int, ...], src: Projection, dst: Projection, /) -> int: ...
 def filters() -> list[dict[str, Any]]: ...
 def pad(image: ArrayLike, projection: Projection, n: int, filter: str, /) -> NDArray[Any]: ...

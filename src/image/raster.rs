@@ -29,6 +29,25 @@ impl FaceView {
         (self.start + right + down) as usize
     }
 
+    /// The same in a part, so many columns wide, of the image, which has `columns`: alone it is there, and begins at a row and a
+    /// column.
+    pub fn within(&self, columns: usize, [top, left]: [usize; 2], width: usize) -> FaceView {
+        let (columns, width) = (columns as isize, width as isize);
+        let (row, column) = (self.start / columns, self.start % columns);
+        let step = |step: isize| {
+            if step.abs() == columns {
+                step.signum() * width
+            } else {
+                step
+            }
+        };
+        FaceView {
+            start: (row - top as isize) * width + column - left as isize,
+            along_u: step(self.along_u),
+            along_v: step(self.along_v),
+        }
+    }
+
     /// How far apart in the image neighbors along u and along v are.
     pub fn steps(&self) -> [isize; 2] {
         [self.along_u, self.along_v]

@@ -5,6 +5,7 @@
 //! float64 take the friendly path through `spheremap._arrays`.
 
 mod arrays;
+mod chains;
 mod code;
 mod compare;
 mod depth;
@@ -34,6 +35,8 @@ use pyo3::prelude::*;
 /// It needs no lock of the interpreter: its classes are frozen, and what is shared lies behind atomics and mutexes.
 #[pymodule(gil_used = false)]
 mod _core {
+    #[pymodule_export]
+    use super::chains::{PyHalving, convert_levels, level_shapes, tiles_of_window};
     #[pymodule_export]
     use super::code::{code, code_languages, code_verbs};
     #[pymodule_export]

@@ -9,7 +9,7 @@ use crate::kernel::Scalar;
 use crate::map::Map;
 use crate::resample::filters::{ByMethod, Filter};
 use crate::resample::options::Options;
-use crate::resample::request::Request;
+use crate::resample::request::{Request, Sight};
 use crate::resample::sample::Sampler;
 use crate::resample::weighted::{Looks, Weighted};
 use crate::resample::window::Window;
@@ -48,23 +48,10 @@ pub fn convert<T: Texel>(
     out: &mut [T],
 ) -> Result<(), Error> {
     let channels = image.channels();
-    let map = &match options.worlds {
-        Worlds::Match => map.in_world_of(image.map()),
-        Worlds::Literal => map.clone(),
-    };
-    let raster = Raster::new(map, shape)?;
-    let window = match &options.window {
-        Some(window) => window,
-        None => &Window::whole(&raster),
-    };
-    window.check(&raster)?;
+    let map = &matched(map, image.map(), options);
+    let window = &windowed(map, shape, options)?;
     let count = window.texels();
-    if count.checked_mul(channels) != Some(out.len()) {
-        return Err(Error::Shape(format!(
-            "Expected `out` to have {count} texels of {channels} numbers each, got {} numbers.",
-            out.len()
-        )));
-    }
+    expect_numbers(count, channels, out.len())?;
     let fill = options.fill.texel(channels)?;
     let opacity = options.opacity(channels)?;
     // A mean and a mode leave NaN out as they go.
@@ -104,6 +91,89 @@ pub fn convert<T: Texel>(
         };
         plain(request, filter, options, false, seen)
     })
+}
+
+/// What [`convert`] fills, by a filter of mip chains, where the further levels of the image's chain are there: as
+/// [`chain`](crate::resample::chain) gives them. All texels weigh the same. Returns the tiles of the image itself, of at most so many rows
+/// and columns, that were seen.
+///
+/// # Errors
+/// As for [`convert`]; for another filter, and levels of other images.
+pub(crate) fn convert_levels<T: Texel>(
+    (image, levels): (&ImageView<'_, T>, &[ImageView<'_, T::Float>]),
+    (map, shape): (&Map, &[usize]),
+    tile: [usize; 2],
+    options: &Options,
+    out: &mut [T],
+) -> Result<Vec<Window>, Error> {
+    let channels = image.channels();
+    let filter = options.filter.of_footprints()?;
+    let map = &matched(map, image.map(), options);
+    let window = &windowed(map, shape, options)?;
+    expect_numbers(window.texels(), channels, out.len())?;
+    if levels.iter().any(|level| level.channels() != channels) {
+        return Err(Error::Shape(
+            "Expected levels of as many channels as the image has.".to_owned(),
+        ));
+    }
+    let request = Request {
+        image,
+        map,
+        shape,
+        rotation: options.rotation,
+        fill: &options.fill.texel(channels)?,
+        window,
+    };
+    mipmapped::watched(request, levels, filter, tile, out)
+}
+
+/// The tiles that [`convert_levels`] sees of an image of `src` of a shape, where there are `levels` levels with it: those that the first of
+/// `every` so many rows of the window see, and its last row.
+///
+/// # Errors
+/// As for [`convert_levels`].
+pub(crate) fn tiles_seen(
+    (src, source_shape): (&Map, &[usize]),
+    levels: usize,
+    (map, shape): (&Map, &[usize]),
+    (tile, every): ([usize; 2], usize),
+    options: &Options,
+) -> Result<Vec<Window>, Error> {
+    let filter = options.filter.of_footprints()?;
+    let source = Raster::new(src, source_shape)?;
+    let map = &matched(map, src, options);
+    let sight = Sight {
+        map,
+        shape,
+        rotation: options.rotation,
+        window: &windowed(map, shape, options)?,
+    };
+    mipmapped::seen(sight, (src, &source), levels, (tile, every), filter)
+}
+
+/// A map in the world of a source, where worlds are matched.
+fn matched(map: &Map, source: &Map, options: &Options) -> Map {
+    match options.worlds {
+        Worlds::Match => map.in_world_of(source),
+        Worlds::Literal => map.clone(),
+    }
+}
+
+/// The part of an image of this shape that is made.
+fn windowed(map: &Map, shape: &[usize], options: &Options) -> Result<Window, Error> {
+    let raster = Raster::new(map, shape)?;
+    let window = (options.window.clone()).unwrap_or_else(|| Window::whole(&raster));
+    window.check(&raster)?;
+    Ok(window)
+}
+
+fn expect_numbers(count: usize, channels: usize, numbers: usize) -> Result<(), Error> {
+    if count.checked_mul(channels) == Some(numbers) {
+        return Ok(());
+    }
+    Err(Error::Shape(format!(
+        "Expected `out` to have {count} texels of {channels} numbers each, got {numbers} numbers."
+    )))
 }
 
 /// What [`convert`] fills, as an array of its own.

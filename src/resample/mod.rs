@@ -5,18 +5,19 @@
 
 mod antialias;
 mod area;
-mod convert;
+pub(crate) mod convert;
 mod coordinate_map;
 pub mod depth;
 pub mod filters;
 pub mod flat;
 mod footprint;
+pub(crate) mod halving;
 pub(crate) mod layers;
 mod levels;
 mod lod;
 mod lookup;
 mod mip_sampler;
-mod mipmapped;
+pub(crate) mod mipmapped;
 pub(crate) mod mips;
 mod options;
 mod pad;

@@ -70,7 +70,7 @@ impl Window {
     }
 
     /// The whole blocks of so many rows of the image, and so many columns of a face, that it touches.
-    fn blocks(&self, raster: &Raster, (columns, rows): (usize, usize)) -> Window {
+    pub(crate) fn blocks(&self, raster: &Raster, (columns, rows): (usize, usize)) -> Window {
         let wide = raster.width;
         let from = |column: usize| column / wide * wide + column % wide / columns * columns;
         let to = |column: usize| {

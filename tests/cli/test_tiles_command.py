@@ -122,7 +122,6 @@ def test_what_does_not_go_together_is_one_line(sky: Path, tmp_path: Path) -> Non
     bad("tiles", sky, out, *pannellum, "--memory", "much", code=2, says="--memory is a number of")
     bad("tiles", sky, out, *pannellum, "--memory", 0, code=1, says="--memory to be at least 1342")
     bad("tiles", sky, out, *pannellum, "--memory", "1M", code=1, says="--memory to be at least 13")
-    bad("tiles", sky, out, *pannellum, "--memory", "1G", "--filter", "ewa", code=2, says="no --fi")
     for name in ("none.exr", "text.png"):
         bad("tiles", tmp_path / name, out, *pannellum, "--memory", "1G", code=1, says=name)
     io.write(tmp_path / "a.png", np.zeros((16, 32, 3), np.uint8))

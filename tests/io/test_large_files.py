@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 import spheremap as sm
-from spheremap.io import parts, reading, tiling
+from spheremap.io import parts, reading, sight, tiling
 from spheremap.resample.seen import Rectangle
 
 rng = np.random.default_rng(17)
@@ -19,12 +19,12 @@ CROSS = sm.projection("cube", layout="cross")
 @pytest.fixture(autouse=True)
 def little_memory(monkeypatch):
     """Images of a test are small: so are tiles, parts and what there is."""
-    monkeypatch.setattr(parts, "_TILE", (16, 32))
+    monkeypatch.setattr(sight, "_TILE", (16, 32))
     monkeypatch.setattr(reading, "_CACHED", 16)
     monkeypatch.setattr(tiling, "_TILE", 16)
     monkeypatch.setattr(parts, "_MOST", 40)
     monkeypatch.setattr(parts, "LEAST_MEMORY", 0)
-    monkeypatch.setattr(parts, "_KEPT", 1)
+    monkeypatch.setattr(sight, "_KEPT", 1)
 
 
 def stored(folder, extension, height=96):
@@ -75,7 +75,7 @@ def test_what_weighs_texels_sees_parts_alone(tmp_path, filter, options):
 
 
 def test_little_memory_makes_smaller_parts_and_too_little_is_an_error(tmp_path, monkeypatch):
-    monkeypatch.setattr(parts, "_TILE", (8, 16))
+    monkeypatch.setattr(sight, "_TILE", (8, 16))
     source, image = stored(tmp_path, ".exr", height=192)
     target = tmp_path / "out.exr"
     # Rows of tiles, each with a page, are 20 MiB; half of this is for what a part sees.
@@ -200,7 +200,7 @@ def test_what_was_cut_off_goes_on(tmp_path, monkeypatch, resume):
 KILLED = """
 import os, signal, sys
 import spheremap as sm
-from spheremap.io import parts
+from spheremap.io import parts, sight
 
 count, put = [0], parts._Made.put
 
@@ -210,8 +210,8 @@ def killed(self, window, texels):
         os.kill(os.getpid(), signal.SIGKILL)
     put(self, window, texels)
 
-parts._Made.put, parts._TILE, parts._MOST, parts._SAY = killed, (16, 32), 40, 0.0
-parts.LEAST_MEMORY, parts._KEPT = 0, 1
+parts._Made.put, sight._TILE, parts._MOST, parts._SAY = killed, (16, 32), 40, 0.0
+parts.LEAST_MEMORY, sight._KEPT = 0, 1
 cross = sm.projection("cube", layout="cross")
 sm.io.convert_file(*sys.argv[1:], "latlong", cross, size=48, memory=8 << 20, resume=True)
 """
@@ -241,7 +241,6 @@ def test_a_killed_process_leaves_what_the_next_one_goes_on_with(tmp_path, monkey
     [
         ({"dst": "cube"}, ValueError, "layout"),
         ({"src": "angular"}, ValueError, "as wide as high"),
-        ({"filter": "ewa"}, ValueError, "mip chain"),
         ({"filter": "linear"}, ValueError, "linear"),
         ({"memory": 1.5}, TypeError, "memory"),
         ({"target": "out.jpg"}, ValueError, "tonemap"),

@@ -27,6 +27,9 @@ place, limit = sys.argv[1], int(sys.argv[2]) << 20
 sm.io.write(place + ".small.exr", np.ones((64, 128, 3), np.float32))
 cross = sm.projection("cube", layout="cross")
 sm.io.convert_file(place + ".small.exr", place + ".exr", "latlong", cross, memory=limit)
+sm.io.convert_file(
+    place + ".small.exr", place + ".exr", "latlong", cross, filter="ewa", memory=limit
+)
 sm.light.energy_file(place + ".small.exr", "latlong", memory=limit)
 print(most_taken(lambda: {call}))
 """
@@ -38,6 +41,8 @@ CALLS = {
     "strips": "sm.io.convert_file(place + '.strips.tif', place + '.out.tif', 'latlong', cross, "
     "any_aspect=True, memory=limit)",
     "alpha": "sm.io.convert_file(place, place + '.out.tif', 'latlong', 'angular', alpha=2, "
+    "any_aspect=True, size=2048, memory=limit)",
+    "chain": "sm.io.convert_file(place, place + '.out.tif', 'latlong', cross, filter='ewa', "
     "any_aspect=True, size=2048, memory=limit)",
     "energy": "sm.light.energy_file(place, 'latlong', any_aspect=True, memory=limit)",
 }

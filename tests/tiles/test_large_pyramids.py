@@ -17,7 +17,7 @@ from full_disk import disk_full_after
 from scenes import scene
 from spheremap import io
 from spheremap._progress import told
-from spheremap.io import parts, reading, tiling
+from spheremap.io import levels, parts, reading, sight, tiling
 from spheremap.tiles import cutting, filed, hips, large
 
 FORMATS = ("pannellum", "marzipano", "photo-sphere-viewer", "deepzoom", "hips")
@@ -27,11 +27,11 @@ MEMORY = 4 << 20
 @pytest.fixture(autouse=True)
 def little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """Images of a test are small: so are tiles, windows and what there is; disks are patient."""
-    monkeypatch.setattr(parts, "_TILE", (16, 32))
+    monkeypatch.setattr(sight, "_TILE", (16, 32))
     monkeypatch.setattr(reading, "_CACHED", 16)
     monkeypatch.setattr(tiling, "_TILE", 16)
     monkeypatch.setattr(parts, "_MOST", 40)
-    monkeypatch.setattr(parts, "_KEPT", 1)
+    monkeypatch.setattr(sight, "_KEPT", 1)
     monkeypatch.setattr(hips, "_HALVED", 8)
     monkeypatch.setattr(cutting, "_BATCH", 5)
     monkeypatch.setattr(large, "_LEAST_MEMORY", 0)
@@ -117,6 +117,20 @@ def test_odd_sides_and_alpha(tmp_path: Path) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("filter", ["trilinear", "ewa"])
+@pytest.mark.parametrize("format", ["marzipano", "deepzoom", "hips"])
+def test_filters_that_look_a_mip_chain_up(
+    format: str, filter: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(levels, "_MOST", 13)
+    image = light(64)
+    image[3:9, 5:30] = np.nan
+    expect_same(
+        tmp_path, image, "latlong", format=format, tile_size=16, extension="png", filter=filter,
+        rotation=sm.rotation(20, 30, 40), size=32,
+    )  # fmt: skip
+
+
 def test_levels_are_made_of_several_windows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -199,7 +213,6 @@ def test_progress_goes_up_to_one(tmp_path: Path) -> None:
         ({"memory": 1 << 20}, ValueError, "`memory` to be at least 134217728 bytes, got 1048576"),
         ({"tile_size": 4096}, ValueError, "`memory` to be at least 1073741824 bytes"),
         ({"memory": 1.5}, TypeError, "memory"),
-        ({"filter": "ewa"}, ValueError, "mip chain"),
         ({"format": "krpano"}, ValueError, "unknown format 'krpano'"),
         ({"extension": "fits"}, ValueError, "`extension` 'fits' is of 'hips' alone"),
         ({"format": "hips", "extension": "fits"}, ValueError, "hold one channel, `image` has 3"),

@@ -34,7 +34,7 @@ from spheremap.io.parts import convert_parts
 from spheremap.io.reading import Source
 from spheremap.map.named import resolve
 from spheremap.map.size import matching_size
-from spheremap.resample.conversion import Conversion, needs_chain
+from spheremap.resample.conversion import Conversion
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -61,8 +61,6 @@ def _convert_large(
     suffix, dst = out.suffix.lower(), options.dst
     if stdout or suffix not in STORED:
         raise UsageError("--memory is for image files, from one to another")
-    if needs_chain(options.filter):
-        raise UsageError(f"--memory has no --filter {options.filter}, which needs all at once")
     places = targets.places(out, dst, options.face_names)
     refuse_existing(places, options)
     names, head, src, assumed = _found(source, options)

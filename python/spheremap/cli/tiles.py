@@ -32,7 +32,6 @@ from spheremap.cli.terminal import (
 )
 from spheremap.io.tonemap import Curve
 from spheremap.map.named import resolve
-from spheremap.resample.conversion import needs_chain
 from spheremap.tiles.asked import Extension, Format, Frame, Kind, written
 from spheremap.tiles.folder import empty_folder
 from spheremap.tiles.held import HeldImage
@@ -114,8 +113,6 @@ def tiles(
     if format == "hips" and tile_size & (tile_size - 1):
         raise UsageError(f"--tile-size of hips is a power of two, got {tile_size}")
     most = None if memory is None else lengths.as_bytes("--memory", memory)
-    if most is not None and needs_chain(filter):
-        raise UsageError(f"--memory has no --filter {filter}, which needs all at once")
     empty_folder(folder)
     start = time.perf_counter()
     with progress() as step:

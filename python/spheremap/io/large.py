@@ -13,7 +13,7 @@ from .._scalars import as_flag, as_whole
 from ..map.images import expect_aspect, target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
-from ..resample.conversion import Conversion, needs_chain
+from ..resample.conversion import Conversion
 from .header import Header, header, header_of
 from .images import as_stored, check_target, write
 from .opened import opened
@@ -61,7 +61,8 @@ def convert_file(
     ----------
     source, target : path-like
         As for `read` and `write`. Beside the target there has to be room for its texels, once more
-        and not compressed, while it is made; and for those of a source without tiles.
+        and not compressed, while it is made; for those of a source without tiles; and, of
+        ``"trilinear"`` and ``"ewa"``, for the levels of the source's mip chain.
     src, dst, size, rotation, filter, fill, skipna, antialias, alpha, world, any_aspect
         As for `spheremap.convert`. Faces lie in one image: a cube has a layout, as
         ``sm.projection("cube", layout="cross")``, or a convention that has.
@@ -84,8 +85,7 @@ def convert_file(
     ------
     OSError, ValueError, TypeError, ImportError
         As for `read`, `spheremap.convert` and `write`; for a source that is turned or placed by its
-        header; for ``"trilinear"`` and ``"ewa"``, whose mip chain is made of the whole image; and
-        for too little memory, which the message says.
+        header; and for too little memory, which the message says.
 
     Notes
     -----
@@ -95,6 +95,9 @@ def convert_file(
 
     Half of the memory is for what a part sees, most of the rest for the cache of the source. Pages
     of files are not counted, which the system holds as long as nobody else needs the room.
+
+    ``"trilinear"`` and ``"ewa"`` look a mip chain up: it is made first, level by level, into a file
+    beside the target, a third as large as the source is in floats. The source is read twice.
 
     Files in tiles are read where they are needed. Others, as most .exr and .tif and all .png, .jpg
     and .hdr, are decoded once, into a file of tiles beside the target.
@@ -111,11 +114,6 @@ def convert_file(
     >>> made.height, made.width
     (96, 128)
     """
-    if needs_chain(filter):
-        raise ValueError(
-            f"Expected another `filter` for files in parts, got {filter!r}, whose mip chain is "
-            "made of the whole image: filter='area', or antialias=True, averages as well."
-        )
     memory, keep = as_whole(memory, "memory"), as_flag(resume, "resume")
     here, there = resolve(src), resolve(dst)
     for p in (here, there):

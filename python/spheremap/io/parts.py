@@ -3,6 +3,7 @@
 A part of the result is made of the tiles of the source that it sees, which OpenImageIO's cache
 reads, and put into a file of bare texels beside the target. When all are there, the target is
 written from it. What is there already outlives the process: a call that was cut off goes on.
+Filters that look a mip chain up have its levels in one more file.
 """
 
 from __future__ import annotations
@@ -12,9 +13,8 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,12 +23,13 @@ import numpy as np
 from .._progress import done
 from .._progress import part as share
 from ..map.named import resolve_pair
-from ..resample.conversion import Conversion
-from ..resample.parts import convert_seen, weighs
-from ..resample.seen import Rectangle, SourceTiles, tiles
-from ..resample.sparse import sparse_zeros
+from ..resample.chained import Chained
+from ..resample.conversion import Conversion, needs_chain
+from ..resample.seen import Rectangle, tiles
+from .levels import LevelFile
 from .reading import Reader, Source
 from .room import set_aside
+from .sight import Sight, chained, plain, quarters
 from .tiling import has_tiles, in_tiles, removed
 
 if TYPE_CHECKING:
@@ -36,9 +37,6 @@ if TYPE_CHECKING:
 
 
 __all__ = ["LEAST_MEMORY", "cached", "convert_parts", "expect_memory", "fill"]
-
-# Rows and columns of what is read at once.
-_TILE = (128, 512)
 
 # A part of the result has at most so many rows and columns.
 _MOST = 1024
@@ -49,8 +47,11 @@ _SAY = 2.0
 # How much of the time it takes to decode a file into tiles, as far as anybody can tell.
 _TILING = 0.3
 
-# What a call takes whatever its images are, and what is kept of a tile of the source.
-LEAST_MEMORY, _KEPT = 64 << 20, 256
+# How much longer a lookup takes than a texel of a chain, about.
+_LOOKUP = 4.0
+
+# What a call takes whatever its images are.
+LEAST_MEMORY = 64 << 20
 
 
 def convert_parts(
@@ -91,6 +92,7 @@ def convert_parts(
     name = _name(source, conversion, memory, f"{kind.dtype} {said}")
     made = _Made(target, (*conversion.size, kind.shape[-1]), kind.dtype, name, keep)
     folder = target.with_name(f".{target.stem}.spheremap-tiles-{name}")
+    levels = target.with_name(f".{target.stem}.spheremap-levels-{name}")
     begins = 0.0 if reader else _TILING
     try:
         if reader is None:
@@ -104,6 +106,8 @@ def convert_parts(
                 reader.read,
                 lambda window, texels: made.put(window, stored(texels)),
                 memory,
+                levels,
+                keep=keep,
                 first=made.count,
                 finished=made.finished,
             )
@@ -112,9 +116,11 @@ def convert_parts(
         made.leave(keep)
         if not keep:
             removed(folder)
+            levels.unlink(missing_ok=True)
         raise
     made.leave(False)
     removed(folder)
+    levels.unlink(missing_ok=True)
 
 
 def expect_memory(memory: int, least: int) -> None:
@@ -208,7 +214,9 @@ def fill(
     read: Callable[[Rectangle], NDArray[Any]],
     put: Callable[[Rectangle, NDArray[Any]], None],
     memory: int,
+    levels: Path,
     *,
+    keep: bool = False,
     first: int = 0,
     finished: Callable[[int], None] | None = None,
 ) -> None:
@@ -223,123 +231,61 @@ def fill(
         Is given each part of the result.
     memory : int
         In bytes; half of it is for what a part sees, and an eighth for a part.
+    levels : Path
+        The file for the levels of a mip chain, where the filter looks them up.
+    keep : bool
+        Whether that file outlives a call that is cut off.
     first : int
         How many windows are there already.
     finished : callable, optional
         Is told how many windows are there, after each.
     """
-    target = resolve_pair(conversion.src, conversion.dst, None, conversion.options["world"])[1]
-    channels = conversion.shape[-1]
-    shape = conversion.shape[:-1]
-    parts = tiles(shape, _tile(shape, memory), conversion.src)
-    source = SourceTiles(conversion.src, shape, parts)
-    # A conversion may take some floats for each of the numbers that it makes.
-    side = max(1, min(_MOST, math.isqrt(memory // 8 // (16 * channels))))
-    windows = tiles(conversion.size, (side, side), target)
+    if not needs_chain(conversion.options["filter"]):
+        _fill(conversion, plain(conversion, read, memory), put, memory, first, finished)
+        return
+    chain = Chained(conversion)
+    # A lookup takes longer than a mean does.
+    averaged = math.prod(conversion.shape[:-1])
+    begins = averaged / (averaged + _LOOKUP * math.prod(conversion.size))
+    file = LevelFile(chain, levels, keep)
+    try:
+        with share(0.0, begins):
+            file.make(read, memory // 2)
+        sight = chained(chain, read, file, memory)
+        with share(begins, 1.0):
+            _fill(conversion, sight, put, memory, first, finished)
+    finally:
+        file.leave(keep)
 
-    length_of = partial(_length, conversion, weighs(conversion))
-    kept = None if weighs(conversion) else _Kept(conversion, read, length_of, memory // 2)
+
+def _fill(
+    conversion: Conversion,
+    sight: Sight,
+    put: Callable[[Rectangle, NDArray[Any]], None],
+    memory: int,
+    first: int,
+    finished: Callable[[int], None] | None,
+) -> None:
+    """Make the parts of a result, one by one, of what they see."""
+    # A conversion may take some floats for each of the numbers that it makes.
+    side = max(1, min(_MOST, math.isqrt(memory // 8 // (16 * conversion.shape[-1]))))
+    target = resolve_pair(conversion.src, conversion.dst, None, conversion.options["world"])[1]
+    windows = tiles(conversion.size, (side, side), target)
 
     def divided(window: Rectangle) -> Iterator[tuple[Rectangle, list[Rectangle]]]:
         """Yield parts of a window that see no more than there is memory for, and what they see."""
-        seen = [parts[k] for k in source.seen_by(target, conversion.size, window)]
-        length = length_of(seen)
+        seen = sight.seen(window)
+        length = sight.length(seen)
         if length <= memory // 2:
             yield window, seen
             return
-        for quarter in _quarters(window, length):
+        for quarter in quarters(window, length):
             yield from divided(quarter)
 
     for k in range(first, len(windows)):
         with share(k / len(windows), (k + 1) / len(windows)):
             for window, seen in divided(windows[k]):
-                held = [(part.index, partial(read, part)) for part in seen]
-                # Nothing else may hold the source, which is let go of when it is full.
-                (texels,) = convert_seen(
-                    conversion,
-                    held,
-                    [window],
-                    source=None if kept is None else kept.with_parts(seen),
-                )
-                put(window, texels)
+                put(window, sight.converted(window, seen))
         if finished is not None:
             finished(k + 1)
         done((k + 1) / len(windows))
-
-
-def _tile(shape: tuple[int, ...], memory: int) -> tuple[int, int]:
-    """Return rows and columns of tiles, of which there are not too many."""
-    rows, columns = _TILE
-    *faces, height, width = shape
-    rest = math.prod(faces) * _KEPT
-    while math.ceil(height / rows) * math.ceil(width / columns) * rest > memory // 16:
-        rows, columns = 2 * rows, 2 * columns
-    return rows, columns
-
-
-class _Kept:
-    """The source with what the last windows saw: neighbors see much of the same."""
-
-    def __init__(
-        self,
-        conversion: Conversion,
-        read: Callable[[Rectangle], NDArray[Any]],
-        length: Callable[[Iterable[Rectangle]], int],
-        room: int,
-    ) -> None:
-        self._conversion, self._read = conversion, read
-        self._length, self._room = length, room
-        self._forget()
-
-    def with_parts(self, seen: Sequence[Rectangle]) -> NDArray[Any]:
-        """Return the source, in which these parts are there."""
-        if self._length(self._there.union(seen)) > self._room:
-            self._forget()
-        for part in seen:
-            if part not in self._there:
-                self._texels[part.index] = self._read(part)
-                self._there.add(part)
-        return self._texels
-
-    def _forget(self) -> None:
-        self._texels = sparse_zeros(self._conversion.shape, self._conversion.dtype)
-        self._there: set[Rectangle] = set()
-
-
-def _length(conversion: Conversion, weighed: bool, parts: Iterable[Rectangle]) -> int:
-    """Return the memory of tiles, in bytes: rows of neighbors follow each other in pages."""
-    numbers, itemsize = conversion.shape[-1], conversion.dtype.itemsize
-    if weighed:
-        # Floats, and a weight for each where some may be not finite.
-        numbers *= 2 if conversion.dtype.kind == "f" else 1
-        itemsize = max(itemsize, 4)
-    length, last = 0, None
-    for part in sorted(parts, key=lambda part: (part.face or 0, part.top, part.left)):
-        row = (part.right - part.left) * numbers * itemsize
-        if last is None or (part.face, part.top, part.left) != (last.face, last.top, last.right):
-            # Where a run of neighbors begins and ends, it has parts of pages.
-            row += 4096
-        length += (part.bottom - part.top) * row
-        last = part
-    return length
-
-
-def _quarters(window: Rectangle, length: int) -> list[Rectangle]:
-    """Return the parts of a window, or raise where it has none."""
-    height, width = window.bottom - window.top, window.right - window.left
-    if height == width == 1:
-        raise ValueError(
-            f"Expected `memory` to be at least {2 * length} bytes, which a texel needs that sees "
-            "so much of the source."
-        )
-    half = ((height + 1) // 2, (width + 1) // 2)
-    return [
-        Rectangle(
-            window.top + p.top,
-            window.top + p.bottom,
-            window.left + p.left,
-            window.left + p.right,
-            window.face,
-        )
-        for p in tiles((height, width), half)
-    ]

@@ -23,7 +23,7 @@ _SMALL = 16
 
 
 def needs_chain(filter: object) -> bool:
-    """Tell whether all texels come from a mip chain, which is made of the whole image."""
+    """Tell whether texels are looked up in a mip chain, which is made of all of an image."""
     return as_text(filter, "filter") in ("trilinear", "ewa")
 
 

@@ -116,16 +116,22 @@ class SourceTiles:
         Its shape without channels.
     parts : sequence of Rectangle
         The tiles.
+    reach : int
+        How far from a lookup texels have a part in it.
     """
 
     def __init__(
-        self, projection: Projection, shape: tuple[int, ...], parts: Sequence[Rectangle]
+        self,
+        projection: Projection,
+        shape: tuple[int, ...],
+        parts: Sequence[Rectangle],
+        reach: int = REACH,
     ) -> None:
         self.projection = projection
         self.parts = list(parts)
         # By pieces: what the lattices take is a hundred times as much as what is kept.
         pieces = [self.parts[k : k + _PIECE] for k in range(0, len(self.parts), _PIECE)]
-        found = [_caps_with_reach(projection, shape, piece) for piece in pieces]
+        found = [_caps_with_reach(projection, shape, piece, reach) for piece in pieces]
         self._center = np.concatenate([np.empty((0, 3)), *(center for center, _ in found)])
         radius = np.concatenate([np.empty(0), *(radius for _, radius in found)])
         radius = np.minimum(radius + _ROUNDING, np.pi)
@@ -215,16 +221,16 @@ def _lattice(
 
 
 def _caps_with_reach(
-    projection: Projection, shape: tuple[int, ...], parts: Sequence[Rectangle]
+    projection: Projection, shape: tuple[int, ...], parts: Sequence[Rectangle], reach: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return center and radius of what lookups see that have a part in each tile."""
-    places = _lattice(projection, shape, parts, _PLACES, REACH)
+    places = _lattice(projection, shape, parts, _PLACES, reach)
     center, radius = _caps(places)
     # Beyond an edge of a face a lookup goes on elsewhere: as far as so many texels of the tile.
     step = _steps(places).max(axis=(1, 2))
     sides = np.array([[p.bottom - p.top, p.right - p.left] for p in parts])
-    texels = np.maximum((sides + 2 * REACH).min(axis=1) / (_PLACES - 1), 0.25)
-    return center, radius + step + 2.0 * REACH * step / texels
+    texels = np.maximum((sides + 2 * reach).min(axis=1) / (_PLACES - 1), 0.25)
+    return center, radius + step + 2.0 * reach * step / texels
 
 
 def _neighbors(windows: Sequence[Rectangle]) -> list[NDArray[np.intp]]:

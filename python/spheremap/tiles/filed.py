@@ -52,7 +52,7 @@ class FileImage:
                     source = in_tiles(source, Path(copies), self.memory // 8)
             with share(begins, 1.0):
                 reader = Reader(source, columns, cached(self.memory))
-                fill(conversion, reader.read, made.put, self.memory)
+                fill(conversion, reader.read, made.put, self.memory, Path(copies) / "levels")
         return made
 
 
@@ -92,7 +92,8 @@ class FileLevel:
     def light_converted(self, conversion: Conversion) -> FileLevel:
         """Return its light in another projection."""
         made = self.empty((*conversion.size, self.shape[-1]))
-        fill(conversion, lambda part: light(self.read(part)), made.put, self.memory)
+        levels = self._folder / ".spheremap-levels"
+        fill(conversion, lambda part: light(self.read(part)), made.put, self.memory, levels)
         return made
 
     def _mapped(self, access: int) -> NDArray[Any]:

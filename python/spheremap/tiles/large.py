@@ -19,7 +19,6 @@ from ..io.tonemap import Curve
 from ..io.whole import as_path
 from ..map.images import expect_aspect
 from ..map.named import resolve
-from ..resample.conversion import needs_chain
 from .asked import Extension, Format, Frame, Kind, as_tile_size, written
 from .filed import FileImage
 from .pyramid import Pyramid
@@ -68,7 +67,8 @@ def write_file(
         As for `write`. Faces lie in one image: a cube has a layout, or a convention that has.
     folder : path
         As for `write`. While it is filled there has to be room for the texels of two levels, not
-        compressed, and for those of a source without tiles.
+        compressed, for those of a source without tiles, and, of ``"trilinear"`` and ``"ewa"``, for
+        the levels of the source's mip chain.
     format, size, tile_size, extension, quality, filter, world, curve, exposure, title, frame
         As for `write`.
     memory : int
@@ -88,8 +88,7 @@ def write_file(
     ------
     OSError, ValueError, TypeError, ImportError
         As for `spheremap.io.read` and `write`; for a source that is turned or placed by its header;
-        for ``"trilinear"`` and ``"ewa"``, whose mip chain is made of the whole image; and for too
-        little memory, which the message says.
+        and for too little memory, which the message says.
 
     Notes
     -----
@@ -108,11 +107,6 @@ def write_file(
     >>> made.manifest.name, made.shape, made.tiles
     ('data.json', (6, 42, 42), 6)
     """
-    if needs_chain(filter):
-        raise ValueError(
-            f"Expected another `filter` for files in parts, got {filter!r}, whose mip chain is "
-            "made of the whole image: filter='area' averages as well."
-        )
     kind = Kind.of(format, extension, curve, exposure, resolve(projection, rotation=rotation))
     with opened(source, part) as handle:
         head, number = header_of(handle), handle.current_subimage()

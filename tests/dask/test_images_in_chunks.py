@@ -1,5 +1,6 @@
 """Images in chunks: the bits of the whole, from the chunks that a chunk sees."""
 
+import pickle
 import subprocess
 import sys
 from collections import Counter
@@ -11,6 +12,7 @@ import pytest
 import spheremap as sm
 import spheremap.dask as smd
 from dask.core import get_dependencies
+from spheremap.dask import chains
 
 rng = np.random.default_rng(5)
 
@@ -57,6 +59,61 @@ def test_parts_have_the_bits_of_the_whole(src, dst, size, divided):
     options = {"rotation": sm.rotation(30, -20, 10), "fill": -1.0}
     parts = check(image, 19, src, dst, size=size, divided=divided, **options)
     assert parts.npartitions > 2
+
+
+@pytest.mark.parametrize("filter", ["trilinear", "ewa"])
+@pytest.mark.parametrize(
+    ("src", "dst", "size", "divided", "to"),
+    [
+        ("latlong", "cube", 200, 17, 20),
+        ("latlong", "angular", 400, 31, 300),
+        ("latlong:cmft", "octahedral", 300, 16, 90),
+        ("cube", "latlong", 190, 45, 100),
+        ("cube:filament", "latlong", 160, 50, 200),
+        ("angular", "cube", 500, 20, 100),
+        ("sinusoidal", "angular", 300, 40, 140),
+        ("dual_paraboloid", "latlong", 290, 30, 60),
+    ],
+)
+def test_filters_that_look_a_mip_chain_up(monkeypatch, src, dst, size, divided, to, filter):
+    monkeypatch.setattr(chains, "_LEAST", 16)
+    image = texels(src, size, (2,))
+    options = {"rotation": sm.rotation(30, -20, 10), "filter": filter, "size": to}
+    check(image, 40, src, dst, divided=divided, **options)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"skipna": True},
+        {"alpha": 1},
+        {"alpha": -1, "skipna": True, "fill": 3.0},
+        {"world": "literal"},
+    ],
+    ids=str,
+)
+def test_the_chain_is_that_of_weighed_texels(monkeypatch, options):
+    monkeypatch.setattr(chains, "_LEAST", 16)
+    image = texels("latlong", 100, (2,))
+    image[30:60, 50:90] = np.nan
+    image[20, 40, 1] = np.inf
+    for channels in (image, image[..., 0], image.astype(np.float16)):
+        if channels.ndim == 2 and "alpha" in options:
+            continue
+        check(channels, 37, "latlong", "cube:unreal", size=16, divided=6, filter="ewa", **options)
+
+
+def test_lookups_in_a_chain_see_a_few_chunks_of_the_image():
+    image = da.from_array(texels("latlong", 1600), chunks=200)
+    options = {"size": 32, "filter": "ewa"}
+    seen = smd.convert(image, "latlong", "perspective(fov=20)", **options)
+    (task, wanted), *rest = dict(seen.__dask_graph__().layers[seen.name]).values()
+    assert not rest
+    # Also as a worker gets it.
+    task = pickle.loads(pickle.dumps(task))
+    assert 0 < len(wanted[0]) < 32 and [len(few) for few in task.chunks] == list(map(len, wanted))
+    whole = sm.convert(image.compute(), "latlong", "perspective(fov=20)", **options)
+    np.testing.assert_array_equal(seen.compute(), whole)
 
 
 @pytest.mark.parametrize(
@@ -205,8 +262,6 @@ def test_threads_make_the_same():
         ({"image": da.zeros((8, 16)), "channels_first": True}, ValueError, "before its rows"),
         ({"image": da.zeros((8, 16), dtype=complex)}, TypeError, "complex"),
         ({"image": da.zeros((8, 16), dtype=int)}, TypeError, "labels"),
-        ({"filter": "trilinear"}, NotImplementedError, "mip chain"),
-        ({"filter": "ewa"}, NotImplementedError, "mip chain"),
         ({"filter": "linear"}, ValueError, "linear"),
         ({"alpha": 7}, ValueError, "alpha"),
         ({"world": "mine"}, ValueError, "world"),

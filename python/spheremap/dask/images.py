@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any
 
 import dask.array as da
@@ -15,24 +14,21 @@ from .._scalars import as_flag
 from ..map.images import expect_aspect, target_shape
 from ..map.named import resolve, resolve_pair
 from ..map.size import matching_size
+from ..resample.chained import Chained
 from ..resample.conversion import Conversion, needs_chain
+from .chains import chain_converted
 from .parts import Part
-from .pieces import Chunks, rectangles
+from .pieces import Chunks, Lengths, chunk_ranges, keys_of, windows_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
     from .._arrays import Size
     from .._names import ConvertFilter
     from .._projection import Projection
     from ..map.named import ProjectionLike, Worlds
-    from ..resample.seen import Rectangle
 
 __all__ = ["convert"]
-
-Lengths = tuple[tuple[int, ...], ...]
 
 
 def convert(
@@ -79,8 +75,6 @@ def convert(
     ValueError, TypeError
         As for `spheremap.convert`, and for chunks that dask does not know; all at once, before
         anything is computed.
-    NotImplementedError
-        For ``"trilinear"`` and ``"ewa"``: their mip chain is made of the whole image.
 
     Notes
     -----
@@ -88,6 +82,10 @@ def convert(
     a few too many. It takes the memory of these chunks, of its result, and once more of what it
     sees of them, in an array of which nothing else is there. With `alpha`, and with `skipna` where
     a chunk has what is not finite, that array holds floats: colors are weighted first.
+
+    ``"trilinear"`` and ``"ewa"`` have tasks for the levels of a mip chain, in chunks about as large
+    as those of the source, and a task of the result depends on the chunks of all levels that it
+    may see.
 
     Every task uses as many threads as `set_num_threads` says; where a worker runs one task a core,
     let it say 1.
@@ -110,11 +108,6 @@ def convert(
         raise TypeError(
             f"Expected `image` to be an array of dask, got {type(image).__name__}; "
             "dask.array.from_array makes one."
-        )
-    if needs_chain(filter):
-        raise NotImplementedError(
-            f"filter={filter!r} is not there for images in chunks: its mip chain is made of the "
-            "whole image. filter='area', or antialias=True, averages as well."
         )
     source, target = resolve(src), resolve(dst)
     axes = spatial_axes(source)
@@ -156,6 +149,8 @@ def convert(
     channels = image.shape[axes:]
     divided = _divided(chunks, shape, channels, meta.dtype)
     target = resolve_pair(source, target, None, world)[1]
+    if needs_chain(filter):
+        return chain_converted(image, Chained(conversion), target, divided, meta)
     return _graph(image, conversion, target, divided, channels, meta)
 
 
@@ -223,33 +218,18 @@ def _graph(
     meta: Any,
 ) -> da.Array:
     """Return the result: a task for each of its chunks, with the chunks that it sees."""
-    keys = [(image.name, *index) for index in np.ndindex(*image.numblocks)]
+    keys = keys_of(image)
     blocks = list(np.ndindex(*map(len, divided)))
-    source = Chunks(conversion, list(product(*map(_ranges, image.chunks))), len(blocks))
-
-    windows, block = [], []
-    for number, ranges in enumerate(product(*map(_ranges, divided))):
-        for rectangle in rectangles(ranges):
-            windows.append(rectangle)
-            block.append(number)
-    held: list[list[Rectangle]] = [[] for _ in blocks]
-    seen: list[list[NDArray[np.intp]]] = [[] for _ in blocks]
-    found = source.tiles.seen_by_each(target, conversion.size, windows)
-    for number, window, tiles in zip(block, windows, found, strict=True):
-        held[number].append(window)
-        seen[number].append(tiles)
+    source = Chunks(conversion.src, image.shape, chunk_ranges(image.chunks), len(blocks))
+    held = windows_of(divided)
+    seen = source.seen_by_each(target, conversion.size, held)
 
     name = f"spheremap-convert-{tokenize(image.name, conversion, divided)}"
     end = (0,) * len(channels)
     tasks = {}
     for index, some, faces in zip(blocks, seen, held, strict=True):
-        part = Part(conversion, tuple(faces), source.pieces(np.concatenate(some)))
+        part = Part(conversion, tuple(faces), some)
         tasks[(name, *index, *end)] = (part, [keys[k] for k in part.chunks])
     graph = HighLevelGraph.from_collections(name, tasks, dependencies=[image])
     whole = (*divided, *((length,) for length in channels))
     return da.Array(graph, name, whole, meta=meta)
-
-
-def _ranges(lengths: Sequence[int]) -> list[tuple[int, int]]:
-    """Return where each chunk begins and ends."""
-    return list(pairwise(np.cumsum([0, *lengths]).tolist()))

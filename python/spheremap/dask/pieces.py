@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from itertools import groupby, pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import groupby, pairwise, product
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from .._arrays import spatial_axes
-from ..resample.seen import Rectangle, SourceTiles
+from ..resample.seen import REACH, Rectangle, SourceTiles
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    import dask.array as da
     from numpy.typing import NDArray
 
-    from ..resample.conversion import Conversion
+    from .._projection import Projection
 
-__all__ = ["Chunks", "Piece", "rectangles"]
+__all__ = ["Chunks", "Lengths", "Piece", "chunk_ranges", "keys_of", "rectangles", "windows_of"]
+
+# Of chunks, along each axis.
+Lengths = tuple[tuple[int, ...], ...]
 
 # How many tiles chunks are divided into at most, and for how many tasks: to find which tiles each
 # sees takes less than it saves, but comes before all else, on one thread.
@@ -43,17 +47,27 @@ class Chunks:
 
     Parameters
     ----------
-    conversion : Conversion
+    projection : Projection
+        Of the source.
+    shape : tuple of int
+        Its shape.
     ranges : sequence
         Where each chunk begins and ends along each axis.
     tasks : int
         How many there will be.
+    reach : int
+        How far from a lookup texels have a part in it.
     """
 
     def __init__(
-        self, conversion: Conversion, ranges: Sequence[Sequence[tuple[int, int]]], tasks: int
+        self,
+        projection: Projection,
+        shape: tuple[int, ...],
+        ranges: Sequence[Sequence[tuple[int, int]]],
+        tasks: int,
+        reach: int = REACH,
     ) -> None:
-        axes = spatial_axes(conversion.src)
+        axes = spatial_axes(projection)
         # A chunk is a rectangle on each of its faces.
         held = [(k, each) for k, chunk in enumerate(ranges) for each in rectangles(chunk[:axes])]
         along = _tiles_along([each for _, each in held]) if tasks <= _TASKS else 1
@@ -63,7 +77,19 @@ class Chunks:
         # Of tiles, so many that follow each other lie side by side in a chunk.
         self._along = along
         self._known: dict[tuple[int, int], Piece] = {}
-        self.tiles = SourceTiles(conversion.src, conversion.shape[:axes], self._parts)
+        self.tiles = SourceTiles(projection, shape[:axes], self._parts, reach)
+
+    def seen_by_each(
+        self, target: Projection, size: tuple[int, ...], blocks: Sequence[Sequence[Rectangle]]
+    ) -> list[tuple[Piece, ...]]:
+        """Return what blocks of a target see, each of windows of its own."""
+        windows = [window for block in blocks for window in block]
+        found = iter(self.tiles.seen_by_each(target, size, windows))
+        return [self.pieces(np.concatenate([next(found) for _ in block])) for block in blocks]
+
+    def all(self) -> tuple[Piece, ...]:
+        """Return all there is."""
+        return self.pieces(np.arange(len(self._parts)))
 
     def pieces(self, tiles: NDArray[np.intp]) -> tuple[Piece, ...]:
         """Return what holds these tiles, row by row of their chunks."""
@@ -84,6 +110,22 @@ class Chunks:
         piece = Piece(owner, inner, tuple(slice(*ends) for ends in ranges))
         self._known[first, last] = piece
         return piece
+
+
+def keys_of(array: da.Array) -> list[tuple[Any, ...]]:
+    """Return the keys of the chunks of an array, in the order of their numbers."""
+    return [(array.name, *index) for index in np.ndindex(*array.numblocks)]
+
+
+def chunk_ranges(chunks: Lengths) -> list[tuple[tuple[int, int], ...]]:
+    """Return where each chunk begins and ends along each axis, in the order of their numbers."""
+    ends = [list(pairwise(np.cumsum([0, *lengths]).tolist())) for lengths in chunks]
+    return list(product(*ends))
+
+
+def windows_of(divided: Lengths) -> list[list[Rectangle]]:
+    """Return the windows of each chunk of an image without channels, one for each face."""
+    return [rectangles(ranges) for ranges in chunk_ranges(divided)]
 
 
 def rectangles(ranges: Sequence[tuple[int, int]]) -> list[Rectangle]:

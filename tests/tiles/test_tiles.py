@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -274,21 +275,32 @@ def test_a_page_shows_what_is_there(format: str, tmp_path: Path) -> None:
     assert names[0] - names[1] == {Path("index.html")}
 
 
+def _no_room(_: int) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
 @pytest.mark.parametrize("format", FORMATS)
 def test_the_manifest_comes_last(
     format: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where writing ends early, nothing says that a pyramid is there, and no file is half one."""
-    written: list[str] = []
-    write = folders.Folder.data
+    on_disk: list[set[Path]] = []
+    bring = folders.bring_to_disk
 
-    def seen(self: folders.Folder, name: str, data: bytes) -> Path:
-        written.append(name)
-        return write(self, name, data)
+    def seen(folder: Path) -> None:
+        on_disk.append({path for path in folder.rglob("*") if path.is_file()})
+        bring(folder)
 
-    monkeypatch.setattr(folders.Folder, "data", seen)
+    monkeypatch.setattr(folders, "bring_to_disk", seen)
     made = sm.tiles.write(sky(32), "latlong", tmp_path / "a", format=format, tile_size=16)
-    assert written[-1] == made.manifest.name
+    # When all is brought to the disk, all is there but the file that says so.
+    all_files = {path for path in (tmp_path / "a").rglob("*") if path.is_file()}
+    assert on_disk == [all_files - {made.manifest}] and made.manifest in all_files
+    with monkeypatch.context() as full:
+        full.setattr(os, "fsync", _no_room)
+        with pytest.raises(OSError, match=r"cannot write '.*c': No space left on device"):
+            sm.tiles.write(sky(32), "latlong", tmp_path / "c", format=format, tile_size=16)
+    assert not (tmp_path / "c" / made.manifest.name).exists()
     disk_full_after(7, monkeypatch)
     with pytest.raises(OSError, match="no room"):
         sm.tiles.write(sky(32), "latlong", tmp_path / "b", format=format, tile_size=16)

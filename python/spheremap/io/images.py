@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +14,12 @@ from .._scalars import as_items, as_number, as_text
 from .header import KINDS, PROJECTION, TRAVELS, header_of, upright
 from .opened import library, one_line, opened, said_by
 from .packets import with_panorama
-from .whole import as_path, check_place, written_whole
+from .whole import as_path, check_place, written_among, written_whole
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["as_stored", "channel_names", "check_target", "read", "write"]
+__all__ = ["as_stored", "channel_names", "check_target", "read", "write", "write_among"]
 
 # What each format stores, the widest last. A float image must not pass for 8 bits unnoticed.
 STORED: dict[str, tuple[str, ...]] = {
@@ -195,6 +195,36 @@ def write(
     ImportError
         If OpenImageIO is missing.
     """
+    _write(
+        path,
+        image,
+        written_whole,
+        compression,
+        channels=channels,
+        color_space=color_space,
+        projection=projection,
+        metadata=metadata,
+    )
+
+
+def write_among(
+    path: str | os.PathLike[str], image: ArrayLike, *, compression: str | None = None
+) -> None:
+    """Do as `write` for one of many images in a new folder, which `bring_to_disk` is for."""
+    _write(path, image, written_among, compression)
+
+
+def _write(
+    path: str | os.PathLike[str],
+    image: ArrayLike,
+    put: Callable[[Path, Callable[[Path], None]], None],
+    compression: str | None,
+    *,
+    channels: Sequence[str] | None = None,
+    color_space: str | None = None,
+    projection: str | None = None,
+    metadata: Mapping[str, Any] | None = None,
+) -> None:
     oiio = library()
     # A rename would replace a symbolic link, where the caller means the file behind it.
     name = as_path(path)
@@ -216,7 +246,7 @@ def write(
         spec.channelnames = names
     _note(oiio, spec, extension, color_space, projection, metadata or {})
 
-    def put(place: Path) -> None:
+    def write_to(place: Path) -> None:
         _write_pixels(oiio, place, spec, pixels, name)
         if projection == "latlong":
             try:
@@ -224,7 +254,7 @@ def write(
             except OSError as error:
                 raise OSError(f"cannot write {name!r}: {error.strerror}") from None
 
-    written_whole(target, put)
+    put(target, write_to)
 
 
 def _note(

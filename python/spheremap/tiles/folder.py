@@ -1,4 +1,4 @@
-"""The folder that tiles go to, each file whole or not at all."""
+"""The folder that tiles go to: each file whole or not at all, and all before the last."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..io.images import write as write_image
-from ..io.whole import as_path, write_bytes
+from ..io.images import write_among
+from ..io.whole import as_path, bring_to_disk, write_bytes, written_among
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,17 +32,25 @@ class Folder:
         """Write a .jpg or .png."""
         is_jpg = name.endswith(".jpg")
         place = self._place(name)
-        write_image(place, pixels, compression=f"jpeg:{self.quality}" if is_jpg else None)
+        write_among(place, pixels, compression=f"jpeg:{self.quality}" if is_jpg else None)
 
-    def data(self, name: str, data: bytes) -> Path:
+    def data(self, name: str, data: bytes) -> None:
         """Write any other file."""
+        write_bytes(self._place(name), data, written_among)
+
+    def manifest(self, name: str, data: bytes) -> Path:
+        """Write the file that a viewer is given: the last one."""
         place = self._place(name)
+        try:
+            bring_to_disk(self.path)
+        except OSError as error:
+            raise _said(error, str(self.path)) from None
         write_bytes(place, data)
         return place
 
     def json(self, name: str, values: Mapping[str, Any]) -> Path:
-        """Write a file of JSON."""
-        return self.data(name, (json.dumps(values, indent=2) + "\n").encode())
+        """Write it as JSON."""
+        return self.manifest(name, (json.dumps(values, indent=2) + "\n").encode())
 
     def page(self, name: str) -> None:
         """Write the page that shows a format."""

@@ -87,7 +87,7 @@ def hips(job: Job) -> Pyramid:
         job.folder.page("hips")
     said = _properties(job, order, cuts, len(seen) / (12 * 4**order))
     lines = [f"{name:<20} = {value}\n" for name, value in said.items()]
-    manifest = job.folder.data("properties", "".join(lines).encode())
+    manifest = job.folder.manifest("properties", "".join(lines).encode())
     return Pyramid(manifest, (12, side, side), order + 1, written)
 
 

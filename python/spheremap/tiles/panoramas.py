@@ -81,7 +81,7 @@ def deepzoom(job: Job) -> Pyramid:
         height=height,
         width=width,
     )
-    manifest = job.folder.data("panorama.dzi", text.encode())
+    manifest = job.folder.manifest("panorama.dzi", text.encode())
     return Pyramid(manifest, (height, width), last + 1, written)
 
 

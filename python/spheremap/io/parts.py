@@ -272,20 +272,25 @@ def _fill(
     target = resolve_pair(conversion.src, conversion.dst, None, conversion.options["world"])[1]
     windows = tiles(conversion.size, (side, side), target)
 
-    def divided(window: Rectangle) -> Iterator[tuple[Rectangle, list[Rectangle]]]:
-        """Yield parts of a window that see no more than there is memory for, and what they see."""
-        seen = sight.seen(window)
-        length = sight.length(seen)
-        if length <= memory // 2:
-            yield window, seen
-            return
-        for quarter in quarters(window, length):
-            yield from divided(quarter)
-
     for k in range(first, len(windows)):
         with share(k / len(windows), (k + 1) / len(windows)):
-            for window, seen in divided(windows[k]):
+            for window, seen in _divided(windows[k], sight, memory // 2):
                 put(window, sight.converted(window, seen))
         if finished is not None:
             finished(k + 1)
         done((k + 1) / len(windows))
+
+
+# By itself: a function that calls itself from inside of another would hold the texels that were
+# seen until Python looks for what holds itself.
+def _divided(
+    window: Rectangle, sight: Sight, room: int
+) -> Iterator[tuple[Rectangle, list[Rectangle]]]:
+    """Yield parts of a window that see no more than there is memory for, and what they see."""
+    seen = sight.seen(window)
+    length = sight.length(seen)
+    if length <= room:
+        yield window, seen
+        return
+    for quarter in quarters(window, length):
+        yield from _divided(quarter, sight, room)

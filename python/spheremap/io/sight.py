@@ -73,24 +73,43 @@ def chained(
     length = partial(_length, chain.shape[-1] * chain.dtype.itemsize)
     tile, room = _tile(chain.shape[:-1], memory), memory // 2
     kept = _Kept(chain.shape, chain.dtype, lambda part: chain.weighed(read(part)), length, room)
+    way = _Chain(chain, file, kept, length, tile, room)
+    return Sight(way.seen, length, way.converted)
 
-    def converted(window: Rectangle, seen: Sequence[Rectangle]) -> NDArray[Any]:
-        if length(seen) <= room:
-            texels, saw = chain.window(kept.with_parts(seen), file.levels(), window, tile)
-            if kept.has(saw):
+
+@dataclass(frozen=True)
+class _Chain:
+    """Lookups in levels, and in what is kept of the source."""
+
+    chain: Chained
+    file: LevelFile
+    kept: _Kept
+    length: Callable[[Iterable[Rectangle]], int]
+    tile: tuple[int, int]
+    room: int
+
+    def seen(self, window: Rectangle) -> list[Rectangle]:
+        return self.chain.seen(window, self.tile)
+
+    def converted(self, window: Rectangle, seen: Sequence[Rectangle]) -> NDArray[Any]:
+        if self.length(seen) <= self.room:
+            image, levels = self.kept.with_parts(seen), self.file.levels()
+            texels, saw = self.chain.window(image, levels, window, self.tile)
+            # Nothing else may hold the source, which is let go of when it is full.
+            del image
+            if self.kept.has(saw):
                 return texels
-            if length(saw) <= room:
-                return converted(window, saw)
+            if self.length(saw) <= self.room:
+                return self.converted(window, saw)
             seen = saw
+        conversion = self.chain.conversion
         height, width = window.bottom - window.top, window.right - window.left
-        made = np.empty((height, width, *chain.conversion.channels), chain.conversion.dtype)
-        for part in quarters(window, length(seen)):
+        made = np.empty((height, width, *conversion.channels), conversion.dtype)
+        for part in quarters(window, self.length(seen)):
             rows = slice(part.top - window.top, part.bottom - window.top)
             columns = slice(part.left - window.left, part.right - window.left)
-            made[rows, columns] = converted(part, chain.seen(part, tile))
+            made[rows, columns] = self.converted(part, self.seen(part))
         return made
-
-    return Sight(lambda window: chain.seen(window, tile), length, converted)
 
 
 def _tile(shape: tuple[int, ...], memory: int) -> tuple[int, int]:

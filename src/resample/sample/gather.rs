@@ -14,8 +14,10 @@
 //! What did not help: a copy of the image in 2×2 tiles (a third faster on random lookups only, and the
 //! copy costs more); asking for the output's memory as well.
 
+use super::corners::mix;
 use super::ones::Ones;
 use super::place::Places;
+use super::rectangle::Rectangle;
 use crate::image::raster::Raster;
 use crate::image::texel::{Filtered, Four, Texel};
 use crate::kernel::tile::TILE;
@@ -24,18 +26,6 @@ use crate::kernel::{SimdWork, run_baseline, run_simd};
 use crate::resample::filters::claims::Kernel;
 use fearless_simd::{Simd, SimdBase};
 use std::marker::PhantomData;
-use std::ops::{Add, Mul, Sub};
-
-/// The rectangle of a band of stored texels that a tile of lookups fills, row by row.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rectangle {
-    /// Its first texel.
-    pub(crate) start: usize,
-    /// Texels in a row; at least one.
-    pub(crate) columns: usize,
-    /// Texels from one row to the next.
-    pub(crate) stride: usize,
-}
 
 /// Rows of SIDE texels and SLACK numbers.
 #[derive(Clone, Copy)]
@@ -188,17 +178,6 @@ impl<T: Texel> Gather<T> for Bilinear {
 #[inline(always)]
 fn group<T: Texel>(row: &[T], at: usize) -> [T; 4] {
     [row[at], row[at + 1], row[at + 2], row[at + 3]]
-}
-
-/// Between four corners, by one number or several at once.
-#[inline(always)]
-pub(super) fn mix<X>([a, b, c, d]: [X; 4], tx: X, ty: X) -> X
-where
-    X: Copy + Add<Output = X> + Sub<Output = X> + Mul<Output = X>,
-{
-    let above = a + tx * (b - a);
-    let below = c + tx * (d - c);
-    above + ty * (below - above)
 }
 
 /// A separable kernel over TAPS × TAPS texels.

@@ -1,7 +1,8 @@
 //! Lookups tile by tile, by any filter of the table.
 
-use super::gather::{Bilinear, Gather, Gathering, Nearest, Rectangle, Separable, Stored};
+use super::gather::{Bilinear, Gather, Gathering, Nearest, Separable, Stored};
 use super::place::{Places, Support};
+use super::rectangle::Rectangle;
 use super::taps::Taps;
 use super::texture::Texture;
 use crate::image::texel::{Filtered, Texel};

@@ -12,7 +12,8 @@
 //! numbers: where some parallelograms are left out, the others close up first. Picked one by one from where they were, their numbers
 //! took as long as the lookups.
 
-use super::gather::{four, mix};
+use super::corners::mix;
+use super::gather::four;
 use super::ones::Ones;
 use super::spread::{LANES, MOST, Spread, Spreads, division, spread};
 use crate::image::raster::Raster;

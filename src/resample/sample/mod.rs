@@ -15,6 +15,7 @@
 
 mod adjoint;
 mod border;
+mod corners;
 mod edges;
 pub(crate) mod ellipse;
 mod gather;
@@ -23,6 +24,7 @@ mod lookups;
 mod mean;
 mod ones;
 mod place;
+mod rectangle;
 mod sampler;
 mod seen;
 mod spread;
@@ -30,10 +32,10 @@ mod taps;
 mod texture;
 
 pub use adjoint::{sample_adjoint, sample_slopes};
-pub(crate) use gather::Rectangle;
 pub(crate) use level::Level;
 pub(crate) use lookups::Lookups;
 pub(crate) use mean::{Parallelograms, TOGETHER, any_several, means};
+pub(crate) use rectangle::Rectangle;
 pub use sampler::Sampler;
 pub(crate) use seen::{Seen, Watched};
 pub(crate) use spread::{LANES, MOST, Spread, count, division};

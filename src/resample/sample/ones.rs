@@ -7,8 +7,9 @@
 //! Nothing is read beyond the pairs, so that there is no last texel to be careful with: where all places are inside of a face, all
 //! pairs are in the image.
 
-use super::gather::{Rectangle, mix};
+use super::corners::mix;
 use super::place::Places;
+use super::rectangle::{Rectangle, each_row};
 use crate::image::texel::{Filtered, Texel};
 use crate::kernel::tile::prefetch_item;
 
@@ -86,21 +87,6 @@ impl<'a, T: Texel> Ones<'a, T> {
                 }
             }
         });
-    }
-}
-
-/// Calls `work` with each row of an area, and the number of its first texel.
-#[inline(always)]
-fn each_row<O>(
-    band: &mut [O],
-    area: Rectangle,
-    length: usize,
-    mut work: impl FnMut(usize, &mut [O]),
-) {
-    for top in (0..length).step_by(area.columns) {
-        let columns = area.columns.min(length - top);
-        let start = area.start + top / area.columns * area.stride;
-        work(top, &mut band[start..][..columns]);
     }
 }
 

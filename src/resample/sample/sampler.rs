@@ -1,7 +1,7 @@
 //! An image made ready to be looked up in directions, again and again.
 
-use super::gather::Rectangle;
 use super::lookups::Lookups;
+use super::rectangle::Rectangle;
 use super::texture::Texture;
 use crate::error::Error;
 use crate::image::texel::Texel;

@@ -12,7 +12,7 @@ import numpy as np
 from .._arrays import as_array, as_doubles, expect_room
 from .._scalars import as_items, as_number, as_text
 from .header import KINDS, PROJECTION, TRAVELS, header_of, upright
-from .opened import library, one_line, opened, said_by
+from .opened import expect_whole_room, library, one_line, opened, said_by
 from .packets import with_panorama
 from .whole import as_path, check_place, written_among, written_whole
 
@@ -81,6 +81,7 @@ def read(
     """
     with opened(path, part) as source:
         spec, head = source.spec(), header_of(source)
+        expect_whole_room(spec, os.fspath(path))
         image = source.read_image(
             source.current_subimage(), 0, 0, spec.nchannels, KINDS[head.dtype]
         )

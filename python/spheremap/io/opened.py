@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from typing import Any
 
 from .whole import as_path
 
-__all__ = ["library", "one_line", "opened", "part_names", "said_by"]
+__all__ = ["expect_whole_room", "library", "one_line", "opened", "part_names", "said_by"]
 
 
 def library() -> Any:
@@ -20,7 +21,32 @@ def library() -> Any:
         raise ImportError(
             "images need OpenImageIO: pip install spheremap[cli]", name="OpenImageIO"
         ) from None
+    _most()
     return OpenImageIO
+
+
+@cache
+def _most() -> int:
+    """Return the bytes of an image that OpenImageIO would open, and let it open any.
+
+    By itself it opens none that is larger than the machine's memory, not even to read a tile.
+    """
+    import OpenImageIO as oiio
+
+    megabytes: int = oiio.get_int_attribute("limits:imagesize_MB", 0)
+    oiio.attribute("limits:imagesize_MB", 0)
+    return megabytes << 20
+
+
+def expect_whole_room(spec: Any, name: str) -> None:
+    """Raise where an image is too large to be read as a whole."""
+    length = spec.image_bytes(True)
+    if 0 < _most() < length:
+        raise OSError(
+            f"cannot read {name!r}: its texels take {length / 1e9:.1f} GB, more than the "
+            f"{_most() / 1e9:.1f} that there may be at once; io.convert_file, and `spheremap "
+            "convert --memory`, read part by part"
+        )
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from spheremap.io import parts, reading, sight, tiling
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,3 +52,12 @@ def store(place: str, rows: int, band: NDArray[Any], side: int) -> str:
             assert out.write_scanlines(top, top + height, 0, band), out.geterror()
     out.close()
     return place
+
+
+def shrink(monkeypatch: pytest.MonkeyPatch, window: int = 40) -> None:
+    """Let tiles and windows be small enough for the images of a test to have several."""
+    monkeypatch.setattr(sight, "_TILE", (16, 32))
+    monkeypatch.setattr(reading, "_CACHED", 16)
+    monkeypatch.setattr(tiling, "_TILE", 16)
+    monkeypatch.setattr(parts, "_MOST", window)
+    monkeypatch.setattr(sight, "_KEPT", 1)

@@ -17,6 +17,7 @@ use crate::resample::filters::MipmappedFilter;
 use crate::resample::footprint::{Footprint, Part, measure};
 use crate::resample::levels::Levels;
 use crate::resample::lod::Between;
+use crate::resample::mip_sampler::WORK;
 use crate::resample::mips;
 use crate::resample::request::{Request, Sight};
 use crate::resample::sample::{Level, Seen, Texture, Watched};
@@ -24,9 +25,6 @@ use crate::resample::window::Window;
 
 /// Columns and rows of a block.
 const BLOCK: (usize, usize) = (TILE, 1);
-
-/// How many plain lookups one of these is worth.
-const WORK: usize = 32;
 
 /// How much longer a lookup takes than a texel of the chain, about.
 const LOOKUP: f64 = 4.0;

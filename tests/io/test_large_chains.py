@@ -8,7 +8,8 @@ import sys
 import numpy as np
 import pytest
 import spheremap as sm
-from spheremap.io import levels, parts, reading, sight, tiling
+from large_files import shrink
+from spheremap.io import levels, parts, reading, sight
 from spheremap.resample import chained
 
 rng = np.random.default_rng(23)
@@ -19,13 +20,9 @@ CROSS = sm.projection("cube", layout="cross")
 @pytest.fixture(autouse=True)
 def little_memory(monkeypatch):
     """Images of a test are small: so are tiles, windows and what there is."""
-    monkeypatch.setattr(sight, "_TILE", (16, 32))
-    monkeypatch.setattr(reading, "_CACHED", 16)
-    monkeypatch.setattr(tiling, "_TILE", 16)
-    monkeypatch.setattr(parts, "_MOST", 24)
+    shrink(monkeypatch, window=24)
     monkeypatch.setattr(levels, "_MOST", 13)
     monkeypatch.setattr(parts, "LEAST_MEMORY", 0)
-    monkeypatch.setattr(sight, "_KEPT", 1)
 
 
 def expect_same(folder, image, src, dst, **options):

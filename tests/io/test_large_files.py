@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 import spheremap as sm
+from large_files import shrink
 from spheremap.io import parts, reading, sight, tiling
 from spheremap.resample.seen import Rectangle
 
@@ -19,12 +20,8 @@ CROSS = sm.projection("cube", layout="cross")
 @pytest.fixture(autouse=True)
 def little_memory(monkeypatch):
     """Images of a test are small: so are tiles, parts and what there is."""
-    monkeypatch.setattr(sight, "_TILE", (16, 32))
-    monkeypatch.setattr(reading, "_CACHED", 16)
-    monkeypatch.setattr(tiling, "_TILE", 16)
-    monkeypatch.setattr(parts, "_MOST", 40)
+    shrink(monkeypatch)
     monkeypatch.setattr(parts, "LEAST_MEMORY", 0)
-    monkeypatch.setattr(sight, "_KEPT", 1)
 
 
 def stored(folder, extension, height=96):

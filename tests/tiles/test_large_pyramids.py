@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 import spheremap as sm
 from full_disk import disk_full_after
+from large_files import shrink
 from scenes import scene
 from spheremap import io
 from spheremap._progress import told
-from spheremap.io import levels, parts, reading, sight, tiling
+from spheremap.io import levels
 from spheremap.tiles import cutting, filed, hips, large
 
 FORMATS = ("pannellum", "marzipano", "photo-sphere-viewer", "deepzoom", "hips")
@@ -27,11 +28,7 @@ MEMORY = 4 << 20
 @pytest.fixture(autouse=True)
 def little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """Images of a test are small: so are tiles, windows and what there is; disks are patient."""
-    monkeypatch.setattr(sight, "_TILE", (16, 32))
-    monkeypatch.setattr(reading, "_CACHED", 16)
-    monkeypatch.setattr(tiling, "_TILE", 16)
-    monkeypatch.setattr(parts, "_MOST", 40)
-    monkeypatch.setattr(sight, "_KEPT", 1)
+    shrink(monkeypatch)
     monkeypatch.setattr(hips, "_HALVED", 8)
     monkeypatch.setattr(cutting, "_BATCH", 5)
     monkeypatch.setattr(large, "_LEAST_MEMORY", 0)

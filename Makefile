@@ -111,7 +111,7 @@ demo: $(BUILT)
 
 test: $(BUILT) $(DEV_DEPS)
 	cargo test
-	for example in examples/*.rs; do cargo run --quiet --example "$$(basename "$$example" .rs)"; done
+	for example in examples/*.rs; do cargo run --quiet --profile test --example "$$(basename "$$example" .rs)"; done
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs"
 
 test-slow: $(BUILT) $(DEV_DEPS)
@@ -199,6 +199,8 @@ test-checked: $(RUN_DEPS) $(DEV_DEPS)
 HOST := $(shell rustc -vV | sed -n 's/^host: //p')
 SANITIZER ?= address
 SANITIZED_TESTS ?= --lib --test fuzzing --test face --test textures
+# What these find wants its lines.
+test-sanitized test-valgrind: export CARGO_PROFILE_TEST_DEBUG := line-tables-only
 test-sanitized:
 	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=$(SANITIZER)" \
 		CARGO_TARGET_DIR="$(CARGO_TARGET_DIR)/sanitized" cargo test --target $(HOST) $(SANITIZED_TESTS)

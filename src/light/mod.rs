@@ -4,6 +4,7 @@ pub mod dfg;
 pub mod distribution;
 mod energy;
 pub(crate) mod integrate;
+mod kept;
 pub mod lights;
 pub(crate) mod lit;
 pub(crate) mod lobe;

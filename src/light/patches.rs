@@ -24,11 +24,13 @@ use crate::image::texels::{SolidAngles, solid_angle_of};
 use crate::kernel::Scalar;
 use crate::kernel::memory::expect_room;
 use crate::kernel::tile::{TILE, Tile};
+use crate::light::kept::Kept;
 use crate::map::Map;
 use crate::map::verbs::DecodeTile;
 use std::borrow::Cow;
+use std::convert::Infallible;
 use std::ops::Range;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 /// Numbers that packed sums go by.
 pub const LANES: usize = 8;
@@ -83,7 +85,7 @@ pub struct Patches<'a> {
     /// What the texels of a face count with; none where that is found row by row.
     weights: Option<Vec<f64>>,
     /// Where it is: the texels across the rim of a face, and their parts.
-    across_rim: Arc<Vec<(Across, f64)>>,
+    across_rim: Arc<Rim>,
     cells: SolidAngles,
     /// How many patches a face has in a row.
     pub across: usize,
@@ -136,12 +138,7 @@ impl<'a> Patches<'a> {
         Ok(Patches::with(map, raster, None, across_rim))
     }
 
-    fn with(
-        map: &'a Map,
-        raster: Raster,
-        weights: Option<Vec<f64>>,
-        across_rim: Arc<Vec<(Across, f64)>>,
-    ) -> Self {
+    fn with(map: &'a Map, raster: Raster, weights: Option<Vec<f64>>, across_rim: Arc<Rim>) -> Self {
         Patches {
             map,
             turn: map.view_rotation(None).inverse(),
@@ -331,29 +328,24 @@ pub fn flux<T: Texel>(image: &ImageView<'_, T>, index: &[usize], weight: &[f64],
     }
 }
 
-/// The list of the last image with a rim, which many parts ask for.
-type Kept = Option<(Map, Vec<usize>, Arc<Vec<(Across, f64)>>)>;
-static KEPT: Mutex<Kept> = Mutex::new(None);
+/// Texels across a rim, and the part of the sphere that each covers.
+type Rim = Vec<(Across, f64)>;
+
+/// Those of the last images with a rim, which many parts ask for: as many as images with sides of 100,000 have.
+static RIMS: Kept<Rim> = Kept::new(1 << 20);
 
 /// The texels across the rim of a face, by rows, and the part of the sphere that each covers.
-fn across_rim(map: &Map, raster: &Raster, shape: &[usize]) -> Arc<Vec<(Across, f64)>> {
+fn across_rim(map: &Map, raster: &Raster, shape: &[usize]) -> Arc<Rim> {
     if !raster.has_rim() {
         return Arc::default();
     }
-    let mut kept = KEPT
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some((m, s, found)) = &*kept
-        && m == map
-        && s == shape
-    {
-        return Arc::clone(found);
-    }
-    let part = |i, j| solid_angle_of(map, raster, i, j);
-    let found = rim::across(raster, |i, j| part(i, j) > 0.0);
-    let with_part = |across: Across| (across, part(across.texel[0], across.texel[1]));
-    let found = Arc::new(found.into_iter().map(with_part).collect());
-    *kept = Some((map.clone(), shape.to_vec(), Arc::clone(&found)));
+    let find = || {
+        let part = |i, j| solid_angle_of(map, raster, i, j);
+        let found = rim::across(raster, |i, j| part(i, j) > 0.0);
+        let with_part = |across: Across| (across, part(across.texel[0], across.texel[1]));
+        Ok::<_, Infallible>(found.into_iter().map(with_part).collect())
+    };
+    let Ok(found) = RIMS.of(map, shape, Vec::len, find);
     found
 }
 

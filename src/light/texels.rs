@@ -15,6 +15,7 @@ use crate::kernel::interrupt;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::kernel::tile::TILE;
+use crate::light::kept::Kept;
 use crate::light::patches::{self, LANES, NONE, Patches, Points, SIDE, Sheet};
 use crate::map::Map;
 use std::sync::{Arc, Mutex};
@@ -83,33 +84,16 @@ pub struct Texels {
     moments: Mutex<Vec<(usize, Arc<Vec<f64>>)>>,
 }
 
-type Kept = Vec<(Map, Vec<usize>, Arc<Texels>)>;
-static KEEP: Mutex<Kept> = Mutex::new(Vec::new());
+static LAST: Kept<Texels> = Kept::new(KEPT);
 
 /// The texels of an image of this map and shape.
 pub fn texels(map: &Map, shape: &[usize]) -> Result<Arc<Texels>, Error> {
-    let lock = || {
-        KEEP.lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-    };
-    {
-        let mut keep = lock();
-        if let Some(place) = keep.iter().position(|(m, s, _)| m == map && s == shape) {
-            let found = keep.remove(place);
-            let texels = Arc::clone(&found.2);
-            keep.push(found);
-            return Ok(texels);
-        }
-    }
-    let made = Arc::new(Texels::new(map, shape)?);
-    if made.stored <= KEPT {
-        let mut keep = lock();
-        keep.push((map.clone(), shape.to_vec(), Arc::clone(&made)));
-        while keep.iter().map(|(_, _, t)| t.stored).sum::<usize>() > KEPT {
-            keep.remove(0);
-        }
-    }
-    Ok(made)
+    LAST.of(
+        map,
+        shape,
+        |texels| texels.stored,
+        || Texels::new(map, shape),
+    )
 }
 
 impl Texels {

@@ -308,6 +308,22 @@ def test_any_image_has_a_density(values):
     assert (sm.sample(image, d, "latlong", filter="nearest") > 0).all()
 
 
+def test_what_is_kept_of_a_map_serves_that_map_alone():
+    # Faces of the same shape, with other densities; asked for in turn, and again.
+    names = ("cube", "cube_equiangular", "cube:opengl", "cube_quadratic")
+    image, draws = image_of(sm.projection("cube"), 4), numbers(300, 10)
+
+    def drawn(name: str):
+        return sm.light.Distribution(image, name).sample(draws)
+
+    first = {name: drawn(name) for name in names}
+    for name in reversed(names):
+        for got, want in zip(drawn(name), first[name], strict=True):
+            assert_same_bits(got, want)
+    d = first["cube"][0]
+    assert not np.array_equal(d, first["cube_equiangular"][0])
+
+
 # --- frames, layouts, types
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,9 @@ class Radial:
         return (45 * r(1) - 9 * r(2) + r(3)) / (60 * h)
 
     def end(self, k: Parameters) -> float:
+        return _end(self, tuple(sorted(k.items())))
+
+    def searched(self, k: Parameters) -> float:
         theta = np.linspace(0, math.pi, 20_001)[1:].astype(np.longdouble)
         with np.errstate(all="ignore"):
             r = self.radius(theta, k)
@@ -55,6 +59,12 @@ class Radial:
             less = self.radius(middle, k) < r
             low, high = np.where(less, middle, low), np.where(less, high, middle)
         return (low + high) / 2
+
+
+@cache
+def _end(lens: Radial, parameters: tuple[tuple[str, float], ...]) -> float:
+    """Search once for each lens: it took most of the time of tests that ask about it."""
+    return lens.searched(dict(parameters))
 
 
 def _plane(theta: Array, _: Parameters) -> Array:

@@ -1147,21 +1147,15 @@ class Reference:
         return self._smooth_cells(pe, qe, order)
 
     def _smooth_cells(self, pe: Array, qe: Array, order: int) -> Array:
-        """Tensor Gauss rules on four triangles a half cell, which follow every crease."""
-        # Whole fractions of a cell: then p = 0, q = 0 and the lines |p| ± |q| = 1 run along edges
-        # and diagonals of square parts. (Only corners-v has oblong parts; there a crease crosses
-        # some of them, and the result is good to about 1e-6.)
-        (pf, pi), (qf, qi) = _refine(pe), _refine(qe)
+        """Tensor Gauss rules on parts of cells; in creased maps on four triangles of each."""
+        creased = self.name in CREASES
+        (pf, pi), (qf, qi) = _refine(pe, creased), _refine(qe, creased)
         (p0, p1), (q0, q1) = (pf[:-1], pf[1:]), (qf[:-1], qf[1:])
         cp, cq = (p0 + p1) / 2, (q0 + q1) / 2
         dp, dq = (p1 - p0) / 2, (q1 - q0) / 2
-        x, wx = np.polynomial.legendre.leggauss(order)
-        x, wx = (x + 1) / 2, wx / 2
-        r, t = np.meshgrid(x, x, indexing="ij")  # Duffy: r from the center out, t along an edge
-        weight = np.outer(wx * x, wx) * 2
+        nodes, weight = _in_triangles(order) if creased else _in_a_square(order)
         total = np.zeros((len(cq), len(cp)))
-        side = r * (2 * t - 1)
-        for lp, lq in ((r, side), (-r, side), (side, r), (side, -r)):
+        for lp, lq in nodes:
             p = cp[None, :, None, None] + dp[None, :, None, None] * lp
             q = cq[:, None, None, None] + dq[:, None, None, None] * lq
             d = FORMULAS[self.name].density(p, q, self.parameters)
@@ -1312,11 +1306,34 @@ def _inside_cell(s: Array, k: int, n: int) -> Array:
     return np.clip(x, low, high)
 
 
-def _refine(edges: Array) -> tuple[Array, Array]:
-    """Split [-1, 1] evenly, keeping every edge; give the parts and the first part of each cell."""
+def _in_a_square(order: int) -> tuple[list[tuple[Array, Array]], Array]:
+    """Give Gauss nodes in the square from -1 to 1, and their weights."""
+    x, wx = np.polynomial.legendre.leggauss(order)
+    return [tuple(np.meshgrid(x, x, indexing="ij"))], np.outer(wx, wx)
+
+
+def _in_triangles(order: int) -> tuple[list[tuple[Array, Array]], Array]:
+    """Give those in four triangles about its middle, and the weights in each.
+
+    Parts are whole fractions of a cell: then p = 0, q = 0 and the lines |p| ± |q| = 1, the creases,
+    run along edges and diagonals of square parts. Only corners-v has oblong parts; there a crease
+    crosses some of them, and the result is good to about 1e-6.
+    """
+    x, wx = np.polynomial.legendre.leggauss(order)
+    x, wx = (x + 1) / 2, wx / 2
+    r, t = np.meshgrid(x, x, indexing="ij")  # Duffy: r from the center out, t along an edge
+    side = r * (2 * t - 1)
+    return [(r, side), (-r, side), (side, r), (side, -r)], np.outer(wx * x, wx) * 2
+
+
+def _refine(edges: Array, creased: bool) -> tuple[Array, Array]:
+    """Split [-1, 1] evenly, keeping every edge; give the parts and the first part of each cell.
+
+    An even number of parts has an edge at 0, where creases run.
+    """
     step = float(np.min(np.diff(edges)))
     parts = round(2 / step)
-    parts *= 2 * max(1, round(8 / parts))
+    parts *= 2 * max(1, round(8 / parts)) if creased else max(1, round(24 / parts))
     fine = np.linspace(-1, 1, parts + 1)
     first = np.rint((edges[:-1] + 1) / 2 * parts).astype(int)
     # Rounding of fractions of 2; an edge that is none of them is off by a share of a part.

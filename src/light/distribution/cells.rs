@@ -17,6 +17,7 @@ use crate::projections::projection::{Outline, Projection};
 pub const STRAIGHT: f64 = 8e-6;
 
 /// The grid that samples are drawn on: texels, or parts of them.
+#[derive(Clone)]
 pub(super) struct Cells {
     pub(super) columns: usize,
     pub(super) split: usize,

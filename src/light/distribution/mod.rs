@@ -49,12 +49,14 @@ use crate::image::texel::Texel;
 use crate::kernel::memory::expect_room;
 use crate::kernel::pages;
 use crate::kernel::threads;
+use crate::light::kept::Kept;
 use crate::map::Map;
 use cells::Cells;
 pub use cells::STRAIGHT;
 use records::{recorded, sources};
 use row::Row;
 use search::{accumulate, fill_guide, normalize};
+use std::sync::Arc;
 
 /// Cells along a side of a face, at least, and the share of them that may be nonlinear; else the next. Bisection is slow,
 /// but a finer grid takes memory, however small the image.
@@ -152,7 +154,7 @@ impl Distribution {
             rows,
             solid_angles: mut conditional,
             nonlinear,
-        } = fine_cells(map, &raster)?;
+        } = Arc::unwrap_or_clone(fine_cells(map, &raster)?);
         // Where each texel's value is, its light and density, its channels, and the guides.
         let per_texel = 64 + 12 * channels;
         expect_room::<u8>(texels.saturating_mul(per_texel))?;
@@ -252,19 +254,29 @@ impl Distribution {
     }
 }
 
+/// The cells of the last images: of small ones they take longer than all else, up to half a second.
+static CELLS: Kept<Cells> = Kept::new(MOST_KEPT);
+
+/// How many of them are kept, 8 bytes each: those of the finest grid of a face, and a little more.
+const MOST_KEPT: usize = 5 << 20;
+
 /// The cells of an image, of the first grid that has few nonlinear ones.
-fn fine_cells(map: &Map, raster: &Raster) -> Result<Cells, Error> {
-    let shorter = raster.width.min(raster.height);
-    let (mut fine, mut few) = GRIDS[0];
-    let mut cells = Cells::new(map, raster, fine)?;
-    for next in &GRIDS[1..] {
-        if cells.nonlinear_share() <= few || shorter >= next.0 {
-            break;
+fn fine_cells(map: &Map, raster: &Raster) -> Result<Arc<Cells>, Error> {
+    let shape = [raster.height, raster.width];
+    let found = || -> Result<Cells, Error> {
+        let shorter = raster.width.min(raster.height);
+        let (mut fine, mut few) = GRIDS[0];
+        let mut cells = Cells::new(map, raster, fine)?;
+        for next in &GRIDS[1..] {
+            if cells.nonlinear_share() <= few || shorter >= next.0 {
+                break;
+            }
+            (fine, few) = *next;
+            cells = Cells::new(map, raster, fine)?;
         }
-        (fine, few) = *next;
-        cells = Cells::new(map, raster, fine)?;
-    }
-    Ok(cells)
+        Ok(cells)
+    };
+    CELLS.of(map, &shape, |cells| cells.solid_angles.len(), found)
 }
 
 #[cfg(test)]

@@ -2,7 +2,9 @@
 //!
 //! Lights are asked of one environment again and again: what does not depend on its texels is found once. Each list keeps what
 //! fits a number of items, the latest of them, and is not locked while something is found: two threads that ask at once both find it.
+//! What a call found that was stopped is not whole, and is not kept.
 
+use crate::kernel::interrupt;
 use crate::map::Map;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -17,6 +19,12 @@ struct Found<V> {
     shape: Vec<usize>,
     items: usize,
     what: Arc<V>,
+}
+
+impl<V> Found<V> {
+    fn is_of(&self, map: &Map, shape: &[usize]) -> bool {
+        self.map == *map && self.shape == shape
+    }
 }
 
 impl<V> Kept<V> {
@@ -41,8 +49,9 @@ impl<V> Kept<V> {
         }
         let what = Arc::new(find()?);
         let items = items(&what);
-        if items <= self.most {
+        if items <= self.most && interrupt::check().is_ok() {
             let mut found = self.lock();
+            found.retain(|one| !one.is_of(map, shape));
             found.push(Found {
                 map: map.clone(),
                 shape: shape.to_vec(),
@@ -58,9 +67,7 @@ impl<V> Kept<V> {
 
     fn again(&self, map: &Map, shape: &[usize]) -> Option<Arc<V>> {
         let mut found = self.lock();
-        let place = found
-            .iter()
-            .position(|one| one.map == *map && one.shape == shape)?;
+        let place = found.iter().position(|one| one.is_of(map, shape))?;
         let one = found.remove(place);
         let what = Arc::clone(&one.what);
         found.push(one);
@@ -75,7 +82,10 @@ impl<V> Kept<V> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
+    use crate::kernel::threads;
     use std::convert::Infallible;
+    use std::time::Duration;
 
     #[test]
     fn the_latest_are_there_and_what_is_too_large_is_not() {
@@ -95,5 +105,25 @@ mod tests {
         assert_eq!([ask(0, 2, 3), ask(0, 1, 2), ask(1, 1, 2)], [3, 1, 4]);
         // Larger than all that is kept: found each time.
         assert_eq!([ask(0, 9, 6), ask(0, 9, 6), ask(1, 1, 2)], [5, 6, 4]);
+    }
+    #[test]
+    fn what_a_stopped_call_found_is_not_there() {
+        let (kept, map) = (Kept::new(5), Map::new("latlong").unwrap());
+        let slowly = || {
+            let mut rows = vec![0; 200];
+            threads::rows(&mut rows, 1, 200, |_, row| {
+                std::thread::sleep(Duration::from_millis(5));
+                row[0] = 1;
+            });
+            Ok::<_, Infallible>(rows)
+        };
+        let ask = || kept.of(&map, &[1], |_| 1, slowly);
+        assert_eq!(
+            interrupt::stoppable(|_| true, ask).err(),
+            Some(Error::Stopped)
+        );
+        let whole = || Ok::<_, Infallible>(vec![1; 2]);
+        let Ok(found) = kept.of(&map, &[1], Vec::len, whole);
+        assert_eq!(*found, [1, 1]);
     }
 }

@@ -22,7 +22,6 @@ def library() -> Any:
             "images need OpenImageIO: pip install spheremap[cli]", name="OpenImageIO"
         ) from None
     _most()
-    _use_both_cores()
     return OpenImageIO
 
 
@@ -37,20 +36,6 @@ def _most() -> int:
     megabytes: int = oiio.get_int_attribute("limits:imagesize_MB", 0)
     oiio.attribute("limits:imagesize_MB", 0)
     return megabytes << 20
-
-
-@cache
-def _use_both_cores() -> None:
-    """Let OpenImageIO use both of two cores: of two threads it makes no use at all.
-
-    It hands strips and tiles out only where there are two others beside the one that asks. Deflated
-    TIFFs of 8 and 16 bits are then read in half of the time and written in two thirds, and a level
-    of compression is heeded that it ignores otherwise.
-    """
-    import OpenImageIO as oiio
-
-    if oiio.get_int_attribute("threads") == 2 and "OPENIMAGEIO_THREADS" not in os.environ:
-        oiio.attribute("threads", 3)
 
 
 def expect_whole_room(spec: Any, name: str) -> None:

@@ -106,6 +106,7 @@ mod tests {
         // Larger than all that is kept: found each time.
         assert_eq!([ask(0, 9, 6), ask(0, 9, 6), ask(1, 1, 2)], [5, 6, 4]);
     }
+
     #[test]
     fn what_a_stopped_call_found_is_not_there() {
         let (kept, map) = (Kept::new(5), Map::new("latlong").unwrap());

@@ -331,8 +331,8 @@ pub fn flux<T: Texel>(image: &ImageView<'_, T>, index: &[usize], weight: &[f64],
 /// Texels across a rim, and the part of the sphere that each covers.
 type Rim = Vec<(Across, f64)>;
 
-/// Those of the last images with a rim, which many parts ask for: as many as images with sides of 100,000 have.
-static RIMS: Kept<Rim> = Kept::new(1 << 20);
+/// That of the last image with a rim, however long it is: many parts ask for it.
+static LAST: Kept<Rim> = Kept::new(1);
 
 /// The texels across the rim of a face, by rows, and the part of the sphere that each covers.
 fn across_rim(map: &Map, raster: &Raster, shape: &[usize]) -> Arc<Rim> {
@@ -345,7 +345,7 @@ fn across_rim(map: &Map, raster: &Raster, shape: &[usize]) -> Arc<Rim> {
         let with_part = |across: Across| (across, part(across.texel[0], across.texel[1]));
         Ok::<_, Infallible>(found.into_iter().map(with_part).collect())
     };
-    let Ok(found) = RIMS.of(map, shape, Vec::len, find);
+    let Ok(found) = LAST.of(map, shape, |_| 1, find);
     found
 }
 

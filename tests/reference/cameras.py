@@ -45,13 +45,6 @@ class Radial:
     def end(self, k: Parameters) -> float:
         return _end(self, tuple(sorted(k.items())))
 
-    def searched(self, k: Parameters) -> float:
-        theta = np.linspace(0, math.pi, 20_001)[1:].astype(np.longdouble)
-        with np.errstate(all="ignore"):
-            r = self.radius(theta, k)
-            good = (r > 0) & (self.slope(theta, k) * theta > LEAST_SLOPE * r)
-        return float(theta[-1] if good.all() else theta[max(np.argmin(good) - 1, 0)])
-
     def theta(self, r: Array, k: Parameters) -> Array:
         low, high = np.zeros_like(r), np.full_like(r, self.end(k))
         for _ in range(75):
@@ -64,7 +57,12 @@ class Radial:
 @cache
 def _end(lens: Radial, parameters: tuple[tuple[str, float], ...]) -> float:
     """Search once for each lens: it took most of the time of tests that ask about it."""
-    return lens.searched(dict(parameters))
+    k = dict(parameters)
+    theta = np.linspace(0, math.pi, 20_001)[1:].astype(np.longdouble)
+    with np.errstate(all="ignore"):
+        r = lens.radius(theta, k)
+        good = (r > 0) & (lens.slope(theta, k) * theta > LEAST_SLOPE * r)
+    return float(theta[-1] if good.all() else theta[max(np.argmin(good) - 1, 0)])
 
 
 def _plane(theta: Array, _: Parameters) -> Array:

@@ -1329,7 +1329,7 @@ def _in_triangles(order: int) -> tuple[list[tuple[Array, Array]], Array]:
 def _refine(edges: Array, creased: bool) -> tuple[Array, Array]:
     """Split [-1, 1] evenly, keeping every edge; give the parts and the first part of each cell.
 
-    An even number of parts has an edge at 0, where creases run.
+    Where there are creases, which run along 0, they are an even number.
     """
     step = float(np.min(np.diff(edges)))
     parts = round(2 / step)

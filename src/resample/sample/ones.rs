@@ -13,14 +13,14 @@ use super::rectangle::{Rectangle, each_row};
 use crate::image::texel::{Filtered, Texel};
 use crate::kernel::tile::prefetch_item;
 
-/// Lookups whose pairs are brought together.
-const LENGTH: usize = 64;
+/// Lookups that are brought together.
+pub(super) const LENGTH: usize = 64;
 
 /// The texels of an image whose rows are so far apart.
 #[derive(Clone, Copy)]
 pub(super) struct Ones<'a, T> {
-    texels: &'a [T],
-    row: usize,
+    pub(super) texels: &'a [T],
+    pub(super) row: usize,
     /// Where the last pair begins.
     last: usize,
 }

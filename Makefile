@@ -294,6 +294,8 @@ msrv: $(RUN_DEPS)
 bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/map.py $(BENCH_ARGS)
 	"$(BIN)/python" benches/resample.py
+	"$(BIN)/python" benches/ways.py
+	"$(BIN)/python" benches/sizes.py
 	"$(BIN)/python" benches/light_distribution.py
 	"$(BIN)/python" benches/light.py
 	"$(BIN)/python" benches/packing.py

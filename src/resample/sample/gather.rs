@@ -255,8 +255,9 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
                         bases[k] = window.row(middle)[middle].load();
                         let base = Four::<T, S>::splat(simd, bases[k]);
                         let down = down.each_ref().map(|weights| weights[top + k]);
-                        for g in 0..TAPS.div_ceil(4) {
-                            columns[g][k] = column(simd, window, 4 * g, &down, base).to_array();
+                        let groups = columns.iter_mut().enumerate().take(TAPS.div_ceil(4));
+                        for (g, columns) in groups {
+                            columns[k] = column(simd, window, 4 * g, &down, base).to_array();
                         }
                     }
                     let across = across.each_ref().map(|row| &row[top..][..out.len()]);

@@ -50,10 +50,9 @@ def measured(width: int) -> dict[str, float]:
                 start = time.perf_counter()
                 sm.convert(image, "latlong", "cube", size=width // 4, antialias=antialias, out=out)
                 times.append(time.perf_counter() - start)
-                # The first call wakes threads and finds what is kept.
-                if len(times) > 1:
-                    beside = status("VmHWM") - before
-                    found["memory"] = max(found.get("memory", 0), beside)
+                beside = status("VmHWM") - before
+                found["memory"] = max(found.get("memory", 0), beside)
+            # The first call wakes threads.
             found[f"{antialias} {threads}"] = statistics.median(times[1:])
     return found
 

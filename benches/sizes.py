@@ -73,18 +73,19 @@ def main() -> None:
         command = [sys.executable, __file__, "--one", str(width)]
         run = subprocess.run(command, check=True, capture_output=True, text=True)
         found[width] = json.loads(run.stdout)
+    count = {width: 6 * (width // 4) ** 2 for width in widths}
     body = []
     for width, its in found.items():
-        texels = 6 * (width // 4) ** 2
+        texels = count[width]
         row = [f"{width}×{width // 2}", f"{texels / 1e6:.3g}"]
         for antialias in (False, True):
             one, two = (its[f"{antialias} {threads}"] for threads in (1, 2))
             row += [f"{one / texels * 1e9:.1f}", f"{two / texels * 1e9:.1f}", f"{one / two:.2f}×"]
         body.append([*row, f"{its['memory'] / MIB:.1f}"])
+    large = [width for width in widths if width >= BEYOND] or widths
+    x = [math.log(count[width]) for width in large]
     slopes = []
     for antialias in (False, True):
-        large = [width for width in widths if width >= BEYOND] or widths
-        x = [math.log(6 * (width // 4) ** 2) for width in large]
         y = [math.log(found[width][f"{antialias} 2"]) for width in large]
         slopes.append(statistics.linear_regression(x, y).slope)
     remark = args.remark and f", {args.remark}"

@@ -11,25 +11,18 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import statistics
 import time
 from collections.abc import Iterator
 
 import numpy as np
 import spheremap as sm
-from measure import machine, publish, say, table
+from measure import Call, machine, publish, race, say, table
 from spheremap import _core
 
 BEGIN, END = "<!-- ways: written by benches/ways.py -->", "<!-- ways: end -->"
 DTYPES = ("uint8", "uint16", "float16", "float32", "float64")
 # Faces by themselves; rows of faces as rows of one image; and one of whose faces is upside down.
 LAYOUTS = ("faces", "cross", "vertical_cross")
-
-
-def cpu(call) -> float:
-    start = time.process_time()
-    call()
-    return time.process_time() - start
 
 
 def ways() -> Iterator[tuple[str, bool, bool]]:
@@ -62,24 +55,25 @@ class Conversions:
         cube, latlong = sm.projection("cube", layout=layout), sm.projection("latlong")
         return (latlong, cube) if self.to_cube else (cube, latlong)
 
-    def seconds(self, layout: str, dtype: str, filter: str, antialias: bool, turned: bool) -> float:
+    def call(
+        self, layout: str, dtype: str, filter: str, antialias: bool = False, turned: bool = False
+    ) -> Call:
         image = self.images[layout, dtype]
         rotation = sm.rotation(25, 35, 15) if turned else None
         options = {"filter": filter, "antialias": antialias, "rotation": rotation}
-        return cpu(lambda: sm.convert(image, *self.ends(layout), size=self.size()[1], **options))
+        return lambda: sm.convert(image, *self.ends(layout), size=self.size()[1], **options)
 
 
 def ratio(
     of: Conversions, way: tuple[str, bool, bool], layout: str, dtype: str, rounds: int
 ) -> str:
     """Return how long a way takes, as a multiple of the plainest one."""
-    found = []
-    for turn in range(rounds + 1):
-        one = of.seconds(layout, dtype, *way)
-        plain = of.seconds("faces", "float32", "bilinear", antialias=False, turned=False)
-        if turn > 0:
-            found.append(one / plain)
-    value = statistics.median(found)
+    entrants = {
+        "way": of.call(layout, dtype, *way),
+        "plain": of.call("faces", "float32", "bilinear"),
+    }
+    seconds = race(entrants, rounds, clock=time.process_time)
+    value = seconds["way"] / seconds["plain"]
     return f"{value:.1f}" if value < 10 else f"{value:.0f}"
 
 

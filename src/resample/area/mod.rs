@@ -32,9 +32,9 @@
 //! The fast path (`sweep`) takes eight cells of the target at once (`eight`). Their corners go into the source through the
 //! vectorized kernels, and neighboring corners tell each edge's cubic in the source's plane (`edges`). Cut at the lines between
 //! source cells, it adds area and moments to them by Green's theorem, as renderers of fonts do for pixels; a density
-//! that is linear in a cell (`plane`) makes solid angles of them. Small images are refined first, unless so many cells take longer
-//! than the general path, so that this is right to 1e-7 of a cell, and large texels are cut, so that edges are short; edges that are still too long for a cubic are cut into
-//! up to 64 parts, each cell's on its own. Two cells that share an edge have the same cubic: what one loses the other gains.
+//! that is linear in a cell (`plane`) makes solid angles of them. Small images are refined first, so that this is right to
+//! 1e-7 of a cell, unless so many cells would take longer than the general path; large texels are cut, so that edges are short;
+//! edges that are still too long for a cubic are cut into up to 64 parts, each cell's on its own. Two cells that share an edge have the same cubic: what one loses the other gains.
 //!
 //! A cell that meets a seam or a pole is followed edge by edge, as finely as it needs, and closed along the sides of the
 //! source's faces (`seams`, `arc`, `shares`, and `density`, which is quadratic).

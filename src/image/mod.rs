@@ -1,5 +1,6 @@
 //! Images: texel types, where each texel is stored, and what part of the sphere it stands for.
 
+mod halves;
 pub(crate) mod planes;
 pub(crate) mod raster;
 pub(crate) mod rim;

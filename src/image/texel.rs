@@ -2,7 +2,7 @@
 
 use crate::kernel::Scalar;
 use fearless_simd::{
-    Bytes, Select, Simd, SimdBase, SimdCvtFloat, f32x4, f64x4, i32x4, u8x16, u16x8, u32x4,
+    Bytes, Select, Simd, SimdBase, SimdCvtFloat, f32x4, f64x4, i32x4, u8x16, u16x8, u32x4, u64x2,
 };
 use half::f16;
 
@@ -150,112 +150,68 @@ fn narrow_u8<S: Simd>(simd: S, words: u32x4<S>) -> [u8; 4] {
 
 /// Four halves as words.
 #[inline(always)]
-fn widen_u16<S: Simd>(simd: S, [a, b, c, d]: [u16; 4]) -> u32x4<S> {
-    let halves = u16x8::load_array(simd, [a, b, c, d, 0, 0, 0, 0]);
+pub(super) fn widen_u16<S: Simd>(simd: S, halves: [u16; 4]) -> u32x4<S> {
+    // One load: put together from four it took as long as the filter.
+    let halves: u16x8<S> = u64x2::splat(simd, joined(halves)).bitcast();
     simd.zip_low_u16x8(halves, u16x8::splat(simd, 0)).bitcast()
 }
 
 /// The lower halves of four words.
 #[inline(always)]
-fn narrow_u16<S: Simd>(simd: S, words: u32x4<S>) -> [u16; 4] {
+pub(super) fn narrow_u16<S: Simd>(simd: S, words: u32x4<S>) -> [u16; 4] {
     let halves: u16x8<S> = words.bitcast();
-    let [a, b, c, d, ..] = simd.unzip_low_u16x8(halves, halves).to_array();
-    [a, b, c, d]
+    let lower: u64x2<S> = simd.unzip_low_u16x8(halves, halves).bitcast();
+    parted(lower.to_array()[0])
+}
+
+/// Four halves as one word, the first one lowest.
+#[inline(always)]
+pub(super) fn joined(halves: [u16; 4]) -> u64 {
+    let [a, b, c, d] = halves.map(u64::from);
+    a | b << 16 | c << 32 | d << 48
+}
+
+/// The halves that a word was joined of.
+#[inline(always)]
+pub(super) fn parted(word: u64) -> [u16; 4] {
+    [0, 16, 32, 48].map(|shift| (word >> shift) as u16)
 }
 
 macro_rules! float_texel {
-    ($t:ty, $name:literal, $float:ty, $load:expr, $store:expr, $from:expr $(, $four:ident)?) => {
+    ($t:ident, $name:literal, $four:ident) => {
         impl Texel for $t {
-            type Float = $float;
+            type Float = $t;
             const NOTHING: f64 = f64::NAN;
             const NAME: &'static str = $name;
             fn fits(_: f64) -> bool {
                 true
             }
             #[inline(always)]
-            fn load(self) -> $float {
-                $load(self)
+            fn load(self) -> $t {
+                self
             }
-            $(
-                #[inline(always)]
-                fn load_four<S: Simd>(simd: S, texels: &[$t; 4]) -> Four<$t, S> {
-                    // As they are: through an array the compiler loads them one by one.
-                    $four::load_array_ref(simd, texels)
-                }
-            )?
             #[inline(always)]
-            fn store(x: $float) -> $t {
-                $store(x)
+            fn load_four<S: Simd>(simd: S, texels: &[$t; 4]) -> Four<$t, S> {
+                // As they are: through an array the compiler loads them one by one.
+                $four::load_array_ref(simd, texels)
+            }
+            #[inline(always)]
+            fn store(x: $t) -> $t {
+                x
             }
             fn from_f64(x: f64) -> $t {
-                $from(x)
+                x as $t
             }
         }
     };
 }
-float_texel!(
-    f16,
-    "float16",
-    f32,
-    halves::to_f32,
-    halves::from_f32,
-    halves::from_f64
-);
-float_texel!(f32, "float32", f32, |x| x, |x| x, |x| x as f32, f32x4);
-float_texel!(f64, "float64", f64, |x| x, |x| x, |x| x, f64x4);
-
-/// The conversions of halves. `half` branches in them, and where a loop has branches inline LLVM's vectorizer (22.1,
-/// `vputils::isSingleScalar`) asks of each number what it asked of those that it is made of, again for each way there: the release build
-/// did not end, now with one change of unrelated code, now with another. So what is read has no branch, and what is written is called.
-mod halves {
-    use half::f16;
-
-    /// Exact. No number on the way is subnormal, whatever the process does with those.
-    #[inline(always)]
-    pub fn to_f32(x: f16) -> f32 {
-        let bits = u32::from(x.to_bits());
-        let (sign, rest) = ((bits & 0x8000) << 16, bits & 0x7fff);
-        // Exponents are 112 less than those of f32, and the largest, of infinity and NaN, is so there.
-        let normal = (rest << 13) + (112 << 23);
-        let small = (rest as f32 * f32::from_bits((127 - 24) << 23)).to_bits();
-        let infinite = normal + (112 << 23);
-        let quiet = if rest > 0x7c00 { 1 << 22 } else { 0 };
-        let finite = if rest < 0x400 { small } else { normal };
-        let found = if rest < 0x7c00 {
-            finite
-        } else {
-            infinite | quiet
-        };
-        f32::from_bits(found | sign)
-    }
-
-    #[inline(never)]
-    pub fn from_f32(x: f32) -> f16 {
-        f16::from_f32(x)
-    }
-
-    #[inline(never)]
-    pub fn from_f64(x: f64) -> f16 {
-        f16::from_f64(x)
-    }
-}
+float_texel!(f32, "float32", f32x4);
+float_texel!(f64, "float64", f64x4);
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::kernel::{SimdWork, run_baseline, run_simd};
-
-    #[test]
-    fn every_half_is_read_as_the_number_it_is() {
-        for bits in 0..=u16::MAX {
-            let half = f16::from_bits(bits);
-            let (got, want) = (half.load(), half.to_f32());
-            assert!(
-                got.to_bits() == want.to_bits() || got.is_nan() && want.is_nan(),
-                "{bits:#x}: {got} is not {want}"
-            );
-        }
-    }
 
     /// Four numbers as texels, and these as numbers, side by side.
     struct Both<'a, T>([f32; 4], &'a mut [T; 4], &'a mut [f32; 4]);

@@ -243,10 +243,15 @@ impl Raster {
 
     /// How far apart the rows of every face are stored, where each face's rows are stored as rows.
     pub fn straight(&self) -> Option<usize> {
-        self.views[..self.faces]
-            .iter()
-            .all(|view| view.steps() == [1, self.columns as isize])
+        (0..self.faces)
+            .all(|face| self.is_straight(face))
             .then_some(self.columns)
+    }
+
+    /// Whether a face's rows are stored as rows.
+    #[inline(always)]
+    pub fn is_straight(&self, face: usize) -> bool {
+        self.view(face).steps() == [1, self.columns as isize]
     }
 
     fn origin(&self, face: usize) -> (usize, usize) {

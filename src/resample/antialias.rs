@@ -65,7 +65,7 @@ pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
     target: &'s Raster,
     coordinate_map: CoordinateMap<'s>,
     channels: usize,
-    bilinear: bool,
+    filter: LookupFilter,
     lookups: Lookups<'s, 'a, T, T::Float, R>,
     parts: Vec<(Part, u16)>,
     /// Of the samples that are being put together.
@@ -236,7 +236,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             target,
             coordinate_map,
             channels,
-            bilinear: filter == LookupFilter::Bilinear,
+            filter,
             lookups: Lookups::new(source, filter, nothing),
             parts: Vec::new(),
             next: Owners::NONE,
@@ -376,15 +376,15 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             let count = TOGETHER.min(n - first);
             let raster = &self.source.raster;
             let own = (places, first);
-            self.seen.set(raster, own, (slopes, &self.bends));
-            if self.bilinear {
-                let done = &mut self.done.texels[first..first + count];
-                let means_of = &mut self.means[first * self.channels..];
-                let found = means(self.source, (&mut self.seen, face), done, means_of);
-                self.done.count += found;
-                if found == count {
-                    continue;
-                }
+            let of = (raster, face, self.filter);
+            self.seen.set(of, own, (slopes, &self.bends));
+            let done = &mut self.done.texels[first..first + count];
+            let means_of = &mut self.means[first * self.channels..];
+            let source = (self.source, self.filter);
+            let found = means(source, (&mut self.seen, face), done, means_of);
+            self.done.count += found;
+            if found == count {
+                continue;
             }
             for seen in 0..count {
                 let k = first + seen;

@@ -240,6 +240,32 @@ def test_layouts_hold_the_same_faces(case):
     assert np.array_equal(back[inside], faces[inside])
 
 
+@pytest.mark.parametrize("antialias", [False, True])
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+@pytest.mark.parametrize(
+    "turned", ["cube/vertical_cross", "cube_equiangular:ffmpeg-eac", "cube_quadratic:s2"]
+)
+@each_filter
+def test_turned_faces_are_looked_up_as_straight_ones(turned, channels, filter, antialias):
+    name, _, layout = turned.partition("/")
+    p = sm.projection(name, layout=layout) if layout else sm.projection(name)
+    straight = sm.projection(name.partition(":")[0])
+    options = {"size": 40, "filter": filter, "antialias": antialias, "world": "literal"}
+    for dtype in DTYPES:
+        high = 250 if np.issubdtype(dtype, np.integer) else 1
+        faces = np.random.default_rng(118).random((6, 48, 48, channels)) * high
+        faces = faces.astype(dtype)
+        image = plain(faces, straight, p, size=48, filter="nearest", world="literal")
+        want = sm.convert(faces, straight, "latlong", **options).astype(float)
+        got = sm.convert(image, p, "latlong", **options).astype(float)
+        # Places differ by a rounding of f32, 48 texels times 1e-7, and weights of `lanczos3`
+        # change by less than 2 a texel, of noise no larger than `high`; an integer, or a half,
+        # then rounds to a neighbor.
+        off = 1 if high > 1 else 1e-4 + np.finfo(dtype).eps
+        # Which of two texels is the nearest, and how many places a mean has, rounding says.
+        assert np.mean(np.abs(got - want) > off) <= 2e-3
+
+
 def test_convention_pairs_flip_as_they_should():
     rng = np.random.default_rng(116)
     image = rng.random((16, 32, 3))

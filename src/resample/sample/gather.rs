@@ -25,7 +25,7 @@ use crate::image::raster::Raster;
 use crate::image::texel::{Filtered, Four, Texel};
 use crate::kernel::tile::TILE;
 use crate::kernel::tile::prefetch_item;
-use crate::kernel::{SimdWork, run_baseline, run_simd};
+use crate::kernel::{SimdWork, run_simd};
 use crate::number::real::Real;
 use crate::resample::filters::claims::Kernel;
 use fearless_simd::{Simd, SimdBase};
@@ -34,9 +34,9 @@ use std::marker::PhantomData;
 /// Rows of SIDE texels and SLACK numbers.
 #[derive(Clone, Copy)]
 pub(crate) struct Window<'a, T> {
-    numbers: &'a [T],
-    step: usize,
-    width: usize,
+    pub(super) numbers: &'a [T],
+    pub(super) step: usize,
+    pub(super) width: usize,
 }
 
 impl<'a, T> Window<'a, T> {
@@ -63,9 +63,9 @@ pub(crate) trait Gather<T: Texel>: Copy {
 
     /// Fills an area of `band` with lookups among texels of one number, all of them inside of a face, if it has a way of its own for
     /// these and finds all that it reads.
-    fn ones<S: Simd, O: Filtered<T>>(
+    fn ones<S: Simd, O: Filtered<T>, const STRAIGHT: bool>(
         simd: S,
-        ones: Ones<'_, T>,
+        ones: Ones<'_, T, STRAIGHT>,
         places: [&Places<T::Float>; 2],
         target: (&mut [O], Rectangle, usize),
     ) -> bool;
@@ -96,9 +96,9 @@ impl<T: Texel> Gather<T> for Nearest {
     fn weights(_: &Places<T::Float>, _: usize, (): &mut ()) {}
 
     #[inline(always)]
-    fn ones<S: Simd, O: Filtered<T>>(
+    fn ones<S: Simd, O: Filtered<T>, const STRAIGHT: bool>(
         _: S,
-        ones: Ones<'_, T>,
+        ones: Ones<'_, T, STRAIGHT>,
         places: [&Places<T::Float>; 2],
         target: (&mut [O], Rectangle, usize),
     ) -> bool {
@@ -140,9 +140,9 @@ impl<T: Texel> Gather<T> for Bilinear {
     fn weights(_: &Places<T::Float>, _: usize, (): &mut ()) {}
 
     #[inline(always)]
-    fn ones<S: Simd, O: Filtered<T>>(
+    fn ones<S: Simd, O: Filtered<T>, const STRAIGHT: bool>(
         _: S,
-        ones: Ones<'_, T>,
+        ones: Ones<'_, T, STRAIGHT>,
         places: [&Places<T::Float>; 2],
         target: (&mut [O], Rectangle, usize),
     ) -> bool {
@@ -189,13 +189,18 @@ fn group<T: Texel>(row: &[T], at: usize) -> [T; 4] {
     [row[at], row[at + 1], row[at + 2], row[at + 3]]
 }
 
+/// Numbers that are read after each row of a window so wide: four at a time of texels of one number, and of three.
+pub(super) const fn slack(taps: usize) -> usize {
+    if taps.is_multiple_of(4) { 1 } else { 2 }
+}
+
 /// A separable kernel over TAPS × TAPS texels.
 #[derive(Clone, Copy)]
 pub(crate) struct Separable<K, const TAPS: usize>(PhantomData<K>);
 
 impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TAPS> {
     const SIDE: usize = TAPS;
-    const SLACK: usize = if TAPS.is_multiple_of(4) { 1 } else { 2 };
+    const SLACK: usize = slack(TAPS);
     /// Along u and along v, those of each texel of the window in a row.
     type Weights = [[[T::Float; TILE]; TAPS]; 2];
 
@@ -214,14 +219,18 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
     }
 
     #[inline(always)]
-    fn ones<S: Simd, O: Filtered<T>>(
+    fn ones<S: Simd, O: Filtered<T>, const STRAIGHT: bool>(
         simd: S,
-        ones: Ones<'_, T>,
+        ones: Ones<'_, T, STRAIGHT>,
         [places, next]: [&Places<T::Float>; 2],
         (band, area, length): (&mut [O], Rectangle, usize),
     ) -> bool {
+        if !STRAIGHT {
+            return false;
+        }
+        let row = ones.steps[1] as usize;
         let width = TAPS + <Self as Gather<T>>::SLACK;
-        let needed = (TAPS - 1) * ones.row + width;
+        let needed = (TAPS - 1) * row + width;
         let Some(last) = ones.texels.len().checked_sub(needed) else {
             return false;
         };
@@ -231,7 +240,6 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
         let mut weights = <Self as Gather<T>>::NO_WEIGHTS;
         <Self as Gather<T>>::weights(places, length, &mut weights);
         let [across, down] = &weights;
-        let middle = TAPS / 2 - 1;
         let mut bases = [T::Float::ZERO; LENGTH];
         let mut columns = [[[T::Float::ZERO; 4]; LENGTH]; 2];
         each_row(
@@ -245,20 +253,16 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
                     for k in 0..out.len() {
                         let (first, ahead) = (places.first[top + k], next.first[top + k]);
                         for r in 0..TAPS {
-                            prefetch_item(ones.texels, ahead.wrapping_add(r * ones.row));
+                            prefetch_item(ones.texels, ahead.wrapping_add(r * row));
                         }
                         let window = Window {
                             numbers: &ones.texels[first..][..needed],
-                            step: ones.row,
+                            step: row,
                             width,
                         };
-                        bases[k] = window.row(middle)[middle].load();
-                        let base = Four::<T, S>::splat(simd, bases[k]);
                         let down = down.each_ref().map(|weights| weights[top + k]);
-                        let groups = columns.iter_mut().enumerate().take(TAPS.div_ceil(4));
-                        for (g, columns) in groups {
-                            columns[k] = column(simd, window, 4 * g, &down, base).to_array();
-                        }
+                        let columns = columns.each_mut().map(|columns| &mut columns[k]);
+                        bases[k] = columns_of(simd, window, &down, columns);
                     }
                     let across = across.each_ref().map(|row| &row[top..][..out.len()]);
                     for (k, out) in out.iter_mut().enumerate() {
@@ -287,27 +291,19 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
             std::array::from_fn(|axis| std::array::from_fn(|t| weights[axis][t][k]));
         let middle = TAPS / 2 - 1;
         if CHANNELS > 0 {
-            let zero = T::Float::default();
             let mixed: [O; 4] = if CHANNELS == 1 {
-                // Four texels of a row at a time.
-                let base = window.row(middle)[middle].load();
-                let bases = Four::<T, S>::splat(simd, base);
-                let mut sum = zero;
-                for g in 0..TAPS.div_ceil(4) {
-                    let columns = column(simd, window, 4 * g, &down, bases).to_array();
-                    for t in 4 * g..TAPS.min(4 * g + 4) {
-                        sum = sum + across[t] * columns[t % 4];
-                    }
+                let mut columns = [[T::Float::ZERO; 4]; 2];
+                let base = columns_of(simd, window, &down, columns.each_mut());
+                let mut sum = T::Float::ZERO;
+                for (t, across) in across.into_iter().enumerate() {
+                    sum = sum + across * columns[t / 4][t % 4];
                 }
                 [O::filtered(base + sum); 4]
             } else {
-                let base = four(simd, window.row(middle), middle * CHANNELS);
-                let mut sum = Four::<T, S>::splat(simd, zero);
-                for (t, across) in across.into_iter().enumerate() {
-                    let column = column(simd, window, t * CHANNELS, &down, base);
-                    sum += Four::<T, S>::splat(simd, across) * column;
-                }
-                O::filtered_four(simd, base + sum)
+                O::filtered_four(
+                    simd,
+                    texel_of::<S, T, TAPS, CHANNELS>(simd, window, &across, &down),
+                )
             };
             let stored = if LANES > 0 { LANES } else { CHANNELS };
             out[..stored].copy_from_slice(&mixed[..stored]);
@@ -336,6 +332,43 @@ pub(super) fn four<S: Simd, T: Texel>(simd: S, row: &[T], first: usize) -> Four<
         Some(texels) => T::load_four(simd, texels),
         None => Four::<T, S>::splat(simd, T::Float::default()),
     }
+}
+
+/// The texel that a wide filter makes of a window whose texels have CHANNELS numbers, three or four.
+#[inline(always)]
+pub(super) fn texel_of<S: Simd, T: Texel, const TAPS: usize, const CHANNELS: usize>(
+    simd: S,
+    window: Window<'_, T>,
+    across: &[T::Float; TAPS],
+    down: &[T::Float; TAPS],
+) -> Four<T, S> {
+    let middle = TAPS / 2 - 1;
+    let base = four(simd, window.row(middle), middle * CHANNELS);
+    let mut sum = Four::<T, S>::splat(simd, T::Float::ZERO);
+    for (t, across) in across.iter().enumerate() {
+        let column = column(simd, window, t * CHANNELS, down, base);
+        sum += Four::<T, S>::splat(simd, *across) * column;
+    }
+    base + sum
+}
+
+/// Finds the sums over the rows of a window, texels of one number, of what each of its columns is more than one of its texels, which is
+/// returned: four columns at a time, of eight at most.
+#[inline(always)]
+pub(super) fn columns_of<S: Simd, T: Texel, const TAPS: usize>(
+    simd: S,
+    window: Window<'_, T>,
+    down: &[T::Float; TAPS],
+    columns: [&mut [T::Float; 4]; 2],
+) -> T::Float {
+    let middle = TAPS / 2 - 1;
+    let base = window.row(middle)[middle].load();
+    let bases = Four::<T, S>::splat(simd, base);
+    let groups = columns.into_iter().enumerate().take(TAPS.div_ceil(4));
+    for (g, columns) in groups {
+        *columns = column(simd, window, 4 * g, down, bases).to_array();
+    }
+    base
 }
 
 /// Sums over a window's rows of what four numbers are more than `base`.
@@ -388,15 +421,24 @@ impl<T: Texel, O: Filtered<T>, E: FnMut(usize, &mut [O])> Gathering<'_, T, O, E>
     }
 
     fn rows<G: Gather<T>, const CHANNELS: usize>(self) {
-        match self.stored.raster.straight() {
-            Some(row) => run_simd(Windows::<_, G, CHANNELS, true>(self, row, PhantomData)),
-            None => run_baseline(Windows::<_, G, CHANNELS, false>(self, 0, PhantomData)),
+        // A window of one texel lies as it is, however its face is turned.
+        if G::SIDE == 1 || self.is_straight() {
+            run_simd(Windows::<_, G, CHANNELS, true>(self, PhantomData));
+        } else {
+            run_simd(Windows::<_, G, CHANNELS, false>(self, PhantomData));
         }
+    }
+
+    /// Whether the rows of all faces that are looked up are stored as rows.
+    fn is_straight(&self) -> bool {
+        let raster = self.stored.raster;
+        let mut faces = self.places.face[..self.length].iter();
+        raster.straight().is_some() || faces.all(|&face| raster.is_straight(face.into()))
     }
 }
 
-/// A gathering by a filter, with how many texels rows lie apart where they are stored as rows.
-struct Windows<W, G, const CHANNELS: usize, const STRAIGHT: bool>(W, usize, PhantomData<G>);
+/// A gathering by a filter.
+struct Windows<W, G, const CHANNELS: usize, const STRAIGHT: bool>(W, PhantomData<G>);
 
 impl<T, O, E, G, const CHANNELS: usize, const STRAIGHT: bool> SimdWork
     for Windows<Gathering<'_, T, O, E>, G, CHANNELS, STRAIGHT>
@@ -409,19 +451,18 @@ where
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         if STRAIGHT {
-            straight::<S, T, O, G, CHANNELS>(simd, self.0, self.1);
+            straight::<S, T, O, G, CHANNELS>(simd, self.0);
         } else {
             turned::<S, T, O, G, CHANNELS>(simd, self.0);
         }
     }
 }
 
-/// Faces whose rows are stored as rows, `row` texels apart.
+/// Faces whose rows are stored as rows.
 #[inline(always)]
 fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     simd: S,
     work: Gathering<'_, T, O, impl FnMut(usize, &mut [O])>,
-    row: usize,
 ) {
     let Gathering {
         stored,
@@ -438,10 +479,10 @@ fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usi
     } else {
         stored.channels
     };
-    let texels = stored.texels;
+    let (texels, row) = (stored.texels, stored.raster.columns);
     if CHANNELS == 1
         && all_inside
-        && let Some(ones) = Ones::new(texels, row)
+        && let Some(ones) = Ones::<T, true>::new(texels, [1, row as isize])
         && G::ones(simd, ones, [places, next], (&mut *band, area, length))
     {
         return;
@@ -491,25 +532,8 @@ fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usi
     }
 }
 
-/// Calls `work` with the number and the place of each of `length` texels of an area.
-fn each<T>(
-    band: &mut [T],
-    area: Rectangle,
-    length: usize,
-    channels: usize,
-    mut work: impl FnMut(usize, &mut [T]),
-) {
-    for first in (0..length).step_by(area.columns) {
-        let columns = area.columns.min(length - first);
-        let start = (area.start + first / area.columns * area.stride) * channels;
-        let row = &mut band[start..][..columns * channels];
-        for (k, out) in row.chunks_exact_mut(channels).enumerate() {
-            work(first + k, out);
-        }
-    }
-}
-
-/// Faces that are stored turned or mirrored: windows are put together texel by texel.
+/// Faces that are stored turned or mirrored: windows are put together texel by texel, each of these four numbers long where that is no
+/// less, for a texel that is read as it was written does not wait for memory.
 #[inline(always)]
 fn turned<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     simd: S,
@@ -518,41 +542,78 @@ fn turned<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize
     let Gathering {
         stored,
         places,
+        all_inside,
+        next,
         band,
         area,
         length,
         mut edge,
-        ..
     } = work;
-    let channels = stored.channels;
-    let width = G::SIDE * channels + G::SLACK;
-    let mut window = vec![T::default(); G::SIDE * width];
+    let (texels, raster) = (stored.texels, stored.raster);
+    let channels = if CHANNELS > 0 {
+        CHANNELS
+    } else {
+        stored.channels
+    };
+    let face = places.face[0];
+    if CHANNELS == 1
+        && all_inside
+        && places.face[..length].iter().all(|other| *other == face)
+        && let Some(ones) = Ones::<T, false>::new(texels, raster.view(face.into()).steps())
+        && G::ones(simd, ones, [places, next], (&mut *band, area, length))
+    {
+        return;
+    }
+    let pitch = if CHANNELS == 3 { 4 } else { channels };
+    let width = G::SIDE * pitch + G::SLACK;
+    let mut numbers = vec![T::default(); G::SIDE * width];
     let mut weights = G::NO_WEIGHTS;
     G::weights(places, length, &mut weights);
-    each(band, area, length, channels, |k, out| {
-        if !places.inside[k] {
-            return edge(k, out);
-        }
-        let first = places.first[k] as isize;
-        let [right, down] = stored.raster.view(places.face[k] as usize).steps();
-        for (r, row) in window.chunks_exact_mut(width).enumerate() {
-            for (t, texel) in row.chunks_exact_mut(channels).take(G::SIDE).enumerate() {
-                let step = (t as isize * right + r as isize * down) * channels as isize;
-                let at = (first + step) as usize;
-                texel.copy_from_slice(&stored.texels[at..at + channels]);
+    let tile = (places, &weights);
+    for top in (0..length).step_by(area.columns) {
+        let columns = area.columns.min(length - top);
+        let start = (area.start + top / area.columns * area.stride) * channels;
+        let out = &mut band[start..][..columns * channels];
+        for (k, out) in out.chunks_exact_mut(channels).enumerate() {
+            let k = top + k;
+            prefetch_item(texels, next.first[k]);
+            if !places.inside[k] {
+                edge(k, out);
+                continue;
             }
-        }
-        G::texel::<S, O, CHANNELS, 0>(
-            simd,
-            channels,
-            Window {
-                numbers: &window,
+            let steps = raster.view(places.face[k].into()).steps();
+            let [right, down] = steps.map(|step| step * channels as isize);
+            let mut first = places.first[k];
+            for row in numbers.chunks_exact_mut(width) {
+                let mut at = first;
+                for texel in row.chunks_exact_mut(pitch).take(G::SIDE) {
+                    copy::<T, CHANNELS>(&texels[at..], texel);
+                    at = at.wrapping_add_signed(right);
+                }
+                first = first.wrapping_add_signed(down);
+            }
+            let window = Window {
+                numbers: &numbers,
                 step: width,
                 width,
-            },
-            (places, &weights),
-            k,
-            out,
-        );
-    });
+            };
+            match CHANNELS {
+                3 => G::texel::<S, O, 4, 3>(simd, pitch, window, tile, k, out),
+                4 => G::texel::<S, O, 4, 4>(simd, pitch, window, tile, k, out),
+                _ => G::texel::<S, O, CHANNELS, 0>(simd, pitch, window, tile, k, out),
+            }
+        }
+    }
+}
+
+/// Copies a texel, and what follows, as far as there is room for it.
+#[inline(always)]
+fn copy<T: Texel, const CHANNELS: usize>(from: &[T], to: &mut [T]) {
+    match (CHANNELS, from.first_chunk(), to.first_chunk_mut::<4>()) {
+        (3 | 4, Some(from), Some(to)) => *to = *from,
+        _ => {
+            let count = to.len().min(from.len());
+            to[..count].copy_from_slice(&from[..count]);
+        }
+    }
 }

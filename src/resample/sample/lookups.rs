@@ -62,7 +62,7 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
     /// nowhere.
     pub fn place(&mut self, count: usize) -> bool {
         let source = self.source;
-        let reach = self.filter.visit(GetSupport);
+        let reach = support(self.filter);
         let next = &mut self.queue[1 - self.current];
         next.all_inside = next.places.set(
             (&source.raster, source.channels),
@@ -128,6 +128,10 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
 }
 
 /// Which texels a filter needs.
+pub(super) fn support(filter: LookupFilter) -> Support {
+    filter.visit(GetSupport)
+}
+
 struct GetSupport;
 
 impl Visitor for GetSupport {
@@ -139,11 +143,7 @@ impl Visitor for GetSupport {
         Support::PAIR
     }
     fn separable<K: Kernel<TAPS>, const TAPS: usize>(self) -> Support {
-        Support {
-            shift: 0.0,
-            before: TAPS / 2 - 1,
-            after: TAPS / 2,
-        }
+        Support::of(TAPS)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Means of lookups, evenly spread over parallelograms of the source.
 //!
 //! What a texel of the target sees, where coordinates hardly bend, is a parallelogram of the source. Its mean is that of
-//! bilinear lookups on a grid within it, one for about every source texel. Put together from single lookups, in tiles
+//! lookups on a grid within it, one for about every source texel. Put together from single lookups, in tiles
 //! like any others, keeping account of which belongs to whom took ten times as long as the lookups. Here all of one
 //! texel are made one after the other, from the window that holds them.
 //!
@@ -12,20 +12,21 @@
 //! numbers: where some parallelograms are left out, the others close up first. Picked one by one from where they were, their numbers
 //! took as long as the lookups.
 
-use super::corners::mix;
-use super::gather::four;
-use super::ones::Ones;
+use super::gather::Bilinear;
+use super::look::{Face, Look, Room, Wide, weigh};
+use super::lookups::support;
+use super::place::Support;
 use super::spread::{LANES, MOST, Spread, Spreads, division, spread};
 use crate::image::raster::Raster;
-use crate::image::texel::{Four, Texel};
+use crate::image::texel::Texel;
 use crate::kernel::tile::{TILE, Tile, prefetch_item};
 use crate::kernel::{Scalar, SimdWork, run_simd, vectorize};
 use crate::number::real::{self, Real};
+use crate::resample::filters::LookupFilter;
+use crate::resample::filters::claims::{Kernel, Visitor};
 use crate::resample::sample::Texture;
-use fearless_simd::{Simd, SimdBase};
-
-/// Places of parallelograms that are looked up together.
-const ROOM: usize = MOST * LANES;
+use fearless_simd::Simd;
+use std::marker::PhantomData;
 
 /// Texels that are looked at together: what is known of them stays in the nearest cache.
 pub(crate) const TOGETHER: usize = 128;
@@ -200,24 +201,28 @@ impl<F: Scalar> Parallelograms<F> {
         }
     }
 
-    /// Takes over [`TOGETHER`] from a number in a tile on: ∂u and ∂v to the right, and ∂u and ∂v down; and their second derivatives,
-    /// if they matter.
+    /// Takes over [`TOGETHER`] of a face, from a number in a tile on: ∂u and ∂v to the right, and ∂u and ∂v down; and their second
+    /// derivatives, if they matter.
     pub(crate) fn set<R: Scalar>(
         &mut self,
-        raster: &Raster,
+        (raster, face, filter): (&Raster, usize, LookupFilter),
         (places, first): (&Tile<R, 3>, usize),
         (slopes, bends): (&Tile<R, 4>, &Tile<R, 6>),
     ) {
         let grids = [raster.along_u.index(), raster.along_v.index()];
-        let last = [raster.width, raster.height].map(|n| n as f64 - 1.0);
+        let Support { before, after, .. } = support(filter);
+        let (before, after) = (before as f64, after as f64);
+        let last = [raster.width, raster.height].map(|n| n as f64 - after);
+        // Of the texel of a face that is stored last four numbers may not be there; wide filters read up to two more than those of a row.
+        let spare = if after > 1.0 { 2.0 } else { 1.0 };
         let scales = grids.map(|(scale, _)| scale);
+        let forward = raster.view(face).steps().map(|step| step > 0);
         vectorize(
             #[inline(always)]
             || {
                 let (slopes, bends) = (scaled(slopes, first, scales), scaled(bends, first, scales));
                 self.shapes.set(&slopes, &bends);
                 self.inside = [true; TOGETHER];
-                // Of the last texel of a face four numbers may not be there.
                 let mut corner = [true; TOGETHER];
                 for axis in [0, 1] {
                     let (scale, offset) = grids[axis];
@@ -231,8 +236,12 @@ impl<F: Scalar> Parallelograms<F> {
                     let held = held.zip(&*center).zip(reach);
                     for (((inside, corner), &center), &reach) in held {
                         let reach = f64::from(reach);
-                        *inside &= (center >= reach) & (center + reach < last[axis]);
-                        *corner &= center + reach >= last[axis] - 1.0;
+                        *inside &= (center >= reach + before) & (center + reach < last[axis]);
+                        *corner &= if forward[axis] {
+                            center + reach >= last[axis] - spare
+                        } else {
+                            center - reach < before + spare
+                        };
                     }
                 }
                 for (inside, corner) in self.inside.iter_mut().zip(corner) {
@@ -289,13 +298,13 @@ impl Parallelogram {
         [0, 1].map(|axis| f64::from(off(axis)))
     }
 
-    /// Whether the image is valid wherever it reaches, and a texel around it, for certain.
+    /// Whether the image is valid wherever it reaches, and so many texels around it, for certain.
     #[inline(always)]
-    fn is_held(&self, raster: &Raster) -> bool {
-        let [x, y] = self.reach().map(f64::from);
+    fn is_held(&self, raster: &Raster, around: usize) -> bool {
+        let [x, y] = self.reach().map(|reach| f64::from(reach) + around as f64);
         let [(su, ou), (sv, ov)] = [raster.along_u.index(), raster.along_v.index()];
         let place = [(self.center[0] - ou) / su, (self.center[1] - ov) / sv];
-        raster.holds_around(place, [(x + 1.0) / su, (y + 1.0) / sv])
+        raster.holds_around(place, [x / su, y / sv])
     }
 }
 
@@ -321,252 +330,122 @@ pub(crate) fn any_several<R: Scalar>(raster: &Raster, slopes: &Tile<R, 4>, count
 /// Finds the means about places of a tile, as many as `done` is long, where they can be had: true there, and a texel in `means`, which
 /// has room for one more. Returns how many that are.
 pub(crate) fn means<T: Texel>(
-    source: &Texture<'_, T>,
+    (source, filter): (&Texture<'_, T>, LookupFilter),
     (seen, face): (&mut Parallelograms<T::Float>, usize),
     done: &mut [bool],
     means: &mut [T],
 ) -> usize {
-    let raster = &source.raster;
-    let Some(row) = raster.straight() else {
-        return 0;
-    };
-    seen.asked.count = 0;
-    run_simd(Means {
-        face: Face {
-            texels: source.texels,
-            channels: source.channels,
-            row,
-            start: raster.view(face).index(0, 0),
-        },
-        raster,
+    let find = Find {
+        source,
+        face,
         seen: &mut *seen,
         done,
         means,
-    });
-    seen.asked.count
+    };
+    if filter.visit(find) {
+        seen.asked.count
+    } else {
+        0
+    }
 }
 
-struct Means<'m, 'a, T: Texel> {
-    face: Face<'a, T>,
-    raster: &'m Raster,
+/// By a filter; false if it has no way for this.
+struct Find<'m, 'a, T: Texel> {
+    source: &'m Texture<'a, T>,
+    face: usize,
     seen: &'m mut Parallelograms<T::Float>,
     done: &'m mut [bool],
     means: &'m mut [T],
 }
 
-impl<T: Texel> SimdWork for Means<'_, '_, T> {
+impl<T: Texel> Visitor for Find<'_, '_, T> {
+    type Output = bool;
+    fn nearest(self) -> bool {
+        false
+    }
+    fn bilinear(self) -> bool {
+        self.by::<Bilinear>(|_| ())
+    }
+    fn separable<K: Kernel<TAPS>, const TAPS: usize>(self) -> bool {
+        self.by::<Wide<TAPS>>(weigh::<T::Float, K, TAPS>)
+    }
+}
+
+impl<T: Texel> Find<'_, '_, T> {
+    /// `weigh` finds the weights of what a room holds.
+    fn by<L: Look<T>>(self, weigh: fn(&mut Room<T::Float>)) -> bool {
+        let face = Face::new(self.source, self.face, L::SUPPORT);
+        let steps = face.narrow_steps().filter(|_| L::serves(&face));
+        if let Some(steps) = steps {
+            run_simd(Means::<T, L> {
+                face,
+                steps,
+                raster: &self.source.raster,
+                seen: self.seen,
+                done: self.done,
+                means: self.means,
+                weigh,
+                filter: PhantomData,
+            });
+        }
+        steps.is_some()
+    }
+}
+
+struct Means<'m, 'a, T: Texel, L> {
+    face: Face<'a, T>,
+    steps: [i32; 2],
+    raster: &'m Raster,
+    seen: &'m mut Parallelograms<T::Float>,
+    done: &'m mut [bool],
+    means: &'m mut [T],
+    weigh: fn(&mut Room<T::Float>),
+    filter: PhantomData<L>,
+}
+
+impl<T: Texel, L: Look<T>> SimdWork for Means<'_, '_, T, L> {
     #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) {
-        let Some(steps) = self.face.steps() else {
-            return;
-        };
-        self.seen.ask(self.done.len(), self.raster);
-        self.seen.start(self.face.first(), steps);
+    fn run<S: Simd>(self, simd: S) {
+        let face = self.face;
+        self.seen.ask(self.done.len(), self.raster, L::SUPPORT);
+        self.seen.start(face.first, self.steps);
         let chunks = self.seen.asked.count.div_ceil(LANES);
         for chunk in 0..=chunks {
             if chunk < chunks {
-                self.seen.place(chunk, steps);
-                let room = &self.seen.asked.rooms[chunk % 2];
+                self.seen.place(chunk, self.steps);
+                let room = &mut self.seen.asked.rooms[chunk % 2];
+                (self.weigh)(room);
                 for own in [room.number(0), room.number(room.most - 1)] {
                     for &first in own {
-                        prefetch_item(self.face.texels, first);
-                        prefetch_item(self.face.texels, first.wrapping_add(self.face.below()));
+                        for row in 0..=L::SUPPORT.before + L::SUPPORT.after {
+                            let below = face.steps[1].wrapping_mul(row as isize);
+                            prefetch_item(face.texels, first.wrapping_add_signed(below));
+                        }
                     }
                 }
             }
-            if chunk > 0 {
-                self.look(simd, chunk - 1);
+            let Some(chunk) = chunk.checked_sub(1) else {
+                continue;
+            };
+            let asked = &self.seen.asked;
+            let own = &asked.own[chunk * LANES..asked.count.min((chunk + 1) * LANES)];
+            let room = &asked.rooms[chunk % 2];
+            if face.straight {
+                L::look::<S, true>(simd, &face, room, (own, self.means));
+            } else {
+                L::look::<S, false>(simd, &face, room, (own, self.means));
             }
-        }
-    }
-}
-
-impl<T: Texel> Means<'_, '_, T> {
-    /// Finds the means of [`LANES`] parallelograms, or of those that are left.
-    #[inline(always)]
-    fn look<S: Simd>(&mut self, simd: S, chunk: usize) {
-        let (face, asked) = (&self.face, &self.seen.asked);
-        let channels = face.channels;
-        let room = &asked.rooms[chunk % 2];
-        let own = &asked.own[chunk * LANES..asked.count.min((chunk + 1) * LANES)];
-        if let (1, Some(ones)) = (channels, Ones::new(face.texels, face.row)) {
-            for (&texel, mean) in own.iter().zip(room.means_of(ones)) {
-                self.means[texel] = mean;
+            for &texel in own {
                 self.done[texel] = true;
             }
-            return;
         }
-        for (lane, &texel) in own.iter().enumerate() {
-            let total = room.totals[lane];
-            let lookups = room.of(lane, total as usize);
-            let share = Real::new(1.0 / f64::from(total));
-            // Of three numbers, four are written: the next texel's come after.
-            let mean = &mut self.means[texel * channels..];
-            if let (3 | 4, Some(mean)) = (channels, mean.first_chunk_mut()) {
-                *mean = face.mean_of_four(simd, lookups, share);
-            } else {
-                face.mean(lookups, share, &mut mean[..channels]);
-            }
-            self.done[texel] = true;
-        }
-    }
-}
-
-/// The stored texels of a face whose rows are rows of the image, so many texels apart.
-struct Face<'a, T> {
-    texels: &'a [T],
-    channels: usize,
-    row: usize,
-    /// The face's first texel.
-    start: usize,
-}
-
-impl<T: Texel> Face<'_, T> {
-    /// The number of its first texel.
-    fn first(&self) -> usize {
-        self.start * self.channels
-    }
-
-    /// How many numbers after a texel the one below is.
-    fn below(&self) -> usize {
-        self.row * self.channels
-    }
-
-    /// How many numbers to go right and down; none for rows that are so long that the numbers of a parallelogram would not fit an i32.
-    fn steps(&self) -> Option<[i32; 2]> {
-        let most = i32::MAX as usize / (2 * MOST);
-        let steps = [self.channels, self.below()].map(|step| i32::try_from(step).ok());
-        (self.below() <= most).then_some([steps[0]?, steps[1]?])
-    }
-
-    /// The mean of four numbers a lookup, difference by difference from the first one: a constant stays constant to the bit.
-    #[inline(always)]
-    fn mean_of_four<S: Simd>(
-        &self,
-        simd: S,
-        lookups: impl Iterator<Item = Lookup<T::Float>>,
-        share: T::Float,
-    ) -> [T; 4] {
-        let splat = |x| Four::<T, S>::splat(simd, x);
-        let share = splat(share);
-        let (mut base, mut sum) = (splat(T::Float::ZERO), splat(T::Float::ZERO));
-        let step = self.below();
-        for (k, (first, tx, ty)) in lookups.enumerate() {
-            let upper = &self.texels[first..][..self.channels + 4];
-            let lower = &self.texels[first + step..][..self.channels + 4];
-            let corners = [
-                four::<S, T>(simd, upper, 0),
-                four::<S, T>(simd, upper, self.channels),
-                four::<S, T>(simd, lower, 0),
-                four::<S, T>(simd, lower, self.channels),
-            ];
-            let value = mix(corners, splat(tx), splat(ty));
-            if k == 0 {
-                base = value;
-            }
-            sum += share * (value - base);
-        }
-        T::filtered_four(simd, base + sum)
-    }
-
-    /// That of any number of channels.
-    #[inline(always)]
-    fn mean(
-        &self,
-        lookups: impl Iterator<Item = Lookup<T::Float>> + Clone,
-        share: T::Float,
-        mean: &mut [T],
-    ) {
-        let below = self.below();
-        for (c, mean) in mean.iter_mut().enumerate() {
-            let (mut base, mut sum) = (T::Float::ZERO, T::Float::ZERO);
-            for (k, (first, tx, ty)) in lookups.clone().enumerate() {
-                let right = first + c + self.channels;
-                let corners = [first + c, right, first + c + below, right + below];
-                let value = mix(corners.map(|at| self.texels[at].load()), tx, ty);
-                if k == 0 {
-                    base = value;
-                }
-                sum = sum + share * (value - base);
-            }
-            *mean = T::store(base + sum);
-        }
-    }
-}
-
-/// Where a window begins, and how far a place lies right of and below its first texel.
-type Lookup<F> = (usize, F, F);
-
-/// Lookups of [`LANES`] parallelograms, those of the same number after each other.
-struct Room<F> {
-    /// How many lookups each has, and the most that one has.
-    totals: [f32; LANES],
-    most: usize,
-    first: [usize; ROOM],
-    tx: [F; ROOM],
-    ty: [F; ROOM],
-}
-
-impl<F: Scalar> Room<F> {
-    const NEW: Room<F> = Room {
-        totals: [0.0; LANES],
-        most: 0,
-        first: [0; ROOM],
-        tx: [F::ZERO; ROOM],
-        ty: [F::ZERO; ROOM],
-    };
-
-    /// Where the windows of a number begin.
-    #[inline(always)]
-    fn number(&self, number: usize) -> &[usize] {
-        &self.first[number * LANES..][..LANES]
-    }
-
-    /// Those of one parallelogram.
-    #[inline(always)]
-    fn of(&self, lane: usize, total: usize) -> impl Iterator<Item = Lookup<F>> + Clone {
-        let steps = self.tx.as_chunks::<LANES>().0.iter();
-        let steps = steps.zip(self.ty.as_chunks::<LANES>().0);
-        let lookups = self.first.as_chunks::<LANES>().0.iter().zip(steps);
-        lookups
-            .take(total)
-            .map(move |(first, (tx, ty))| (first[lane], tx[lane], ty[lane]))
-    }
-
-    /// The means of all, of texels of one number: sum by sum what [`Face::mean`] finds.
-    #[inline(always)]
-    fn means_of<T: Texel<Float = F>>(&self, ones: Ones<'_, T>) -> [T; LANES] {
-        let (mut base, mut sum) = ([F::ZERO; LANES], [F::ZERO; LANES]);
-        let share = self.totals.map(|total| F::new(1.0 / f64::from(total)));
-        let steps = self.tx.as_chunks::<LANES>().0.iter();
-        let steps = steps.zip(self.ty.as_chunks::<LANES>().0);
-        let numbers = self.first.as_chunks::<LANES>().0.iter().zip(steps);
-        for (number, (first, (tx, ty))) in numbers.enumerate().take(self.most) {
-            let mut pairs = [[[T::default(); 2]; LANES]; 2];
-            for k in 0..LANES {
-                [pairs[0][k], pairs[1][k]] = ones.pairs(first[k]);
-            }
-            for k in 0..LANES {
-                let [[a, b], [c, d]] = [pairs[0][k], pairs[1][k]].map(|pair| pair.map(T::load));
-                let value = mix([a, b, c, d], tx[k], ty[k]);
-                base[k] = if number == 0 { value } else { base[k] };
-                let more = sum[k] + share[k] * (value - base[k]);
-                let own = (number as f32) < self.totals[k];
-                sum[k] = if own { more } else { sum[k] };
-            }
-        }
-        let mut means = [T::default(); LANES];
-        for k in 0..LANES {
-            means[k] = T::store(base[k] + sum[k]);
-        }
-        means
     }
 }
 
 impl<F: Scalar> Parallelograms<F> {
     /// Of the first `count`, asks for those that have several lookups, all inside of a face.
     #[inline(always)]
-    fn ask(&mut self, count: usize, raster: &Raster) {
+    fn ask(&mut self, count: usize, raster: &Raster, support: Support) {
         let mut wanted = [false; TOGETHER];
         let totals = self.shapes.totals.iter().zip(&self.inside);
         for (wanted, (&total, &inside)) in wanted.iter_mut().zip(totals) {
@@ -581,7 +460,7 @@ impl<F: Scalar> Parallelograms<F> {
         } else {
             asked = 0;
             for k in (0..count).filter(|&k| wanted[k]) {
-                if !raster.has_rim() || self.at(k).is_held(raster) {
+                if !raster.has_rim() || self.at(k).is_held(raster, support.after) {
                     self.asked.own[asked] = k;
                     asked += 1;
                 }

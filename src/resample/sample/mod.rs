@@ -20,6 +20,7 @@ mod edges;
 pub(crate) mod ellipse;
 mod gather;
 mod level;
+mod look;
 mod lookups;
 mod mean;
 mod ones;

@@ -46,11 +46,16 @@ impl Support {
     };
 
     /// A texel and the next one.
-    pub(crate) const PAIR: Support = Support {
-        shift: 0.0,
-        before: 0,
-        after: 1,
-    };
+    pub(crate) const PAIR: Support = Support::of(2);
+
+    /// So many texels, an even number, in the middle of which the place is.
+    pub(crate) const fn of(taps: usize) -> Support {
+        Support {
+            shift: 0.0,
+            before: taps / 2 - 1,
+            after: taps / 2,
+        }
+    }
 }
 
 /// How to get from the texel that a place is in, (i, j) of a face, to the first number of its window.

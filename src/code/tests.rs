@@ -3,10 +3,11 @@
 use super::*;
 use crate::code::run::{directions, values};
 use crate::map::MapOptions;
-use crate::number::graph::Style;
-use crate::number::trace::Width;
+use crate::number::graph::{Binary, Node, Style, Unary};
+use crate::number::real::Real;
+use crate::number::trace::{Trace, Width, record};
 use crate::projections::REGISTRY;
-use crate::projections::projection::{Projection, Visitor};
+use crate::projections::projection::{Info, Projection, Visitor};
 
 fn maps() -> Vec<Map> {
     let mut maps: Vec<Map> = REGISTRY
@@ -152,6 +153,79 @@ fn what_is_chosen_last_is_the_same() {
                 map.info().name
             );
         }
+    }
+}
+
+/// Maps of lenses whose coefficients are not zero: their formulas have terms that others lack.
+fn distorted() -> Vec<Map> {
+    let bent = |info: &&Info| info.parameters.iter().any(|p| p.name == "k1");
+    let maps: Vec<Map> = REGISTRY
+        .iter()
+        .filter(bent)
+        .map(|info| {
+            let small = info.parameters.iter().filter(|p| p.default == 0.0);
+            let some: Vec<(&str, f64)> = small.map(|p| (p.name, 0.01)).collect();
+            Map::with(info.name, MapOptions::new().parameters(&some)).unwrap()
+        })
+        .collect();
+    assert!(maps.len() > 3);
+    maps
+}
+
+/// What a NaN that the formula chose meets on its way out, other than choices and arithmetic, which give it again.
+fn met_by_nan(program: &Program) -> Vec<Node> {
+    let mut may_be_nan = Vec::with_capacity(program.nodes.len());
+    let mut met = Vec::new();
+    let used = printer::uses(program, false).into_iter().map(|n| n > 0);
+    for (&node, used) in program.nodes.iter().zip(used) {
+        let keeps = match node {
+            Node::Constant(bits) => f64::from_bits(bits).is_nan(),
+            Node::Select(_, a, b) => may_be_nan[a as usize] || may_be_nan[b as usize],
+            _ => node.operands().any(|id| may_be_nan[id as usize]),
+        };
+        let passes = matches!(
+            node,
+            Node::Constant(_)
+                | Node::Select(..)
+                | Node::Unary(Unary::Negate, _)
+                | Node::Binary(
+                    Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide,
+                    ..
+                )
+        );
+        if used && keeps && !passes {
+            met.push(node);
+        }
+        may_be_nan.push(keeps);
+    }
+    met
+}
+
+// Vulkan lets a card make a minimum of a clamp's comparison, and NVIDIA's does, which gives 1 for NaN.
+#[test]
+fn no_operation_can_make_a_number_of_the_nan_outside_a_map() {
+    for native in [false, true] {
+        let style = Style {
+            double: false,
+            native,
+            inside: false,
+        };
+        for map in maps().into_iter().chain(distorted()) {
+            let met = met_by_nan(&program::<f32>(&map, Verb::Encode, style));
+            assert!(met.is_empty(), "{}: {met:?}", map.info().name);
+        }
+        let (graph, outputs) = record(style, || {
+            let x = Trace::<f32>::input(0);
+            let chosen = Trace::select(x.less(Trace::ONE), x, Trace::NAN);
+            vec![chosen.clamped(-1.0, 1.0).id()]
+        });
+        let clamped = Program {
+            takes: Vec::new(),
+            gives: Gives::Number,
+            nodes: graph.into_nodes(),
+            outputs,
+        };
+        assert_eq!(met_by_nan(&clamped).len(), 2);
     }
 }
 

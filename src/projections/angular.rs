@@ -80,13 +80,8 @@ impl Projection for Angular {
         let on_axis = R::select(hs.vanishes(), one, zero);
         let radius = R::half_turns(hs * unscale, z) * R::new(1.0 / self.rim);
         let inside = radius.at_most(R::new(1.0 + 2.0 * R::EPSILON));
-        let radius = R::select(inside, radius, R::NAN);
         let factor = radius / (hs + on_axis);
-        Uv::centered(
-            ((xs + on_axis) * factor).clamped(-1.0, 1.0),
-            (ys * factor).clamped(-1.0, 1.0),
-            zero,
-        )
+        Uv::held((xs + on_axis) * factor, ys * factor, inside)
     }
 
     #[inline(always)]

@@ -154,8 +154,7 @@ impl Projection for DoubleSphere {
         let (depth, _) = self.depth(length, z, s);
         let ahead = z.more(R::new(self.least_cosine) * length);
         let factor = R::new(1.0 / self.radius) / depth;
-        let factor = R::select(ahead, factor, R::NAN);
-        Uv::in_disk(x * factor, y * factor)
+        Uv::in_disk(x * factor, y * factor, ahead)
     }
 
     #[inline(always)]

@@ -71,7 +71,7 @@ impl Projection for Equisolid {
     #[inline(always)]
     fn encode<R: Real>(self, d: [R; 3]) -> Uv<R> {
         let (p, q) = to_disk(d, self.rim);
-        Uv::in_disk(p, q)
+        Uv::in_disk(p, q, R::truth(true))
     }
 
     #[inline(always)]

@@ -259,13 +259,8 @@ impl Projection for KannalaBrandt {
         let inside = (t * R::new(1.0 / self.rim)).at_most(R::new(1.0 + 2.0 * R::EPSILON));
         // Not beyond the rim: a polynomial rounds by more than is let out there.
         let radius = min(t * self.stretch(t * t) * R::new(1.0 / self.radius), one);
-        let radius = R::select(inside, radius, R::NAN);
         let factor = radius / (hs + on_axis);
-        Uv::centered(
-            ((xs + on_axis) * factor).clamped(-1.0, 1.0),
-            (ys * factor).clamped(-1.0, 1.0),
-            zero,
-        )
+        Uv::held((xs + on_axis) * factor, ys * factor, inside)
     }
 
     #[inline(always)]

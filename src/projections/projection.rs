@@ -58,20 +58,24 @@ impl<R: Real> Uv<R> {
     #[inline(always)]
     pub(crate) fn in_square(p: R, q: R, seen: R::Mask) -> Self {
         let edge = R::new(1.0 + 8.0 * R::EPSILON);
-        let inside = seen & p.abs().at_most(edge) & q.abs().at_most(edge);
-        let nan = R::NAN;
-        Self::centered(
-            R::choose(inside, p.clamped(-1.0, 1.0), nan),
-            R::choose(inside, q.clamped(-1.0, 1.0), nan),
-            R::ZERO,
-        )
+        Self::held(p, q, seen & p.abs().at_most(edge) & q.abs().at_most(edge))
     }
 
     /// A point from p and q of a map of one face whose coverage ends at the rim of the disk: NaN beyond it, by
-    /// more than rounding.
+    /// more than rounding, and where it is not `seen`.
     #[inline(always)]
-    pub(crate) fn in_disk(p: R, q: R) -> Self {
-        let inside = (p * p + q * q).at_most(R::new(1.0 + 4.0 * R::EPSILON));
+    pub(crate) fn in_disk(p: R, q: R, seen: R::Mask) -> Self {
+        let within = (p * p + q * q).at_most(R::new(1.0 + 4.0 * R::EPSILON));
+        Self::held(p, q, seen & within)
+    }
+
+    /// A point from p and q of a map of one face, held to the square that rounding may leave: NaN where it is not
+    /// `inside`.
+    ///
+    /// NaN is chosen behind the clamps, and the condition is made of numbers: a compiler for graphics cards may make a
+    /// minimum of a clamp, which drops NaN.
+    #[inline(always)]
+    pub(crate) fn held(p: R, q: R, inside: R::Mask) -> Self {
         let nan = R::NAN;
         Self::centered(
             R::choose(inside, p.clamped(-1.0, 1.0), nan),
@@ -378,7 +382,7 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// What lies beyond its edges.
     fn seam(self) -> Seam;
 
-    /// The image of a direction of any length near 1. NaN outside the coverage.
+    /// The image of a direction of any length near 1. NaN outside the coverage, chosen behind every clamp.
     fn encode<R: Real>(self, d: [R; 3]) -> Uv<R>;
 
     /// The unit direction at a point of the valid image.

@@ -67,7 +67,7 @@ impl Projection for Stereographic {
         let numerator = R::select(front, R::ONE, near);
         let denominator = R::either(front, || near, || x * x + y * y);
         let factor = numerator / denominator * R::new(1.0 / self.rim);
-        Uv::in_disk(x * factor, y * factor)
+        Uv::in_disk(x * factor, y * factor, R::truth(true))
     }
 
     #[inline(always)]

@@ -108,8 +108,7 @@ impl Projection for Unified {
         let factor = R::new(1.0 / self.radius) / depth;
         // Where ξ > 1 the image turns back: what lies behind would appear a second time.
         let ahead = depth.more(R::ZERO) & (length + R::new(self.xi) * z).more(R::ZERO);
-        let factor = R::select(ahead, factor, R::NAN);
-        Uv::in_disk(x * factor, y * factor)
+        Uv::in_disk(x * factor, y * factor, ahead)
     }
 
     #[inline(always)]

@@ -439,11 +439,7 @@ impl<L: Lens> Projection for Camera<L> {
         let q = b * R::new(self.focal[1]) + R::new(self.principal[1]);
         let edge = R::new(1.0 + LET_OUT);
         let inside = seen & p.abs().at_most(edge) & q.abs().at_most(edge);
-        Uv::centered(
-            R::choose(inside, p.clamped(-1.0, 1.0), R::NAN),
-            R::choose(inside, q.clamped(-1.0, 1.0), R::NAN),
-            R::ZERO,
-        )
+        Uv::held(p, q, inside)
     }
 
     #[inline(always)]

@@ -6,11 +6,21 @@ shader reads is at binding 1024, what it makes at 2048.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from . import need
+
+
+@cache
+def is_exact() -> bool:
+    """Tell whether this is Mesa's renderer: Vulkan lets a graphics card divide less exactly."""
+    need("compushady")
+    import compushady
+
+    return "llvmpipe" in compushady.get_best_device().name
 
 
 def run(program: Any, rows: np.ndarray, each: int, dtype: type = np.float32) -> np.ndarray:

@@ -21,6 +21,15 @@ def _done(answer: tuple[Any, ...]) -> Any:
     return rest[0] if rest else None
 
 
+def _room(size: int) -> bytes:
+    """Return bytes that NVRTC writes into.
+
+    One more than it asks for: of one byte, as an empty log is, Python has a single object for all
+    who ask, and a NUL in it would be everyone's.
+    """
+    return b" " * (size + 1)
+
+
 def compiled(text: str) -> str:
     """Return the PTX of a source, which must compile without a word."""
     need("cuda.bindings.nvrtc")
@@ -28,16 +37,16 @@ def compiled(text: str) -> str:
 
     program = _done(nvrtc.nvrtcCreateProgram(text.encode(), b"printed.cu", 0, [], []))
     answer = nvrtc.nvrtcCompileProgram(program, len(OPTIONS), OPTIONS)
-    log = b" " * _done(nvrtc.nvrtcGetProgramLogSize(program))
+    log = _room(_done(nvrtc.nvrtcGetProgramLogSize(program)))
     _done(nvrtc.nvrtcGetProgramLog(program, log))
     said = log.decode().strip(" \n\0")
     if said:
         raise RuntimeError(said)
     _done(answer)
-    ptx = b" " * _done(nvrtc.nvrtcGetPTXSize(program))
+    ptx = _room(_done(nvrtc.nvrtcGetPTXSize(program)))
     _done(nvrtc.nvrtcGetPTX(program, ptx))
     _done(nvrtc.nvrtcDestroyProgram(program))
-    return ptx.decode().rstrip("\0")
+    return ptx.decode().rstrip(" \0")
 
 
 @cache

@@ -1,8 +1,8 @@
 """Verbs of maps on arrays of other libraries: what comes out is of the same kind as what comes in.
 
-An array that knows its namespace, as those of CuPy and JAX, is computed by that namespace, where it
-is, by the array API standard and printed code. One of dask's is computed chunk by chunk when it is
-asked for, each as what it holds is: those of NumPy by the kernels.
+An array that knows its namespace, as those of JAX and ndonnx, is computed by that namespace, where
+it is, by the array API standard and printed code. One of dask's is computed chunk by chunk when it
+is asked for, each as what it holds is: those of NumPy by the kernels.
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ def encode(
     -----
     The formula of each projection and where it comes from: ``Projection.source``.
 
-    Arrays of other libraries that keep the array API standard, such as those of CuPy, JAX and
+    Arrays of other libraries that keep the array API standard, such as those of JAX and
     ndonnx, are computed by their own functions, where they are, by printed code (`code`): the
     result is an array of the same library, within twice the bound of the map's round trip. One of
     dask is computed when it is asked for, each chunk as what it is, of NumPy by the kernels. So in

@@ -16,6 +16,7 @@ from printed import (
     VERBS,
     Array,
     assert_alike,
+    assert_none_of_none,
     assert_packs_alike,
     made,
     roundings,
@@ -94,6 +95,7 @@ def test_a_card_has_the_bits_of_the_library(case: str, number: str) -> None:
         return out[:, 0] if width == 1 else out
 
     assert_alike(p, NUMBERS[number], verb)
+    assert_none_of_none(verb, NUMBERS[number])
 
 
 @cache

@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 import spheremap as sm
 from oracles import need
-from printed import CASES, VERBS, Array, assert_alike, assert_native, made
+from printed import (
+    CASES,
+    VERBS,
+    Array,
+    assert_alike,
+    assert_native,
+    assert_none_of_none,
+    made,
+)
 
 pytestmark = pytest.mark.programs
 
@@ -126,6 +134,7 @@ def test_opencl_has_the_bits_of_the_library(case: str, dtype: type) -> None:
         return out[:, 0] if n == 1 else out
 
     assert_alike(p, dtype, verb)
+    assert_none_of_none(verb, dtype)
 
 
 @pytest.mark.runs("opencl", language="opencl")

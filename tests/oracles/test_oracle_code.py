@@ -19,6 +19,7 @@ from printed import (
     Array,
     assert_alike,
     assert_native,
+    assert_none_of_none,
     assert_packs_alike,
     assert_taps,
     called,
@@ -283,6 +284,8 @@ def test_dialects_of_cpp_have_the_bits_of_the_library(
             return out[:, 0] if width == 1 else out
 
         assert_alike(p, np.float32, verb)
+        if language == "cuda":
+            assert_none_of_none(verb, np.float32)
 
 
 @pytest.mark.runs("c++")

@@ -470,8 +470,8 @@ def test_the_tests_that_hold_the_invariants_exist():
     table = page.partition("## Invariants")[2].partition("\n## ")[0]
     code = "".join(
         path.read_text(encoding="utf-8")
-        for suffix in ("*.py", "*.rs")
-        for path in (ROOT / "tests").rglob(suffix)
+        for folder, suffix in (("tests", "*.py"), ("tests", "*.rs"), ("src", "*.rs"))
+        for path in (ROOT / folder).rglob(suffix)
     )
     targets = (ROOT / "Makefile").read_text(encoding="utf-8")
     names = re.findall(r"`([^`]+)`", table)

@@ -106,6 +106,7 @@ impl<T: Texel, const TAPS: usize> Look<T> for Wide<TAPS> {
 /// Finds the weights of all places in a room.
 #[inline(never)]
 pub(super) fn weigh<F: Scalar, K: Kernel<TAPS>, const TAPS: usize>(room: &mut Room<F>) {
+    const { assert!(TAPS <= WIDEST) };
     if room.weights.len() < room.most {
         room.weights
             .resize(room.most, [[[F::ZERO; LANES]; WIDEST]; 2]);

@@ -88,6 +88,10 @@ pub mod pack;
 pub mod projections;
 pub mod resample;
 
+#[cfg(debug_assertions)]
+#[doc(hidden)]
+pub mod shared;
+
 #[cfg(feature = "python")]
 mod py;
 

@@ -271,7 +271,7 @@ fn covers<R: Float>(map: &Map, stretch: f64, d: [R; 3]) -> Option<bool> {
         }
         Coverage::Cap(half) => {
             let beyond = angle(unit(view), [0.0, 0.0, 1.0]) - half;
-            let rounding = 8.0 * R::EPSILON * std::f64::consts::PI * stretch;
+            let rounding = 8.0 * R::epsilon() * std::f64::consts::PI * stretch;
             (beyond.abs() > rounding.max(1e-6)).then_some(beyond < 0.0)
         }
         // The Python tests have a reference for each.
@@ -313,7 +313,7 @@ fn round_trip<R: Float>() {
             let back = decode(map, None, &encode(map, None, &ds));
             // What lies beyond the edge of a view by no more than 8 ε of its half counts as on the edge.
             let let_out = match map.coverage() {
-                Coverage::Cap(_) | Coverage::Part(_) => 8.0 * R::EPSILON * std::f64::consts::PI,
+                Coverage::Cap(_) | Coverage::Part(_) => 8.0 * R::epsilon() * std::f64::consts::PI,
                 _ => 0.0,
             };
             let limit = (R::round_trip(map.info()) + let_out) * stretch;
@@ -524,7 +524,7 @@ fn decoded_directions_are_unit<R: Float>() {
             let uv = narrowed(map, &points);
             for (uv, d) in uv.chunks(map.uv_width()).zip(decode(map, None, &uv)) {
                 let length = d.iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt();
-                let off = (length - 1.0).abs() / R::EPSILON;
+                let off = (length - 1.0).abs() / R::epsilon();
                 // A rim that is let out by 8 eps of the square makes 4 of the length; 1 for rounding.
                 prop_assert!(
                     d[0].is_nan() || off <= 5.0,

@@ -89,11 +89,7 @@ pub fn code(map: &Map, language: &str, options: &CodeOptions<'_>) -> Result<Stri
     let function = |&verb: &Verb| Function {
         name: verb.name(),
         doc: vec![verb.says(map)],
-        program: if options.double {
-            program::<f64>(map, verb, order.style)
-        } else {
-            program::<f32>(map, verb, order.style)
-        },
+        program: program(map, verb, order.style),
     };
     let functions: Vec<Function> = options.verbs.iter().map(function).collect();
     order.text(header::lines(map, options), &functions)

@@ -8,7 +8,7 @@ use crate::geometry::mirror::mirrored;
 use crate::map::{Map, layout};
 use crate::number::graph::{Id, Style};
 use crate::number::real::Real;
-use crate::number::trace::{Trace, Width, record};
+use crate::number::trace::{Trace, record};
 use crate::projections::projection::{Projection, Uv, Visitor};
 
 /// A direction turned; terms that are zero are left out, which no bit of the sum but the sign of a zero sees.
@@ -28,15 +28,14 @@ fn turned<R: Real>(rotation: Rotation, d: [R; 3]) -> [R; 3] {
     }
 }
 
-struct Recorded<'a, T> {
+struct Recorded<'a> {
     map: &'a Map,
     verb: Verb,
-    width: std::marker::PhantomData<T>,
 }
 
-impl<T: Width> Recorded<'_, T> {
+impl Recorded<'_> {
     /// The place on a canonical face, whether there is one, and how fast it changes along u and v of the image.
-    fn place(&self) -> layout::Located<Trace<T>> {
+    fn place(&self) -> layout::Located<Trace> {
         let width = self.map.uv_width();
         let uv = Uv {
             u: Trace::input(0),
@@ -54,22 +53,24 @@ impl<T: Width> Recorded<'_, T> {
             layout::place_one(face_layout, uv)
         }
     }
+
+    /// The canonical coordinates of a direction: a function of its own, for two verbs begin with it.
+    #[inline(never)]
+    fn canonical<P: Projection>(&self, p: P) -> [Trace; 3] {
+        let view = turned(self.map.view_rotation(None), [0, 1, 2].map(Trace::input));
+        let uv = p.encode(view);
+        [uv.u, uv.v, uv.face]
+    }
 }
 
-impl<T: Width> Visitor for Recorded<'_, T> {
+impl Visitor for Recorded<'_> {
     type Output = Vec<Id>;
 
     fn visit<P: Projection>(self, p: P) -> Vec<Id> {
-        let numbers = |numbers: &[Trace<T>]| numbers.iter().map(|x| x.id()).collect();
-        let to_view = self.map.view_rotation(None);
-        let to_world = to_view.inverse();
-        let canonical = |p: P| {
-            let view = turned(to_view, [0, 1, 2].map(Trace::<T>::input));
-            let uv = p.encode(view);
-            [uv.u, uv.v, uv.face]
-        };
+        let numbers = |numbers: &[Trace]| numbers.iter().map(|x| x.id()).collect();
+        let to_world = self.map.view_rotation(None).inverse();
         let encoded = |p: P| {
-            let canonical = canonical(p);
+            let canonical = self.canonical(p);
             let face_layout = self.map.face_layout();
             if face_layout.is_canonical() {
                 canonical
@@ -82,7 +83,7 @@ impl<T: Width> Visitor for Recorded<'_, T> {
             Verb::Taps => {
                 let size = [3, 4].map(Trace::input);
                 let grid = self.map.grid();
-                let [u, v, face] = canonical(p);
+                let [u, v, face] = self.canonical(p);
                 numbers(&match taps::rule(self.map) {
                     Ok(Rule::Cube(cube)) => cube.taps([u, v, face], size[0]),
                     Ok(Rule::Rectangle(seam)) => taps::rectangle(seam, grid, [u, v], size),
@@ -116,12 +117,8 @@ impl<T: Width> Visitor for Recorded<'_, T> {
 }
 
 /// A verb of a map, recorded.
-pub fn program<T: Width>(map: &Map, verb: Verb, style: Style) -> Program {
-    let recorded = Recorded::<T> {
-        map,
-        verb,
-        width: std::marker::PhantomData,
-    };
+pub fn program(map: &Map, verb: Verb, style: Style) -> Program {
+    let recorded = Recorded { map, verb };
     let (graph, outputs) = record(style, || map.visit_canonical(recorded));
     let (takes, gives) = verb.signature(map.uv_width());
     Program {

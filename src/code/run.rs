@@ -3,10 +3,10 @@
 use crate::code::interface::{Gives, Program};
 use crate::code::source::helper_arguments;
 use crate::number::graph::{Binary, Comparison, Logic, Node, Style, Unary};
-use crate::number::trace::{self, Width};
+use crate::number::trace;
 
 /// The values of a program's outputs; conditions are 0 and 1.
-pub(crate) fn values<T: Width>(program: &Program, style: Style, inputs: &[f64]) -> Vec<f64> {
+pub(crate) fn values(program: &Program, style: Style, inputs: &[f64]) -> Vec<f64> {
     let rounded = |x: f64| if style.double { x } else { f64::from(x as f32) };
     let mut numbers: Vec<Vec<f64>> = Vec::with_capacity(program.nodes.len());
     for &node in &program.nodes {
@@ -58,14 +58,14 @@ pub(crate) fn values<T: Width>(program: &Program, style: Style, inputs: &[f64]) 
             }
             Node::Select(condition, a, b) => vec![if of(condition) > 0.0 { of(a) } else { of(b) }],
             Node::Call(helper, a, b) => {
-                let (graph, outputs) = trace::body::<T>(helper, style);
+                let (graph, outputs) = trace::body(helper, style);
                 let body = Program {
                     takes: helper_arguments(helper),
                     gives: Gives::Pair,
                     nodes: graph.into_nodes(),
                     outputs,
                 };
-                values::<T>(&body, style, &[of(a), of(b)])
+                values(&body, style, &[of(a), of(b)])
             }
             Node::Part(pair, number) => vec![numbers[pair as usize][usize::from(number)]],
             Node::Truth(value) => truth(value),

@@ -139,11 +139,7 @@ impl<'a> Order<'a> {
     }
 
     fn body(&self, helper: Helper) -> Program {
-        let (graph, outputs) = if self.style.double {
-            trace::body::<f64>(helper, self.style)
-        } else {
-            trace::body::<f32>(helper, self.style)
-        };
+        let (graph, outputs) = trace::body(helper, self.style);
         Program {
             takes: helper_arguments(helper),
             gives: if helper.results() == 2 {

@@ -5,7 +5,7 @@ use crate::code::run::{directions, values};
 use crate::map::MapOptions;
 use crate::number::graph::{Binary, Node, Style, Unary};
 use crate::number::real::Real;
-use crate::number::trace::{Trace, Width, record};
+use crate::number::trace::{Trace, record};
 use crate::projections::REGISTRY;
 use crate::projections::projection::{Info, Projection, Visitor};
 
@@ -47,7 +47,7 @@ fn same(a: f64, b: f64) -> bool {
 }
 
 /// What a map computes at places, by its kernels, beside what its recorded verb does.
-fn check<T: Width, R: crate::kernel::Scalar>(map: &Map, style: Style) {
+fn check<R: crate::kernel::Scalar>(map: &Map, style: Style) {
     let name = format!(
         "{} {:?} {:?} double {}",
         map.info().name,
@@ -63,10 +63,10 @@ fn check<T: Width, R: crate::kernel::Scalar>(map: &Map, style: Style) {
     let flat: Vec<R> = ds.as_flattened().iter().map(|&x| R::new(x)).collect();
     let mut uv = vec![R::ZERO; width * ds.len()];
     map.encode_numbers(None, &flat, &mut uv);
-    let encode = program::<T>(map, Verb::Encode, style);
+    let encode = program(map, Verb::Encode, style);
     for (d, wanted) in ds.iter().zip(uv.chunks(width)) {
         let wanted: Vec<f64> = wanted.iter().map(|x| x.to_f64()).collect();
-        let got = values::<T>(&encode, style, d);
+        let got = values(&encode, style, d);
         let alike = got.iter().zip(&wanted).all(|(a, b)| same(*a, *b))
             || wanted[0].is_nan() && got[0].is_nan();
         assert!(alike, "{name} encode {d:?}: {got:?} instead of {wanted:?}");
@@ -88,14 +88,14 @@ fn check<T: Width, R: crate::kernel::Scalar>(map: &Map, style: Style) {
     map.valid_numbers(&places, &mut valid);
     let [decode, density, jacobian, validity] =
         [Verb::Decode, Verb::Density, Verb::Jacobian, Verb::Valid]
-            .map(|verb| program::<T>(map, verb, style));
+            .map(|verb| program(map, verb, style));
     for k in 0..count {
         let uv: Vec<f64> = places[width * k..][..width]
             .iter()
             .map(|x| x.to_f64())
             .collect();
         let holds = |verb: &str, program: &Program, wanted: Vec<f64>| {
-            let got = values::<T>(program, style, &uv);
+            let got = values(program, style, &uv);
             let alike = got.iter().zip(&wanted).all(|(a, b)| same(*a, *b));
             assert!(alike, "{name} {verb} {uv:?}: {got:?} instead of {wanted:?}");
         };
@@ -123,10 +123,10 @@ fn what_is_recorded_has_the_bits_of_the_kernels() {
             native: false,
             inside: false,
         };
-        check::<f64, f64>(&map, style(true));
+        check::<f64>(&map, style(true));
         // The others compute f32 in f64.
         if is_common(&map) {
-            check::<f32, f32>(&map, style(false));
+            check::<f32>(&map, style(false));
         }
     }
 }
@@ -139,13 +139,10 @@ fn what_is_chosen_last_is_the_same() {
         inside: false,
     };
     for map in maps() {
-        let encode = program::<f64>(&map, Verb::Encode, style);
+        let encode = program(&map, Verb::Encode, style);
         let last = absent::chosen_last(encode.clone(), style);
         for d in directions() {
-            let (wanted, got) = (
-                values::<f64>(&encode, style, &d),
-                values::<f64>(&last, style, &d),
-            );
+            let (wanted, got) = (values(&encode, style, &d), values(&last, style, &d));
             let alike = wanted.iter().zip(&got).all(|(a, b)| same(*a, *b));
             assert!(
                 alike,
@@ -211,11 +208,11 @@ fn no_operation_can_make_a_number_of_the_nan_outside_a_map() {
             inside: false,
         };
         for map in maps().into_iter().chain(distorted()) {
-            let met = met_by_nan(&program::<f32>(&map, Verb::Encode, style));
+            let met = met_by_nan(&program(&map, Verb::Encode, style));
             assert!(met.is_empty(), "{}: {met:?}", map.info().name);
         }
         let (graph, outputs) = record(style, || {
-            let x = Trace::<f32>::input(0);
+            let x = Trace::input(0);
             let chosen = Trace::select(x.less(Trace::ONE), x, Trace::NAN);
             vec![chosen.clamped(-1.0, 1.0).id()]
         });

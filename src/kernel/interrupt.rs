@@ -97,7 +97,7 @@ impl Watch {
     }
 
     /// Whether the call is to stop; `done` says how many of all pieces of this work are done, from 0 to 1.
-    pub fn stops(&mut self, done: impl FnOnce() -> f64) -> bool {
+    pub fn stops(&mut self, done: &dyn Fn() -> f64) -> bool {
         let Some(question) = self.question else {
             return false;
         };

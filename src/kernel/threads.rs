@@ -17,10 +17,11 @@ use crate::kernel::interrupt::Watch;
 #[cfg(feature = "rayon")]
 use rayon::ThreadPool;
 #[cfg(feature = "rayon")]
+use std::sync::Arc;
+#[cfg(feature = "rayon")]
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::{AtomicUsize, Ordering};
-#[cfg(feature = "rayon")]
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 /// Points from which a call is spread over threads.
 pub const PARALLEL_FROM: usize = 1 << 17;
@@ -137,66 +138,47 @@ pub fn blocks<A: Sync, B: Send>(
 }
 
 /// Calls `work` on each item, on the caller's thread and, where there are enough points, on those of the pool.
-#[cfg(feature = "rayon")]
 pub fn each<I: ExactSizeIterator<Item: Send> + Send>(
     points: usize,
     items: I,
     work: impl Fn(I::Item) + Sync,
 ) {
-    let pool = (points >= PARALLEL_FROM).then(pool).flatten();
-    let Some(pool) = pool else {
-        return one_by_one(items, work);
-    };
-    let count = items.len();
+    let count = items.len().max(1) as f64;
     let items = Mutex::new(items);
     let rest = || items.lock().unwrap_or_else(PoisonError::into_inner);
     let next = || rest().next();
-    let done = || part_done(count, rest().len());
-    let stop = AtomicBool::new(false);
-    let mut watch = Watch::new();
-    pool.in_place_scope(|scope| {
-        for _ in 0..pool.current_num_threads() {
-            scope.spawn(|_| {
-                while !stop.load(Ordering::Relaxed)
-                    && let Some(item) = next()
-                {
-                    work(item);
-                }
-            });
-        }
-        while !watch.stops(done)
-            && let Some(item) = next()
-        {
-            work(item);
-        }
-        stop.store(watch.stops(done), Ordering::Relaxed);
-    });
+    let step = || next().map(&work).is_some();
+    repeat(points, &step, &|| 1.0 - rest().len() as f64 / count);
 }
 
-/// Calls `work` on each item, until the call is to stop.
-fn one_by_one<T>(mut items: impl ExactSizeIterator<Item = T>, work: impl Fn(T)) {
-    let count = items.len();
+/// Does steps of work until there are no more, or the call is to stop; `done` says how much is done, from 0 to 1.
+///
+/// Behind pointers: threads, and what is done on each of them, were a megabyte as a function for each work.
+fn repeat(points: usize, step: &(dyn Fn() -> bool + Sync), done: &dyn Fn() -> f64) {
     let mut watch = Watch::new();
-    while !watch.stops(|| part_done(count, items.len()))
-        && let Some(item) = items.next()
+    #[cfg(feature = "rayon")]
+    if points >= PARALLEL_FROM
+        && let Some(pool) = pool()
     {
-        work(item);
+        let stop = AtomicBool::new(false);
+        pool.in_place_scope(|scope| {
+            for _ in 0..pool.current_num_threads() {
+                scope.spawn(|_| {
+                    while !stop.load(Ordering::Relaxed) {
+                        if !step() {
+                            break;
+                        }
+                    }
+                });
+            }
+            while !watch.stops(done) && step() {}
+            stop.store(watch.stops(done), Ordering::Relaxed);
+        });
+        return;
     }
-}
-
-/// How much is done of so many items, of which the rest are not yet begun.
-fn part_done(count: usize, rest: usize) -> f64 {
-    1.0 - rest as f64 / count.max(1) as f64
-}
-
-/// Calls `work` on each item: there are no other threads.
-#[cfg(not(feature = "rayon"))]
-pub fn each<I: ExactSizeIterator<Item: Send> + Send>(
-    _: usize,
-    items: I,
-    work: impl Fn(I::Item) + Sync,
-) {
-    one_by_one(items, work);
+    #[cfg(not(feature = "rayon"))]
+    let _ = points;
+    while !watch.stops(done) && step() {}
 }
 
 /// Calls `work(number, row)` on each row of `width` items, spread over threads where there are

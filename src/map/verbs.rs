@@ -83,17 +83,39 @@ impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
     }
 }
 
-#[derive(Clone, Copy)]
-struct Decode<P>(P);
+/// Where a formula answers: everywhere, or in the valid image alone and NaN elsewhere.
+///
+/// For each there is a kernel. Told at run time, it made a density of few steps, and decoding in f64, up to a quarter slower.
+const EVERYWHERE: bool = true;
+const IN_IMAGE: bool = false;
 
-impl<P: Projection, R: Real, const I: usize> Point<R, I, 3> for Decode<P> {
+/// Numbers where they are asked for, and NaN elsewhere.
+#[inline(always)]
+fn only<P: Projection, R: Real, const N: usize, const WHERE: bool>(
+    p: P,
+    at: Uv<R>,
+    x: [R; N],
+) -> [R; N] {
+    if WHERE == EVERYWHERE {
+        x
+    } else {
+        only_if(p.contains(at), x)
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Decode<P, const WHERE: bool>(P);
+
+impl<P: Projection, R: Real, const I: usize, const WHERE: bool> Point<R, I, 3>
+    for Decode<P, WHERE>
+{
     const DIRECTION_OUT: bool = true;
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::SINGLE;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 3] {
-        only_if(self.0.contains(uv(x)), self.0.decode(uv(x)))
+        only::<P, R, 3, WHERE>(self.0, uv(x), self.0.decode(uv(x)))
     }
 }
 
@@ -113,15 +135,17 @@ impl<P: Projection, R: Real, const I: usize> Point<R, I, 6> for Jacobian<P> {
 }
 
 #[derive(Clone, Copy)]
-struct Density<P>(P);
+struct Density<P, const WHERE: bool>(P);
 
-impl<P: Projection, R: Real, const I: usize> Point<R, I, 1> for Density<P> {
+impl<P: Projection, R: Real, const I: usize, const WHERE: bool> Point<R, I, 1>
+    for Density<P, WHERE>
+{
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::COMMON;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 1] {
-        only_if(self.0.contains(uv(x)), [self.0.density(uv(x))])
+        only::<P, R, 1, WHERE>(self.0, uv(x), [self.0.density(uv(x))])
     }
 }
 
@@ -200,7 +224,7 @@ fn narrowed<R: Scalar, const O: usize>(
 
 /// A verb on the projection's own coordinates: (u, v), or (u, v, face) where it has several faces.
 macro_rules! own_verb {
-    ($(#[$doc:meta])* $verb:ident: $point:ident, $frame:ident, $flat:literal => $out:literal, $wide:literal => $wide_out:literal) => {
+    ($(#[$doc:meta])* $verb:ident: $point:expr, $frame:ident, $flat:literal => $out:literal, $wide:literal => $wide_out:literal) => {
         $(#[$doc])*
         pub struct $verb<'a, R> {
             /// World to view for directions that come in, view to world for those that go out.
@@ -214,7 +238,7 @@ macro_rules! own_verb {
         impl<R: Scalar> Visitor for $verb<'_, R> {
             type Output = ();
             fn visit<P: Projection>(self, p: P) {
-                let (point, turn) = ($point(p), self.turn);
+                let (point, turn) = (($point)(p), self.turn);
                 if const { P::INFO.faces == 1 } {
                     let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
                     run::<R, _, $flat, $out>(point, &$frame(turn), input, output);
@@ -233,7 +257,7 @@ own_verb! {
 }
 own_verb! {
     /// The projection's own coordinates to world directions.
-    DecodeOwn: Decode, frame_out, 2 => 3, 3 => 3
+    DecodeOwn: Decode::<P, IN_IMAGE>, frame_out, 2 => 3, 3 => 3
 }
 own_verb! {
     /// ∂d/∂(u, v) in the world at the projection's own coordinates, six numbers each.
@@ -251,11 +275,12 @@ pub struct DensityOwn<'a, R> {
 impl<R: Scalar> Visitor for DensityOwn<'_, R> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
+        let point = Density::<P, IN_IMAGE>(p);
         let (input, output) = (self.input, TuplesMut::of(self.output));
         if const { P::INFO.faces == 1 } {
-            run::<R, _, 2, 1>(Density(p), &Frame::plain(), Tuples::of(input), output);
+            run::<R, _, 2, 1>(point, &Frame::plain(), Tuples::of(input), output);
         } else {
-            run::<R, _, 3, 1>(Density(p), &Frame::plain(), Tuples::of(input), output);
+            run::<R, _, 3, 1>(point, &Frame::plain(), Tuples::of(input), output);
         }
     }
 }
@@ -304,19 +329,6 @@ impl<R: Scalar> Visitor for Beyond<'_, R> {
     }
 }
 
-#[derive(Clone, Copy)]
-struct Continued<P>(P);
-
-impl<P: Projection, const I: usize> Point<f64, I, 3> for Continued<P> {
-    const DIRECTION_OUT: bool = true;
-    const EVERY_LEVEL: bool = false;
-
-    #[inline(always)]
-    fn apply(self, x: [f64; I]) -> [f64; 3] {
-        self.0.decode(uv(x))
-    }
-}
-
 /// The directions that each face's formula gives at canonical (u, v, face), also beyond the face's edges, in the view
 /// frame.
 pub struct ContinuedCanonical<'a> {
@@ -329,13 +341,14 @@ pub struct ContinuedCanonical<'a> {
 impl Visitor for ContinuedCanonical<'_> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
+        let point = Decode::<P, EVERYWHERE>(p);
         if const { P::INFO.faces > 1 } {
             let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
-            kernel::run::<f64, _, 3, 3>(Continued(p), &Frame::plain(), input, output);
+            run::<f64, _, 3, 3>(point, &Frame::plain(), input, output);
         } else {
             narrowed::<f64, 3>(self.input, self.output, |input, output| {
                 let (input, output) = (Tuples::of(input), TuplesMut::of(output));
-                kernel::run::<f64, _, 2, 3>(Continued(p), &Frame::plain(), input, output);
+                run::<f64, _, 2, 3>(point, &Frame::plain(), input, output);
             });
         }
     }
@@ -376,16 +389,24 @@ pub struct DecodeTile<'a, R> {
     pub output: TuplesMut<'a, R, 3>,
 }
 
+fn decode_tile<P: Projection, R: Scalar, const WHERE: bool>(
+    point: Decode<P, WHERE>,
+    turn: Rotation,
+    input: &Tile<R, 3>,
+    output: TuplesMut<'_, R, 3>,
+) {
+    let n = output.len();
+    if const { P::INFO.faces > 1 } {
+        run::<R, _, 3, 3>(point, &frame_out(turn), input.first(n), output);
+    } else {
+        run::<R, _, 2, 3>(point, &frame_out(turn), input.first_pairs(n), output);
+    }
+}
+
 impl<R: Scalar> Visitor for DecodeTile<'_, R> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
-        let (point, turn, n) = (Decode(p), self.turn, self.output.len());
-        if const { P::INFO.faces > 1 } {
-            run::<R, _, 3, 3>(point, &frame_out(turn), self.input.first(n), self.output);
-        } else {
-            let input = self.input.first_pairs(n);
-            run::<R, _, 2, 3>(point, &frame_out(turn), input, self.output);
-        }
+        decode_tile(Decode::<P, IN_IMAGE>(p), self.turn, self.input, self.output);
     }
 }
 
@@ -437,14 +458,6 @@ impl<R: Scalar> Visitor for DensityCanonical<'_, R> {
     }
 }
 
-/// Where the share x of the mass lies on [0, 1] when the density runs straight from a to b.
-#[inline(always)]
-fn share_of_line<R: Real>(a: R, b: R, x: R) -> R {
-    let t = (a + b) * x / (a + (a * a + x * (b * b - a * a)).sqrt());
-    // Both ends zero or one of them infinite: no line, and no place for NaN.
-    R::select(t.at_least(R::ZERO) & t.at_most(R::ONE), t, x)
-}
-
 /// One direction of the view frame to canonical (u, v, face), NaN where it has none.
 pub struct EncodeOne<R>(pub [R; 3]);
 
@@ -461,31 +474,7 @@ pub struct DecodeOne<R>(pub [R; 3]);
 impl<R: Real> Visitor for DecodeOne<R> {
     type Output = [R; 3];
     fn visit<P: Projection>(self, p: P) -> [R; 3] {
-        Decode(p).apply(self.0)
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Draw<P>(P);
-
-impl<P: Projection> Point<f64, 7, 3> for Draw<P> {
-    const DIRECTION_OUT: bool = true;
-    const EVERY_LEVEL: bool = P::COMMON;
-
-    #[inline(always)]
-    fn apply(self, [u0, u1, v0, v1, face, s, t]: [f64; 7]) -> [f64; 3] {
-        let density = |u, v| self.0.density(Uv { u, v, face });
-        let (mut s, mut t) = (s, t);
-        if !P::INFO.equal_area {
-            let middle = 0.5 * (u0 + u1);
-            t = share_of_line(density(middle, v0), density(middle, v1), t);
-        }
-        let v = v0 + t * (v1 - v0);
-        if !P::EVEN_ROWS {
-            s = share_of_line(density(u0, v), density(u1, v), s);
-        }
-        let u = u0 + s * (u1 - u0);
-        self.0.decode(Uv { u, v, face })
+        Decode::<P, IN_IMAGE>(p).apply(self.0)
     }
 }
 
@@ -502,14 +491,76 @@ pub struct DrawTile<'a> {
     pub output: &'a mut Tile<f64, 3>,
 }
 
+/// A number of each point of a tile.
+type Row = [f64; TILE];
+
+/// Where the shares `x` of the mass lie on [0, 1] when densities run straight from a to b.
+fn shares_of_lines([Tile([a]), Tile([b])]: &[Tile<f64, 1>; 2], x: &mut Row) {
+    vectorize(
+        #[inline(always)]
+        || {
+            for ((x, a), b) in x.iter_mut().zip(a).zip(b) {
+                let t = (a + b) * *x / (a + (a * a + *x * (b * b - a * a)).sqrt());
+                // Both ends zero or one of them infinite: no line, and no place for NaN.
+                *x = f64::select(t.at_least(0.0) & t.at_most(1.0), t, *x);
+            }
+        },
+    );
+}
+
+/// The numbers that lie so far from a to b.
+fn between(a: &Row, b: &Row, share: &Row, into: &mut Row) {
+    vectorize(
+        #[inline(always)]
+        || {
+            for (((into, a), b), share) in into.iter_mut().zip(a).zip(b).zip(share) {
+                *into = a + share * (b - a);
+            }
+        },
+    );
+}
+
 impl Visitor for DrawTile<'_> {
     type Output = ();
+
+    /// By the kernels of density and decoding, step by step. One of its own for each projection, which finds up to four densities, was
+    /// two megabytes, and no faster.
     fn visit<P: Projection>(self, p: P) {
-        let (input, output) = (
-            self.input.first(self.count),
-            self.output.first_mut(self.count),
-        );
-        kernel::run(Draw(p), &frame_out(self.turn), input, output);
+        let Tile([left, right, top, bottom, face, across, down]) = self.input;
+        let mut at = Tile([*left, *top, *face]);
+        let mut densities = [Tile::new(), Tile::new()];
+        let find = |at: &Tile<f64, 3>, densities: &mut Tile<f64, 1>| {
+            let (point, n) = (Density::<P, EVERYWHERE>(p), self.count);
+            let densities = densities.first_mut(n);
+            if const { P::INFO.faces > 1 } {
+                run::<f64, _, 3, 1>(point, &Frame::plain(), at.first(n), densities);
+            } else {
+                run::<f64, _, 2, 1>(point, &Frame::plain(), at.first_pairs(n), densities);
+            }
+        };
+        let mut share = *down;
+        if !P::INFO.equal_area {
+            for (middle, (left, right)) in at.0[0].iter_mut().zip(left.iter().zip(right)) {
+                *middle = 0.5 * (left + right);
+            }
+            for (end, densities) in [top, bottom].into_iter().zip(&mut densities) {
+                at.0[1] = *end;
+                find(&at, densities);
+            }
+            shares_of_lines(&densities, &mut share);
+        }
+        between(top, bottom, &share, &mut at.0[1]);
+        share = *across;
+        if !P::EVEN_ROWS {
+            for (end, densities) in [left, right].into_iter().zip(&mut densities) {
+                at.0[0] = *end;
+                find(&at, densities);
+            }
+            shares_of_lines(&densities, &mut share);
+        }
+        between(left, right, &share, &mut at.0[0]);
+        let output = self.output.first_mut(self.count);
+        decode_tile(Decode::<P, EVERYWHERE>(p), self.turn, &at, output);
     }
 }
 

@@ -126,7 +126,6 @@ impl<R: Real> Neg for Dual<R> {
 }
 
 impl<R: Real> Real for Dual<R> {
-    const EPSILON: f64 = R::EPSILON;
     const ZERO: Self = Dual {
         re: R::ZERO,
         du: R::ZERO,
@@ -152,6 +151,11 @@ impl<R: Real> Real for Dual<R> {
         du: R::ZERO,
         dv: R::ZERO,
     };
+
+    #[inline(always)]
+    fn epsilon() -> f64 {
+        R::epsilon()
+    }
 
     type Mask = R::Mask;
     type Value = R;

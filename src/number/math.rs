@@ -30,6 +30,8 @@
 
 /// Polynomial cores, one implementation a float type.
 pub trait Polynomials: Sized {
+    /// Those of the angles.
+    const COEFFICIENTS: Coefficients;
     /// See [`crate::number::real::Real::half_turns`]. NORMAL leaves out the guards that a point needs whose
     /// coordinates are zero or far from 1; elsewhere it gives the same bits.
     fn half_turns<const NORMAL: bool>(y: Self, x: Self) -> Self;
@@ -46,17 +48,17 @@ pub trait Polynomials: Sized {
 }
 
 /// The coefficients of the polynomials, for who writes them down instead of computing.
-pub trait Coefficients {
-    /// 1/π in two parts, and the rest of the arctangent's polynomial in the square.
-    const ATAN_1: [f64; 2];
-    /// See [`Coefficients::ATAN_1`].
-    const ATAN: &'static [f64];
-    /// π in two parts, and the rest of the sine's polynomial.
-    const PI: [f64; 2];
-    /// See [`Coefficients::PI`].
-    const SIN: &'static [f64];
+pub struct Coefficients {
+    /// 1/π in two parts.
+    pub atan_1: [f64; 2],
+    /// The rest of the arctangent's polynomial in the square.
+    pub atan: &'static [f64],
+    /// π in two parts.
+    pub pi: [f64; 2],
+    /// The rest of the sine's polynomial.
+    pub sin: &'static [f64],
     /// The cosine's polynomial but for its 1.
-    const COS: &'static [f64];
+    pub cos: &'static [f64],
 }
 
 /// Horner's rule as one straight expression: a loop over coefficients stops the vectorizer.
@@ -80,15 +82,15 @@ macro_rules! polynomials {
      pi: $pi_hi:expr, $pi_lo:expr; sin: $($sin:expr),+; cos: $($cos:expr),+;
      ln 2: $ln_hi:expr, $ln_lo:expr; sinh: $($sinh:expr),+; cosh: $($cosh:expr),+; artanh: $($artanh:expr),+;
      cbrt: $cbrt:ident) => {
-        impl Coefficients for $t {
-            const ATAN_1: [f64; 2] = [widened!($t, $atan_hi), widened!($t, $atan_lo)];
-            const ATAN: &'static [f64] = &[$(widened!($t, $atan)),+];
-            const PI: [f64; 2] = [widened!($t, $pi_hi), widened!($t, $pi_lo)];
-            const SIN: &'static [f64] = &[$(widened!($t, $sin)),+];
-            const COS: &'static [f64] = &[$(widened!($t, $cos)),+];
-        }
-
         impl Polynomials for $t {
+            const COEFFICIENTS: Coefficients = Coefficients {
+                atan_1: [widened!($t, $atan_hi), widened!($t, $atan_lo)],
+                atan: &[$(widened!($t, $atan)),+],
+                pi: [widened!($t, $pi_hi), widened!($t, $pi_lo)],
+                sin: &[$(widened!($t, $sin)),+],
+                cos: &[$(widened!($t, $cos)),+],
+            };
+
             #[inline(always)]
             fn flipped_if(self, condition: bool) -> Self {
                 const SIGN: $bits = 1 << (<$bits>::BITS - 1);

@@ -17,7 +17,7 @@
 use crate::number::math::Polynomials;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// [`Real::EPSILON`] of f32. A formula may be shorter for numbers whose own is no smaller.
+/// [`Real::epsilon`] of f32. A formula may be shorter for numbers whose own is no smaller.
 pub const SINGLE: f64 = f32::EPSILON as f64;
 
 /// A number a formula can be written in: `f32`, `f64`, or a dual number over one of them.
@@ -30,9 +30,6 @@ pub trait Real:
     + Neg<Output = Self>
     + 'static
 {
-    /// Distance from 1 to the next larger number.
-    const EPSILON: f64;
-
     /// 0.
     const ZERO: Self;
 
@@ -47,6 +44,9 @@ pub trait Real:
 
     /// What is no number.
     const NAN: Self;
+
+    /// Distance from 1 to the next larger number.
+    fn epsilon() -> f64;
 
     /// The outcome of a comparison: `bool` for numbers, a node for numbers that record.
     type Mask: Copy
@@ -189,7 +189,7 @@ pub fn scaled<R: Real>(x: R, y: R) -> (R, R, R) {
 pub fn sinc_half_turns<R: Real>(s: R, r: R) -> R {
     use std::f64::consts::PI;
     // Below the first value the series π - π³s/6 is exact to rounding, derivatives included.
-    let small = s.less(R::new(R::EPSILON));
+    let small = s.less(R::new(R::epsilon()));
     let divisor = R::select(small, R::ONE, r);
     let (sin, _) = R::sin_cos_half_turns(r);
     let series = R::new(PI) - s * R::new(PI * PI * PI / 6.0);
@@ -199,12 +199,16 @@ pub fn sinc_half_turns<R: Real>(s: R, r: R) -> R {
 macro_rules! real {
     ($t:ty, $bits:ty, $exponent_mask:expr, $top:expr, $squarable:expr) => {
         impl Real for $t {
-            const EPSILON: f64 = <$t>::EPSILON as f64;
             const ZERO: Self = 0.0;
             const HALF: Self = 0.5;
             const ONE: Self = 1.0;
             const TWO: Self = 2.0;
             const NAN: Self = <$t>::NAN;
+
+            #[inline(always)]
+            fn epsilon() -> f64 {
+                <$t>::EPSILON as f64
+            }
 
             type Mask = bool;
             type Value = Self;
@@ -418,12 +422,16 @@ impl<R: Neg<Output = R>> Neg for Normal<R> {
 }
 
 impl<R: Real + Polynomials> Real for Normal<R> {
-    const EPSILON: f64 = R::EPSILON;
     const ZERO: Self = Normal(R::ZERO);
     const HALF: Self = Normal(R::HALF);
     const ONE: Self = Normal(R::ONE);
     const TWO: Self = Normal(R::TWO);
     const NAN: Self = Normal(R::NAN);
+
+    #[inline(always)]
+    fn epsilon() -> f64 {
+        R::epsilon()
+    }
 
     type Mask = R::Mask;
     type Value = Self;

@@ -12,10 +12,9 @@
 //! Only the cube root of f32 is another here than in kernels, which begin it with the bits of an integer's third: it is as good.
 
 use crate::number::graph::{Binary, Comparison, Graph, Helper, Id, Logic, Node, Style, Unary};
-use crate::number::math::Coefficients;
+use crate::number::math::{Coefficients, Polynomials};
 use crate::number::real::{self, Real, max, min};
 use std::cell::RefCell;
-use std::marker::PhantomData;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// What is being recorded: the graph, and constants that have no node before they take part.
@@ -55,7 +54,7 @@ fn with<O>(work: impl FnOnce(&mut Graph) -> O) -> O {
     recording(|recording| work(&mut recording.graph))
 }
 
-// Every operation of every formula is a call of one of these, in both widths: inlined, they would be a fifth of the library. What
+// Every operation of every formula is a call of one of these: inlined, they would be a fifth of the library. What
 // they take and give is in registers: as enums of constants and nodes, which lie in memory, it made the calls a seventh of the library.
 
 /// A node, or, from [`CONSTANT`] on, a constant.
@@ -114,12 +113,9 @@ fn call(helper: Helper, a: Value, b: Value) -> Id {
     with(|graph| graph.node(Node::Call(helper, a, b)))
 }
 
-/// A number of a graph.
+/// A number of a graph: how wide, its style says.
 #[derive(Clone, Copy, Debug)]
-pub struct Trace<T> {
-    value: Value,
-    width: PhantomData<T>,
-}
+pub struct Trace(Value);
 
 /// A condition of a graph: a node, or, from [`CONSTANT`] on, what is known beforehand.
 #[derive(Clone, Copy, Debug)]
@@ -172,14 +168,14 @@ impl Not for Condition {
     }
 }
 
-impl<T> Trace<T> {
+impl Trace {
     /// One of [`NAMED`].
     const fn named(number: u32) -> Self {
-        Trace::of(Value(CONSTANT + number))
+        Trace(Value(CONSTANT + number))
     }
 
     fn made(id: Id) -> Self {
-        Trace::of(Value(id))
+        Trace(Value(id))
     }
 
     /// An argument of the function.
@@ -194,39 +190,40 @@ impl<T> Trace<T> {
 
     /// Its node.
     pub fn id(self) -> Id {
-        id_of(self.value)
-    }
-
-    const fn of(value: Value) -> Self {
-        Trace {
-            value,
-            width: PhantomData,
-        }
+        id_of(self.0)
     }
 
     fn unary(self, operation: Unary) -> Self {
-        Trace::of(unary(operation, self.value))
+        Trace(unary(operation, self.0))
     }
 
     fn binary(self, operation: Binary, other: Self) -> Self {
-        Trace::of(binary(operation, self.value, other.value))
+        Trace(binary(operation, self.0, other.0))
     }
 
     fn compare(self, comparison: Comparison, other: Self) -> Condition {
-        compare(comparison, self.value, other.value)
+        compare(comparison, self.0, other.0)
     }
 
     fn style() -> Style {
         with(|graph| graph.style())
     }
 
+    fn width() -> &'static Width {
+        if Self::style().double {
+            &DOUBLE
+        } else {
+            &SINGLE
+        }
+    }
+
     fn call(helper: Helper, a: Self, b: Self) -> Self {
-        Trace::made(call(helper, a.value, b.value))
+        Trace::made(call(helper, a.0, b.0))
     }
 
     /// Both numbers that a shared function gives.
     fn call_pair(helper: Helper, a: Self) -> (Self, Self) {
-        let call = call(helper, a.value, a.value);
+        let call = call(helper, a.0, a.0);
         let part = |number| Trace::made(with(|graph| graph.node(Node::Part(call, number))));
         (part(0), part(1))
     }
@@ -234,7 +231,7 @@ impl<T> Trace<T> {
 
 macro_rules! operation {
     ($trait:ident, $name:ident, $operation:ident) => {
-        impl<T> $trait for Trace<T> {
+        impl $trait for Trace {
             type Output = Self;
             fn $name(self, other: Self) -> Self {
                 self.binary(Binary::$operation, other)
@@ -247,7 +244,7 @@ operation!(Sub, sub, Subtract);
 operation!(Mul, mul, Multiply);
 operation!(Div, div, Divide);
 
-impl<T> Neg for Trace<T> {
+impl Neg for Trace {
     type Output = Self;
     fn neg(self) -> Self {
         self.unary(Unary::Negate)
@@ -255,16 +252,16 @@ impl<T> Neg for Trace<T> {
 }
 
 /// The body of a shared function: its graph, and what it gives.
-pub fn body<T: Width>(helper: Helper, style: Style) -> (Graph, Vec<Id>) {
+pub fn body(helper: Helper, style: Style) -> (Graph, Vec<Id>) {
     record(
         Style {
             inside: true,
             ..style
         },
         || {
-            let (a, b) = (Trace::<T>::input(0), Trace::<T>::input(1));
-            let one = |x: Trace<T>| vec![x.id()];
-            let two = |(x, y): (Trace<T>, Trace<T>)| vec![x.id(), y.id()];
+            let (a, b) = (Trace::input(0), Trace::input(1));
+            let one = |x: Trace| vec![x.id()];
+            let two = |(x, y): (Trace, Trace)| vec![x.id(), y.id()];
             match helper {
                 Helper::HalfTurns => one(Trace::half_turns(a, b)),
                 Helper::SinCosPi => two(Trace::sin_cos_half_turns(a)),
@@ -276,46 +273,51 @@ pub fn body<T: Width>(helper: Helper, style: Style) -> (Graph, Vec<Id>) {
     )
 }
 
-/// The widths that are recorded.
-pub trait Width: Coefficients + Copy + 'static {
-    /// Distance from 1 to the next larger number.
-    const EPSILON: f64;
+/// What formulas are recorded with: of f32 or of f64.
+struct Width {
+    epsilon: f64,
     /// The smallest normal number.
-    const SMALLEST: f64;
+    smallest: f64,
+    polynomials: Coefficients,
     /// ln 2 in two parts, of which the first times a small whole number is exact.
-    const LN_2: [f64; 2];
+    ln_2: [f64; 2],
     /// How many terms the series of hyperbolic functions and of artanh take.
-    const TERMS: [usize; 2];
+    terms: [usize; 2],
 }
 
-impl Width for f32 {
-    const EPSILON: f64 = f32::EPSILON as f64;
-    const SMALLEST: f64 = f32::MIN_POSITIVE as f64;
-    const LN_2: [f64; 2] = [0.693_145_751_953_125, 1.428_606_820_309_417_3e-6];
-    const TERMS: [usize; 2] = [4, 5];
-}
+static SINGLE: Width = Width {
+    epsilon: real::SINGLE,
+    smallest: f32::MIN_POSITIVE as f64,
+    polynomials: f32::COEFFICIENTS,
+    ln_2: [0.693_145_751_953_125, 1.428_606_820_309_417_3e-6],
+    terms: [4, 5],
+};
 
-impl Width for f64 {
-    const EPSILON: f64 = f64::EPSILON;
-    const SMALLEST: f64 = f64::MIN_POSITIVE;
-    const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
-    const TERMS: [usize; 2] = [7, 10];
-}
+static DOUBLE: Width = Width {
+    epsilon: f64::EPSILON,
+    smallest: f64::MIN_POSITIVE,
+    polynomials: f64::COEFFICIENTS,
+    ln_2: [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10],
+    terms: [7, 10],
+};
 
 /// c₀ + s (c₁ + s (c₂ + …)).
-fn horner<T: Width>(s: Trace<T>, coefficients: &[f64]) -> Trace<T> {
+fn horner(s: Trace, coefficients: &[f64]) -> Trace {
     let mut terms = coefficients.iter().rev().map(|&c| Trace::new(c));
     let last = terms.next().unwrap_or(Trace::ZERO);
     terms.fold(last, |sum, c| c + s * sum)
 }
 
-impl<T: Width> Real for Trace<T> {
-    const EPSILON: f64 = T::EPSILON;
+impl Real for Trace {
     const ZERO: Self = Trace::named(0);
     const HALF: Self = Trace::named(1);
     const ONE: Self = Trace::named(2);
     const TWO: Self = Trace::named(3);
     const NAN: Self = Trace::named(4);
+
+    fn epsilon() -> f64 {
+        Self::width().epsilon
+    }
 
     type Mask = Condition;
     type Value = Self;
@@ -329,7 +331,7 @@ impl<T: Width> Real for Trace<T> {
     }
 
     fn new(x: f64) -> Self {
-        Trace::of(constant(x))
+        Trace(constant(x))
     }
 
     fn truth(value: bool) -> Condition {
@@ -386,7 +388,7 @@ impl<T: Width> Real for Trace<T> {
     }
 
     fn select(condition: Condition, a: Self, b: Self) -> Self {
-        Trace::of(select(condition, a.value, b.value))
+        Trace(select(condition, a.0, b.0))
     }
 
     fn vanishes(self) -> Condition {
@@ -408,6 +410,7 @@ impl<T: Width> Real for Trace<T> {
         if Self::style().native {
             return y.binary(Binary::Arctangent, x) * Self::new(std::f64::consts::FRAC_1_PI);
         }
+        let width = Self::width();
         let ax = x.abs();
         let steep = y.more(ax);
         let behind = x.less(Self::ZERO);
@@ -415,10 +418,10 @@ impl<T: Width> Real for Trace<T> {
         let fold = lo.more(Self::new(std::f64::consts::SQRT_2 - 1.0) * hi);
         let numerator = lo - Self::select(fold, hi, Self::ZERO);
         let denominator = hi + Self::select(fold, lo, Self::ZERO);
-        let t = numerator / max(denominator, Self::new(T::SMALLEST));
+        let t = numerator / max(denominator, Self::new(width.smallest));
         let s = t * t;
-        let [high, low] = T::ATAN_1.map(Self::new);
-        let angle = t * high + t * (low + s * horner(s, T::ATAN));
+        let [high, low] = width.polynomials.atan_1.map(Self::new);
+        let angle = t * high + t * (low + s * horner(s, width.polynomials.atan));
         let beside = Self::select(behind, Self::new(0.75), Self::new(0.25));
         let along = Self::select(behind, Self::ONE, Self::ZERO);
         let along = Self::select(steep, Self::HALF, along);
@@ -434,12 +437,13 @@ impl<T: Width> Real for Trace<T> {
             let angle = r * Self::new(std::f64::consts::PI);
             return (angle.unary(Unary::Sine), angle.unary(Unary::Cosine));
         }
+        let polynomials = &Self::width().polynomials;
         let quarters = (r + r).unary(Unary::Round);
         let r = r - quarters * Self::HALF;
         let s = r * r;
-        let [high, low] = T::PI.map(Self::new);
-        let sin = r * high + r * (low + s * horner(s, T::SIN));
-        let cos = Self::ONE + s * horner(s, T::COS);
+        let [high, low] = polynomials.pi.map(Self::new);
+        let sin = r * high + r * (low + s * horner(s, polynomials.sin));
+        let cos = Self::ONE + s * horner(s, polynomials.cos);
         // Of the quarter turn that was rounded off, the lowest bits: whether it exchanges, and which it turns over.
         let halves = (quarters * Self::HALF).floor();
         let odd = (quarters - halves * Self::TWO).more(Self::HALF);
@@ -463,8 +467,9 @@ impl<T: Width> Real for Trace<T> {
         if Self::style().native {
             return (self.unary(Unary::Sinh), self.unary(Unary::Cosh));
         }
+        let width = Self::width();
         let k = (self * Self::new(std::f64::consts::LOG2_E)).unary(Unary::Round);
-        let [high, low] = T::LN_2.map(Self::new);
+        let [high, low] = width.ln_2.map(Self::new);
         let r = (self - k * high) - k * low;
         let power = k.unary(Unary::PowerOfTwo);
         let inverse = (-k).unary(Unary::PowerOfTwo);
@@ -475,11 +480,11 @@ impl<T: Width> Real for Trace<T> {
         let s = r * r;
         let inverse_factorials = |first: u32| -> Vec<f64> {
             let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
-            (0..T::TERMS[0] as u32)
+            (0..width.terms[0] as u32)
                 .map(|k| 1.0 / factorial(first + 2 * k))
                 .collect()
         };
-        let sinh = r + r * (s * horner(s, &inverse_factorials(3)[..T::TERMS[0] - 1]));
+        let sinh = r + r * (s * horner(s, &inverse_factorials(3)[..width.terms[0] - 1]));
         let cosh = Self::ONE + s * horner(s, &inverse_factorials(2));
         (a * cosh + b * sinh, b * cosh + a * sinh)
     }
@@ -499,7 +504,7 @@ impl<T: Width> Real for Trace<T> {
         let numerator = Self::select(small, size, m - Self::ONE);
         let f = numerator / (Self::select(small, root, m) + Self::ONE);
         let s = f * f;
-        let odds: Vec<f64> = (1..=T::TERMS[1])
+        let odds: Vec<f64> = (1..=Self::width().terms[1])
             .map(|k| 1.0 / (2 * k + 1) as f64)
             .collect();
         let artanh = f + f * (s * horner(s, &odds));
@@ -511,16 +516,14 @@ impl<T: Width> Real for Trace<T> {
         if !Self::style().inside {
             return Self::call(Helper::CubeRoot, self, self);
         }
-        let x = max(
-            self,
-            Self::new(if T::EPSILON > 1e-10 { 1e-30 } else { 1e-300 }),
-        );
+        let single = !Self::style().double;
+        let x = max(self, Self::new(if single { 1e-30 } else { 1e-300 }));
         // What the bits of x above 2^20 of its mantissa say as one number: a third of it is near that of the root.
         let exponent = x.unary(Unary::Exponent);
         let mantissa = x * (-exponent).unary(Unary::PowerOfTwo);
         let grain = Self::new(1_048_576.0);
         let steps = ((mantissa - Self::ONE) * grain).floor();
-        let third = if T::EPSILON > 1e-10 {
+        let third = if single {
             // f32 has no room for both: exponents are whole numbers of thirds of the grain.
             let scaled = exponent * Self::new(1.0 / 3.0) + steps * Self::new(1.0 / 3_145_728.0);
             scaled - Self::new(0.057)

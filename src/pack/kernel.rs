@@ -10,7 +10,7 @@
 use crate::kernel::tile::{Rows, SOURCE_AHEAD, TARGET_AHEAD, W, prefetch};
 use crate::kernel::{Job, Scalar, all_normal, dispatch};
 use crate::number::real::Real;
-use crate::number::trace::{Trace, Width};
+use crate::number::trace::Trace;
 use std::ops::{BitAnd, BitOr, Shl, Shr, Sub};
 
 /// A number that formulas of schemes are written in: a float, or one that records.
@@ -22,7 +22,7 @@ pub trait Lattice: Real {
     fn finite(self) -> Self::Mask;
 }
 
-impl<T: Width> Lattice for Trace<T> {
+impl Lattice for Trace {
     fn nearest(self) -> Self {
         self.round()
     }

@@ -8,7 +8,7 @@ use super::kernel::Lattice;
 use super::rounding::Rounding;
 use crate::code::{Argument, Gives, Program, Words};
 use crate::number::graph::Style;
-use crate::number::trace::{Trace, Width, record};
+use crate::number::trace::{Trace, record};
 
 /// A scheme that is a formula.
 pub trait Formula: Copy {
@@ -63,16 +63,8 @@ pub struct Asked {
 impl Asked {
     /// The function of a formula.
     pub fn program<F: Formula>(self, formula: F) -> Program {
-        if self.style.double {
-            self.recorded::<f64, F>(formula)
-        } else {
-            self.recorded::<f32, F>(formula)
-        }
-    }
-
-    fn recorded<T: Width, F: Formula>(self, formula: F) -> Program {
         let words = formula.words();
-        let input = |number: usize| Trace::<T>::input(number as u8);
+        let input = |number: usize| Trace::input(number as u8);
         let (graph, outputs) = record(self.style, || {
             let numbers = match self.verb {
                 Verb::Pack => formula.pack(self.rounding, [0, 1, 2].map(input)),

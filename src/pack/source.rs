@@ -177,7 +177,6 @@ fn words(program: &Program) -> Words {
 mod tests {
     use super::*;
     use crate::code::run::{directions, values};
-    use crate::number::trace::Width;
     use crate::pack::{Invalid, Real, names};
 
     fn word(fields: &[f64], words: Words) -> u64 {
@@ -192,7 +191,7 @@ mod tests {
     }
 
     /// What a scheme computes beside what its recorded functions do.
-    fn check<T: Width, R: Real>(packing: &Packing, rounding: Rounding, double: bool) {
+    fn check<R: Real>(packing: &Packing, rounding: Rounding, double: bool) {
         let style = Style {
             double,
             native: false,
@@ -214,7 +213,7 @@ mod tests {
             packing
                 .pack(rounding, Invalid::Raise, &d, &mut code)
                 .unwrap();
-            let got = word(&values::<T>(&pack, style, &d.map(|x| x.to_f64())), words);
+            let got = word(&values(&pack, style, &d.map(|x| x.to_f64())), words);
             assert_eq!(
                 got,
                 code[0],
@@ -229,7 +228,7 @@ mod tests {
         for code in codes {
             let mut d = [R::ZERO; 3];
             packing.unpack(&[code], &mut d).unwrap();
-            let got = values::<T>(&unpack, style, &fields(code, words));
+            let got = values(&unpack, style, &fields(code, words));
             for (got, wanted) in got.iter().zip(d.map(|x| x.to_f64())) {
                 let alike = *got == wanted || got.is_nan() && wanted.is_nan();
                 assert!(alike, "{name} {code}: {got} instead of {wanted}");
@@ -255,9 +254,9 @@ mod tests {
                 continue;
             }
             for &rounding in family.roundings {
-                check::<f64, f64>(&packing, rounding, true);
+                check::<f64>(&packing, rounding, true);
                 if packing.scheme.single() {
-                    check::<f32, f32>(&packing, rounding, false);
+                    check::<f32>(&packing, rounding, false);
                 }
             }
         }

@@ -79,7 +79,7 @@ impl Projection for Angular {
         // On the axis the azimuth is that of (1, 0).
         let on_axis = R::select(hs.vanishes(), one, zero);
         let radius = R::half_turns(hs * unscale, z) * R::new(1.0 / self.rim);
-        let inside = radius.at_most(R::new(1.0 + 2.0 * R::EPSILON));
+        let inside = radius.at_most(R::new(1.0 + 2.0 * R::epsilon()));
         let factor = radius / (hs + on_axis);
         Uv::held((xs + on_axis) * factor, ys * factor, inside)
     }

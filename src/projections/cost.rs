@@ -63,12 +63,15 @@ impl Neg for Counted {
 }
 
 impl Real for Counted {
-    const EPSILON: f64 = f64::EPSILON;
     const ZERO: Self = Counted(0.0);
     const HALF: Self = Counted(0.5);
     const ONE: Self = Counted(1.0);
     const TWO: Self = Counted(2.0);
     const NAN: Self = Counted(f64::NAN);
+
+    fn epsilon() -> f64 {
+        f64::EPSILON
+    }
 
     type Mask = bool;
     type Value = Self;

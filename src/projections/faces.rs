@@ -413,7 +413,7 @@ impl Sides {
             last: R::new(last),
             cell: R::new(cell),
         };
-        if R::EPSILON > 1e-10 {
+        if R::epsilon() > 1e-10 {
             let s = &self.single[axis];
             let [sign, high, low] = [s.sign, s.high, s.low].map(f64::from);
             let [first, last, cell] = [s.first, s.last, s.cell].map(f64::from);

@@ -85,7 +85,7 @@ impl KannalaBrandt {
                 w = self.newton(w, known);
             }
         }
-        if R::EPSILON < SINGLE {
+        if R::epsilon() < SINGLE {
             w = self.newton(w, known);
         }
         // The last step's derivative is that of the solution.
@@ -256,7 +256,7 @@ impl Projection for KannalaBrandt {
         // On the axis the azimuth is that of (1, 0).
         let on_axis = R::select(hs.vanishes(), one, zero);
         let t = R::half_turns(hs * unscale, z);
-        let inside = (t * R::new(1.0 / self.rim)).at_most(R::new(1.0 + 2.0 * R::EPSILON));
+        let inside = (t * R::new(1.0 / self.rim)).at_most(R::new(1.0 + 2.0 * R::epsilon()));
         // Not beyond the rim: a polynomial rounds by more than is let out there.
         let radius = min(t * self.stretch(t * t) * R::new(1.0 / self.radius), one);
         let factor = radius / (hs + on_axis);

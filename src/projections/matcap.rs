@@ -21,7 +21,7 @@ use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, 
 /// sums are exact, and what the tails add is small.
 #[inline(always)]
 pub(super) fn remainder<R: Real>(n: [R; 3]) -> R {
-    let grid = R::new(if R::EPSILON > 1e-10 {
+    let grid = R::new(if R::epsilon() > 1e-10 {
         1.5 * 2048.0
     } else {
         1.5 * 67_108_864.0

@@ -65,7 +65,7 @@ impl Miller {
     /// The latitude in half turns.
     #[inline(always)]
     fn latitude<R: Real>(q: R) -> R {
-        if R::EPSILON >= SINGLE {
+        if R::epsilon() >= SINGLE {
             return odd(q, LATITUDE);
         }
         let (sinh, _) = (q * R::new(EDGE)).sinh_cosh();
@@ -114,7 +114,7 @@ impl Projection for Miller {
         let half = R::HALF;
         let (longitude, h) = longitude(x, z);
         let latitude = R::half_turns(h, -y) - half;
-        let q = if R::EPSILON < SINGLE {
+        let q = if R::epsilon() < SINGLE {
             let (sin, cos) = R::sin_cos_half_turns(latitude * R::new(0.8));
             (sin / cos).asinh() * R::new(1.0 / EDGE)
         } else {

@@ -45,7 +45,7 @@ fn lag<R: Real>(psi: R, sin: R) -> R {
     let one = R::ONE;
     let s = psi * psi;
     let term = |rest: R, divisor: f64| one - s * R::new(1.0 / divisor) * rest;
-    let rest = if R::EPSILON < SINGLE {
+    let rest = if R::epsilon() < SINGLE {
         term(term(term(one, 272.0), 210.0), 156.0)
     } else {
         one
@@ -105,7 +105,7 @@ impl Projection for Mollweide {
         let s = c * c;
         let [a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10] = ANGLE.map(R::new);
         let mut psi = c * (horner!(s; a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10));
-        if R::EPSILON < SINGLE {
+        if R::epsilon() < SINGLE {
             let (sin, cos) = R::sin_cos_half_turns(psi * R::new(0.5 / PI));
             let two = R::TWO;
             psi = psi - (lag(psi, two * sin * cos) - side) / (two * sin * sin);

@@ -79,7 +79,7 @@ impl Projection for Orthographic {
         let half = remainder([a, b, c]) * R::HALF;
         let scale = R::new(1.0 / self.rim);
         let (p, q) = (a * scale, b * scale);
-        let within = (p * p + q * q).at_most(R::new(1.0 + 8.0 * R::EPSILON));
+        let within = (p * p + q * q).at_most(R::new(1.0 + 8.0 * R::epsilon()));
         let inside = z.at_least(R::ZERO) & within;
         let nan = R::NAN;
         Uv::flat(

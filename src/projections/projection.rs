@@ -57,7 +57,7 @@ impl<R: Real> Uv<R> {
     /// them, by more than rounding, and where it is not `seen`.
     #[inline(always)]
     pub(crate) fn in_square(p: R, q: R, seen: R::Mask) -> Self {
-        let edge = R::new(1.0 + 8.0 * R::EPSILON);
+        let edge = R::new(1.0 + 8.0 * R::epsilon());
         Self::held(p, q, seen & p.abs().at_most(edge) & q.abs().at_most(edge))
     }
 
@@ -65,7 +65,7 @@ impl<R: Real> Uv<R> {
     /// more than rounding, and where it is not `seen`.
     #[inline(always)]
     pub(crate) fn in_disk(p: R, q: R, seen: R::Mask) -> Self {
-        let within = (p * p + q * q).at_most(R::new(1.0 + 4.0 * R::EPSILON));
+        let within = (p * p + q * q).at_most(R::new(1.0 + 4.0 * R::epsilon()));
         Self::held(p, q, seen & within)
     }
 
@@ -396,7 +396,7 @@ pub trait Projection: Copy + Send + Sync + 'static {
             Outline::Square | Outline::Shape => R::truth(true),
             Outline::Disk => {
                 let (p, q) = uv.pq();
-                (p * p + q * q).at_most(R::new(1.0 + 8.0 * R::EPSILON))
+                (p * p + q * q).at_most(R::new(1.0 + 8.0 * R::epsilon()))
             }
         };
         in_outline & uv.in_bounds(Self::INFO.faces)

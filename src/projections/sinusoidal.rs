@@ -95,7 +95,7 @@ impl Projection for Sinusoidal {
     fn contains<R: Real>(self, uv: Uv<R>) -> R::Mask {
         let (p, _) = uv.pq();
         let (width, _) = R::sin_cos_half_turns(uv.v.clamped(0.0, 1.0));
-        uv.in_bounds(1) & p.abs().at_most(width + R::new(8.0 * R::EPSILON))
+        uv.in_bounds(1) & p.abs().at_most(width + R::new(8.0 * R::epsilon()))
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

@@ -8,7 +8,7 @@ use super::count::count;
 use crate::code::{Argument, Function, Gives, Order, Program, wrapped};
 use crate::error::{Error, expect_length};
 use crate::number::graph::{Id, Style};
-use crate::number::trace::{Trace, Width, record};
+use crate::number::trace::{Trace, record};
 
 /// The highest order that is printed: a hundred terms a channel are enough for any shader.
 pub const HIGHEST_PRINTED: usize = 8;
@@ -58,11 +58,7 @@ pub fn code(
             "Expected `coefficients` that are finite numbers of the `dtype`.".to_owned(),
         ));
     }
-    let program = if double {
-        program::<f64>(coefficients, channels, highest, order.style)
-    } else {
-        program::<f32>(coefficients, channels, highest, order.style)
-    };
+    let program = program(coefficients, channels, highest, order.style);
     let mut about = vec![format!(
         "Spherical harmonics up to order {highest}, with coefficients folded in"
     )];
@@ -84,10 +80,10 @@ pub fn code(
     order.text(about, &[function])
 }
 
-fn program<T: Width>(coefficients: &[f64], channels: usize, order: usize, style: Style) -> Program {
+fn program(coefficients: &[f64], channels: usize, order: usize, style: Style) -> Program {
     let basis = Basis::new(order);
     let (graph, outputs) = record(style, || {
-        let d = [0, 1, 2].map(Trace::<T>::input);
+        let d = [0, 1, 2].map(Trace::input);
         let value = |channel: usize| {
             let own = coefficients[channel..].iter().step_by(channels);
             let own: Vec<f64> = own.copied().collect();

@@ -21,13 +21,13 @@ use super::corners::mix;
 use super::ones::{LENGTH, Ones};
 use super::place::Places;
 use super::rectangle::{Rectangle, each_row};
+use super::weights::Weights;
 use crate::image::raster::Raster;
 use crate::image::texel::{Filtered, Four, Texel};
 use crate::kernel::tile::TILE;
 use crate::kernel::tile::prefetch_item;
 use crate::kernel::{SimdWork, run_simd};
 use crate::number::real::Real;
-use crate::resample::filters::claims::Kernel;
 use fearless_simd::{Simd, SimdBase};
 use std::marker::PhantomData;
 
@@ -52,21 +52,15 @@ pub(crate) trait Gather<T: Texel>: Copy {
     const SIDE: usize;
     /// Numbers that are read after each row of the window.
     const SLACK: usize;
-    /// What the places of a tile share in computing.
-    type Weights;
-
-    /// That of no places.
-    const NO_WEIGHTS: Self::Weights;
-
-    /// Makes it that of the first `count` places. Kilobytes that are returned are copied: that took half of the time of a bicubic lookup in a gray image.
-    fn weights(places: &Places<T::Float>, count: usize, into: &mut Self::Weights);
+    /// What is known of the places of a tile besides where they are.
+    type Weights<'w>: Copy;
 
     /// Fills an area of `band` with lookups among texels of one number, all of them inside of a face, if it has a way of its own for
     /// these and finds all that it reads.
     fn ones<S: Simd, O: Filtered<T>, const STRAIGHT: bool>(
         simd: S,
         ones: Ones<'_, T, STRAIGHT>,
-        places: [&Places<T::Float>; 2],
+        tile: ([&Places<T::Float>; 2], Self::Weights<'_>),
         target: (&mut [O], Rectangle, usize),
     ) -> bool;
 
@@ -76,7 +70,7 @@ pub(crate) trait Gather<T: Texel>: Copy {
         simd: S,
         channels: usize,
         window: Window<'_, T>,
-        tile: (&Places<T::Float>, &Self::Weights),
+        tile: (&Places<T::Float>, Self::Weights<'_>),
         k: usize,
         out: &mut [O],
     );
@@ -89,17 +83,13 @@ pub(crate) struct Nearest;
 impl<T: Texel> Gather<T> for Nearest {
     const SIDE: usize = 1;
     const SLACK: usize = 1;
-    type Weights = ();
-    const NO_WEIGHTS: () = ();
-
-    #[inline(always)]
-    fn weights(_: &Places<T::Float>, _: usize, (): &mut ()) {}
+    type Weights<'w> = ();
 
     #[inline(always)]
     fn ones<S: Simd, O: Filtered<T>, const STRAIGHT: bool>(
         _: S,
         ones: Ones<'_, T, STRAIGHT>,
-        places: [&Places<T::Float>; 2],
+        (places, ()): ([&Places<T::Float>; 2], ()),
         target: (&mut [O], Rectangle, usize),
     ) -> bool {
         ones.nearest(places, target);
@@ -111,7 +101,7 @@ impl<T: Texel> Gather<T> for Nearest {
         _: S,
         channels: usize,
         window: Window<'_, T>,
-        _: (&Places<T::Float>, &()),
+        _: (&Places<T::Float>, ()),
         _: usize,
         out: &mut [O],
     ) {
@@ -133,17 +123,13 @@ pub(crate) struct Bilinear;
 impl<T: Texel> Gather<T> for Bilinear {
     const SIDE: usize = 2;
     const SLACK: usize = 1;
-    type Weights = ();
-    const NO_WEIGHTS: () = ();
-
-    #[inline(always)]
-    fn weights(_: &Places<T::Float>, _: usize, (): &mut ()) {}
+    type Weights<'w> = ();
 
     #[inline(always)]
     fn ones<S: Simd, O: Filtered<T>, const STRAIGHT: bool>(
         _: S,
         ones: Ones<'_, T, STRAIGHT>,
-        places: [&Places<T::Float>; 2],
+        (places, ()): ([&Places<T::Float>; 2], ()),
         target: (&mut [O], Rectangle, usize),
     ) -> bool {
         ones.bilinear(places, target);
@@ -155,7 +141,7 @@ impl<T: Texel> Gather<T> for Bilinear {
         simd: S,
         channels: usize,
         window: Window<'_, T>,
-        (places, ()): (&Places<T::Float>, &()),
+        (places, ()): (&Places<T::Float>, ()),
         k: usize,
         out: &mut [O],
     ) {
@@ -194,35 +180,20 @@ pub(super) const fn slack(taps: usize) -> usize {
     if taps.is_multiple_of(4) { 1 } else { 2 }
 }
 
-/// A separable kernel over TAPS × TAPS texels.
+/// A filter of TAPS × TAPS texels whose weights are the products of those along u and along v.
 #[derive(Clone, Copy)]
-pub(crate) struct Separable<K, const TAPS: usize>(PhantomData<K>);
+pub(crate) struct Separable<const TAPS: usize>;
 
-impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TAPS> {
+impl<T: Texel, const TAPS: usize> Gather<T> for Separable<TAPS> {
     const SIDE: usize = TAPS;
     const SLACK: usize = slack(TAPS);
-    /// Along u and along v, those of each texel of the window in a row.
-    type Weights = [[[T::Float; TILE]; TAPS]; 2];
-
-    const NO_WEIGHTS: Self::Weights = [[[T::Float::ZERO; TILE]; TAPS]; 2];
-
-    #[inline(always)]
-    fn weights(places: &Places<T::Float>, count: usize, into: &mut Self::Weights) {
-        for (weights, t) in into.iter_mut().zip([&places.tx, &places.ty]) {
-            for k in 0..count.min(TILE) {
-                let there = K::weights(t[k]);
-                for (weights, there) in weights.iter_mut().zip(there) {
-                    weights[k] = there;
-                }
-            }
-        }
-    }
+    type Weights<'w> = &'w [Weights<T::Float, TILE>; 2];
 
     #[inline(always)]
     fn ones<S: Simd, O: Filtered<T>, const STRAIGHT: bool>(
         simd: S,
         ones: Ones<'_, T, STRAIGHT>,
-        [places, next]: [&Places<T::Float>; 2],
+        ([places, next], weights): ([&Places<T::Float>; 2], Self::Weights<'_>),
         (band, area, length): (&mut [O], Rectangle, usize),
     ) -> bool {
         if !STRAIGHT {
@@ -237,9 +208,7 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
         if places.first[..length].iter().any(|&first| first > last) {
             return false;
         }
-        let mut weights = <Self as Gather<T>>::NO_WEIGHTS;
-        <Self as Gather<T>>::weights(places, length, &mut weights);
-        let [across, down] = &weights;
+        let [across, down] = weights.each_ref().map(first::<T::Float, TAPS>);
         let mut bases = [T::Float::ZERO; LENGTH];
         let mut columns = [[[T::Float::ZERO; 4]; LENGTH]; 2];
         each_row(
@@ -260,11 +229,11 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
                             step: row,
                             width,
                         };
-                        let down = down.each_ref().map(|weights| weights[top + k]);
+                        let down = down.map(|weights| weights[top + k]);
                         let columns = columns.each_mut().map(|columns| &mut columns[k]);
                         bases[k] = columns_of(simd, window, &down, columns);
                     }
-                    let across = across.each_ref().map(|row| &row[top..][..out.len()]);
+                    let across = across.map(|row| &row[top..][..out.len()]);
                     for (k, out) in out.iter_mut().enumerate() {
                         let mut sum = T::Float::ZERO;
                         for t in 0..TAPS {
@@ -283,7 +252,7 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
         simd: S,
         channels: usize,
         window: Window<'_, T>,
-        (_, weights): (&Places<T::Float>, &Self::Weights),
+        (_, weights): (&Places<T::Float>, Self::Weights<'_>),
         k: usize,
         out: &mut [O],
     ) {
@@ -323,6 +292,12 @@ impl<T: Texel, K: Kernel<TAPS>, const TAPS: usize> Gather<T> for Separable<K, TA
             }
         }
     }
+}
+
+/// The rows of the weights that a filter of TAPS texels along a side has.
+#[inline(always)]
+fn first<F, const TAPS: usize>(weights: &Weights<F, TILE>) -> [&[F; TILE]; TAPS] {
+    std::array::from_fn(|t| &weights[t])
 }
 
 /// Four numbers of a row.
@@ -397,7 +372,7 @@ pub(crate) struct Stored<'a, T> {
 }
 
 /// Places of a tile to look up, one texel of an area of `band` each, and those of the next one, whose texels are asked for.
-pub(crate) struct Gathering<'a, T: Texel, O, E> {
+pub(crate) struct Gathering<'a, T: Texel, O> {
     pub(crate) stored: Stored<'a, T>,
     pub(crate) places: &'a Places<T::Float>,
     pub(crate) all_inside: bool,
@@ -405,27 +380,35 @@ pub(crate) struct Gathering<'a, T: Texel, O, E> {
     pub(crate) band: &'a mut [O],
     pub(crate) area: Rectangle,
     pub(crate) length: usize,
-    /// Answers for the places that are not inside.
-    pub(crate) edge: E,
+    /// Answers for the places that are not inside: behind a pointer, for what it knows of them would be a kernel more each.
+    pub(crate) edge: &'a mut dyn FnMut(usize, &mut [O]),
 }
 
-impl<T: Texel, O: Filtered<T>, E: FnMut(usize, &mut [O])> Gathering<'_, T, O, E> {
+impl<T: Texel, O: Filtered<T>> Gathering<'_, T, O> {
     /// Does it, by a filter.
-    pub(crate) fn run<G: Gather<T>>(self) {
+    pub(crate) fn run<G: Gather<T>>(self, weights: G::Weights<'_>) {
         match self.stored.channels {
-            1 => self.rows::<G, 1>(),
-            3 => self.rows::<G, 3>(),
-            4 => self.rows::<G, 4>(),
-            _ => self.rows::<G, 0>(),
+            1 => self.rows::<G, 1>(weights),
+            3 => self.rows::<G, 3>(weights),
+            4 => self.rows::<G, 4>(weights),
+            _ => self.rows::<G, 0>(weights),
         }
     }
 
-    fn rows<G: Gather<T>, const CHANNELS: usize>(self) {
+    fn rows<G: Gather<T>, const CHANNELS: usize>(self, weights: G::Weights<'_>) {
         // A window of one texel lies as it is, however its face is turned.
-        if G::SIDE == 1 || self.is_straight() {
-            run_simd(Windows::<_, G, CHANNELS, true>(self, PhantomData));
+        if const { G::SIDE == 1 } || self.is_straight() {
+            run_simd(Windows::<_, G::Weights<'_>, G, CHANNELS, true>(
+                self,
+                weights,
+                PhantomData,
+            ));
         } else {
-            run_simd(Windows::<_, G, CHANNELS, false>(self, PhantomData));
+            run_simd(Windows::<_, G::Weights<'_>, G, CHANNELS, false>(
+                self,
+                weights,
+                PhantomData,
+            ));
         }
     }
 
@@ -438,22 +421,21 @@ impl<T: Texel, O: Filtered<T>, E: FnMut(usize, &mut [O])> Gathering<'_, T, O, E>
 }
 
 /// A gathering by a filter.
-struct Windows<W, G, const CHANNELS: usize, const STRAIGHT: bool>(W, PhantomData<G>);
+struct Windows<W, X, G, const CHANNELS: usize, const STRAIGHT: bool>(W, X, PhantomData<G>);
 
-impl<T, O, E, G, const CHANNELS: usize, const STRAIGHT: bool> SimdWork
-    for Windows<Gathering<'_, T, O, E>, G, CHANNELS, STRAIGHT>
+impl<'w, T, O, G, const CHANNELS: usize, const STRAIGHT: bool> SimdWork
+    for Windows<Gathering<'_, T, O>, G::Weights<'w>, G, CHANNELS, STRAIGHT>
 where
     T: Texel,
     O: Filtered<T>,
-    E: FnMut(usize, &mut [O]),
     G: Gather<T>,
 {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        if STRAIGHT {
-            straight::<S, T, O, G, CHANNELS>(simd, self.0);
+        if const { STRAIGHT } {
+            straight::<S, T, O, G, CHANNELS>(simd, self.0, self.1);
         } else {
-            turned::<S, T, O, G, CHANNELS>(simd, self.0);
+            turned::<S, T, O, G, CHANNELS>(simd, self.0, self.1);
         }
     }
 }
@@ -462,7 +444,8 @@ where
 #[inline(always)]
 fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     simd: S,
-    work: Gathering<'_, T, O, impl FnMut(usize, &mut [O])>,
+    work: Gathering<'_, T, O>,
+    weights: G::Weights<'_>,
 ) {
     let Gathering {
         stored,
@@ -472,7 +455,7 @@ fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usi
         band,
         area,
         length,
-        mut edge,
+        edge,
     } = work;
     let channels = if CHANNELS > 0 {
         CHANNELS
@@ -483,16 +466,19 @@ fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usi
     if CHANNELS == 1
         && all_inside
         && let Some(ones) = Ones::<T, true>::new(texels, [1, row as isize])
-        && G::ones(simd, ones, [places, next], (&mut *band, area, length))
+        && G::ones(
+            simd,
+            ones,
+            ([places, next], weights),
+            (&mut *band, area, length),
+        )
     {
         return;
     }
     let step = row * channels;
     let width = G::SIDE * channels + G::SLACK;
     let needed = (G::SIDE - 1) * step + width;
-    let mut weights = G::NO_WEIGHTS;
-    G::weights(places, length, &mut weights);
-    let tile = (places, &weights);
+    let tile = (places, weights);
     for top in (0..length).step_by(area.columns) {
         let columns = area.columns.min(length - top);
         let start = (area.start + top / area.columns * area.stride) * channels;
@@ -537,7 +523,8 @@ fn straight<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usi
 #[inline(always)]
 fn turned<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize>(
     simd: S,
-    work: Gathering<'_, T, O, impl FnMut(usize, &mut [O])>,
+    work: Gathering<'_, T, O>,
+    weights: G::Weights<'_>,
 ) {
     let Gathering {
         stored,
@@ -547,7 +534,7 @@ fn turned<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize
         band,
         area,
         length,
-        mut edge,
+        edge,
     } = work;
     let (texels, raster) = (stored.texels, stored.raster);
     let channels = if CHANNELS > 0 {
@@ -560,16 +547,19 @@ fn turned<S: Simd, T: Texel, O: Filtered<T>, G: Gather<T>, const CHANNELS: usize
         && all_inside
         && places.face[..length].iter().all(|other| *other == face)
         && let Some(ones) = Ones::<T, false>::new(texels, raster.view(face.into()).steps())
-        && G::ones(simd, ones, [places, next], (&mut *band, area, length))
+        && G::ones(
+            simd,
+            ones,
+            ([places, next], weights),
+            (&mut *band, area, length),
+        )
     {
         return;
     }
     let pitch = if CHANNELS == 3 { 4 } else { channels };
     let width = G::SIDE * pitch + G::SLACK;
     let mut numbers = vec![T::default(); G::SIDE * width];
-    let mut weights = G::NO_WEIGHTS;
-    G::weights(places, length, &mut weights);
-    let tile = (places, &weights);
+    let tile = (places, weights);
     for top in (0..length).step_by(area.columns) {
         let columns = area.columns.min(length - top);
         let start = (area.start + top / area.columns * area.stride) * channels;

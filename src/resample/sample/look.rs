@@ -10,6 +10,7 @@ use super::ones::Ones;
 use super::place::Support;
 use super::spread::{LANES, MOST};
 use super::texture::Texture;
+use super::weights::{WIDEST, Weights, along};
 use crate::image::texel::{Four, Texel};
 use crate::kernel::{Scalar, vectorize};
 use crate::number::real::Real;
@@ -18,9 +19,6 @@ use fearless_simd::{Simd, SimdBase};
 
 /// Places of parallelograms that are looked up together.
 const ROOM: usize = MOST * LANES;
-
-/// The most texels along a side of a window.
-const WIDEST: usize = 6;
 
 /// A filter that can make means.
 pub(super) trait Look<T: Texel> {
@@ -106,7 +104,6 @@ impl<T: Texel, const TAPS: usize> Look<T> for Wide<TAPS> {
 /// Finds the weights of all places in a room.
 #[inline(never)]
 pub(super) fn weigh<F: Scalar, K: Kernel<TAPS>, const TAPS: usize>(room: &mut Room<F>) {
-    const { assert!(TAPS <= WIDEST) };
     if room.weights.len() < room.most {
         room.weights
             .resize(room.most, [[[F::ZERO; LANES]; WIDEST]; 2]);
@@ -117,24 +114,11 @@ pub(super) fn weigh<F: Scalar, K: Kernel<TAPS>, const TAPS: usize>(room: &mut Ro
             let places = room.tx.as_chunks().0.iter().zip(room.ty.as_chunks().0);
             let places = places.take(room.most);
             for ([across, down], (tx, ty)) in room.weights.iter_mut().zip(places) {
-                weights::<F, K, TAPS>(tx, across);
-                weights::<F, K, TAPS>(ty, down);
+                along::<F, K, TAPS, LANES>(tx, LANES, across);
+                along::<F, K, TAPS, LANES>(ty, LANES, down);
             }
         },
     );
-}
-
-/// Those of [`LANES`] along an axis, of each texel of a window in a row.
-#[inline(always)]
-fn weights<F: Scalar, K: Kernel<TAPS>, const TAPS: usize>(
-    t: &[F; LANES],
-    weights: &mut [[F; LANES]; WIDEST],
-) {
-    for k in 0..LANES {
-        for (weights, weight) in weights.iter_mut().zip(K::weights(t[k])) {
-            weights[k] = weight;
-        }
-    }
 }
 
 /// The stored texels of a face.
@@ -281,7 +265,7 @@ pub(super) struct Room<F> {
     pub(super) tx: [F; ROOM],
     pub(super) ty: [F; ROOM],
     /// Of wide filters, along u and along v, those of each texel of a window.
-    weights: Vec<[[[F; LANES]; WIDEST]; 2]>,
+    weights: Vec<[Weights<F, LANES>; 2]>,
 }
 
 impl<F: Scalar> Room<F> {
@@ -419,7 +403,7 @@ impl<F: Scalar> Room<F> {
 
 /// The weights of one place.
 #[inline(always)]
-fn lane<F: Scalar, const TAPS: usize>(weights: &[[F; LANES]; WIDEST], k: usize) -> [F; TAPS] {
+fn lane<F: Scalar, const TAPS: usize>(weights: &Weights<F, LANES>, k: usize) -> [F; TAPS] {
     let mut own = [F::ZERO; TAPS];
     for (own, weights) in own.iter_mut().zip(weights) {
         *own = weights[k];

@@ -5,9 +5,10 @@ use super::place::{Places, Support};
 use super::rectangle::Rectangle;
 use super::taps::Taps;
 use super::texture::Texture;
+use super::weights::{self, WIDEST, Weights};
 use crate::image::texel::{Filtered, Texel};
 use crate::kernel::Scalar;
-use crate::kernel::tile::Tile;
+use crate::kernel::tile::{TILE, Tile};
 use crate::number::real::Real;
 use crate::projections::projection::Outline;
 use crate::resample::filters::LookupFilter;
@@ -20,6 +21,8 @@ pub(crate) struct Lookups<'s, 'a, T: Texel, O, R> {
     fill: &'s [O],
     queue: [Queued<T::Float, R>; 2],
     current: usize,
+    /// Of a filter of more than two texels along a side, those of the current tile along u and along v.
+    weights: Option<Box<[Weights<T::Float, TILE>; 2]>>,
 }
 
 struct Queued<F, R> {
@@ -50,6 +53,7 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
             fill,
             queue: [queued(), queued()],
             current: 0,
+            weights: None,
         }
     }
 
@@ -94,11 +98,11 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
     }
 
     /// Weights the texels of the current tile, and asks for those of the next.
-    fn gather(&self, band: &mut [O]) {
+    fn gather(&mut self, band: &mut [O]) {
         self.filter.visit(Weigh(self, band));
     }
 
-    fn weigh<G: Gather<T>>(&self, band: &mut [O]) {
+    fn weigh<G: Gather<T>>(&self, band: &mut [O], weights: G::Weights<'_>) {
         let source = self.source;
         let tile = &self.queue[self.current];
         let next = &self.queue[1 - self.current].places;
@@ -114,7 +118,7 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
             band,
             area: tile.area,
             length: tile.length,
-            edge: |k: usize, out: &mut [O]| {
+            edge: &mut |k: usize, out: &mut [O]| {
                 let [u, v, face] = tile.uv.at(k).map(Scalar::to_f64);
                 if u.is_nan() {
                     out.copy_from_slice(self.fill);
@@ -123,7 +127,7 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
                 }
             },
         };
-        work.run::<G>();
+        work.run::<G>(weights);
     }
 }
 
@@ -148,18 +152,25 @@ impl Visitor for GetSupport {
 }
 
 /// Weights the texels of the current tile into a band.
-struct Weigh<'l, 's, 'a, T: Texel, O, R>(&'l Lookups<'s, 'a, T, O, R>, &'l mut [O]);
+struct Weigh<'l, 's, 'a, T: Texel, O, R>(&'l mut Lookups<'s, 'a, T, O, R>, &'l mut [O]);
 
 impl<T: Texel, O: Filtered<T>, R: Scalar> Visitor for Weigh<'_, '_, '_, T, O, R> {
     type Output = ();
     fn nearest(self) {
-        self.0.weigh::<Nearest>(self.1);
+        self.0.weigh::<Nearest>(self.1, ());
     }
     fn bilinear(self) {
-        self.0.weigh::<Bilinear>(self.1);
+        self.0.weigh::<Bilinear>(self.1, ());
     }
     fn separable<K: Kernel<TAPS>, const TAPS: usize>(self) {
-        self.0.weigh::<Separable<K, TAPS>>(self.1);
+        let Weigh(lookups, band) = self;
+        let weights = lookups.weights.take();
+        let mut weights =
+            weights.unwrap_or_else(|| Box::new([[[T::Float::ZERO; TILE]; WIDEST]; 2]));
+        let tile = &lookups.queue[lookups.current];
+        weights::find::<T::Float, K, TAPS>(&tile.places, tile.length, &mut weights);
+        lookups.weigh::<Separable<TAPS>>(band, &weights);
+        lookups.weights = Some(weights);
     }
 }
 

@@ -31,6 +31,7 @@ mod seen;
 mod spread;
 mod taps;
 mod texture;
+mod weights;
 
 pub use adjoint::{sample_adjoint, sample_slopes};
 pub(crate) use level::Level;

@@ -127,8 +127,9 @@ impl<F: Scalar> Places<F> {
                 let (sv, ov) = (R::new(sv), R::new(ov + reach.shift));
                 let low = R::new(reach.before as f64);
                 // Beyond a quarter of 1/ε an index does not fit its bits: what lies there takes the long way.
-                let last =
-                    |n: usize| R::new((n as f64 - 1.0 - reach.after as f64).min(0.25 / R::EPSILON));
+                let last = |n: usize| {
+                    R::new((n as f64 - 1.0 - reach.after as f64).min(0.25 / R::epsilon()))
+                };
                 let (right, bottom) = (last(raster.width), last(raster.height));
                 let (mut i, mut j) = ([0_i32; TILE], [0_i32; TILE]);
                 // Whole chunks, for a loop without an end of its own; what lies behind the places means nothing.

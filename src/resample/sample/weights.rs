@@ -1,0 +1,46 @@
+//! What wide filters weigh texels with, found for many places before any texel is read.
+//!
+//! The weights are all that differs between filters of as many texels. Found apart, into memory, what reads texels is compiled
+//! once for a number of texels and not for each filter: that is three megabytes, and the lookups take the same time.
+
+use super::place::Places;
+use crate::kernel::tile::TILE;
+use crate::kernel::{Scalar, vectorize};
+use crate::resample::filters::claims::Kernel;
+
+/// The most texels along a side of a window.
+pub(super) const WIDEST: usize = 6;
+
+/// Those of N places along an axis: of each texel of a window in a row.
+pub(super) type Weights<F, const N: usize> = [[F; N]; WIDEST];
+
+/// Finds those of the first `count` places.
+#[inline(always)]
+pub(super) fn along<F: Scalar, K: Kernel<TAPS>, const TAPS: usize, const N: usize>(
+    t: &[F; N],
+    count: usize,
+    weights: &mut Weights<F, N>,
+) {
+    const { assert!(TAPS <= WIDEST) };
+    for k in 0..count.min(N) {
+        for (weights, weight) in weights.iter_mut().zip(K::weights(t[k])) {
+            weights[k] = weight;
+        }
+    }
+}
+
+/// Finds those of the first `count` places of a tile, along u and along v.
+#[inline(never)]
+pub(super) fn find<F: Scalar, K: Kernel<TAPS>, const TAPS: usize>(
+    places: &Places<F>,
+    count: usize,
+    [across, down]: &mut [Weights<F, TILE>; 2],
+) {
+    vectorize(
+        #[inline(always)]
+        || {
+            along::<F, K, TAPS, TILE>(&places.tx, count, across);
+            along::<F, K, TAPS, TILE>(&places.ty, count, down);
+        },
+    );
+}

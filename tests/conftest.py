@@ -72,7 +72,8 @@ def pytest_runtest_makereport(
     return report
 
 
-@dataclass(frozen=True)
+# One of a kind, so that what is computed for a case can be kept for other tests (functools.cache).
+@dataclass(frozen=True, eq=False)
 class Case:
     """One projection to be tested, and how its test is called."""
 

@@ -20,7 +20,9 @@ def _each(text: str) -> tuple[str, ...]:
     return tuple(text.split())
 
 
-PROJECTIONS: list[str] = [entry["name"] for entry in _core.registry()]
+# Made once: each call of the core makes all of it anew.
+PARAMETERS = {entry["name"]: entry["parameters"] for entry in _core.registry()}
+PROJECTIONS: list[str] = list(PARAMETERS)
 CONVENTIONS: list[str] = [f"{row['kind']}:{row['name']}" for row in sm.conventions()]
 FILTERS: list[str] = [entry["name"] for entry in _core.filters()]
 FORMATS = ("pannellum", "marzipano", "photo-sphere-viewer", "deepzoom", "hips")
@@ -195,7 +197,7 @@ def projection(choice: Choice) -> str:
 
 def parameter(choice: Choice, name: str) -> str:
     """Return a parameter of a projection, at an end of its range or beyond."""
-    known = next(entry["parameters"] for entry in _core.registry() if entry["name"] == name)
+    known = PARAMETERS[name]
     if not known:
         return choice.of("fov=90", "x=1")
     row = choice.random.choice(known)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,35 @@ def longitude(x: Array, z: Array) -> Array:
     """In half turns; the seam itself is -1, both poles are 0."""
     out = np.where((x == 0) & (z == 0), 0, np.arctan2(x, z) / pi(x.dtype))
     return np.where((x == 0) & (z < 0), -1, out)
+
+
+@cache
+def gauss(order: int) -> tuple[Array, Array]:
+    """Nodes and weights of Gauss's rule from -1 to 1: eigenvalues, found once."""
+    return np.polynomial.legendre.leggauss(order)
+
+
+def inverse(f: Callable[[Array], Array], y: Array, end: Any) -> Array:
+    """Solve f(x) = y for x from 0 to `end`, where f rises from 0, in the precision of y.
+
+    Bisection brings x near in float64, whose functions are a lot quicker than long double's.
+    Each step along the chord of what is left is off by that width times the error before it.
+    """
+    near = y.astype(np.float64)
+    low, high = np.zeros_like(near), np.full_like(near, end)
+    for _ in range(26):
+        middle = (low + high) / 2
+        less = f(middle) < near
+        low, high = np.where(less, middle, low), np.where(less, high, middle)
+    # Beside a middle the rounding of float64 chooses the side: x may be a little outside.
+    room = high - low
+    low = np.maximum(low - room, 0).astype(y.dtype)
+    high = np.minimum(high + room, np.asarray(end, y.dtype))
+    slope = (f(high) - f(low)) / (high - low)
+    x = (low + high) / 2
+    for _ in range(4):
+        x = np.clip(x - (f(x) - y) / slope, low, high)
+    return x
 
 
 @dataclass(frozen=True)
@@ -111,12 +141,13 @@ def _lag(psi: Array) -> Array:
 def _encode_mollweide(x: Array, y: Array, z: Array, _: Parameters) -> Any:
     _c, _s, h = azimuth(x, z)
     side = pi(x.dtype) * h * h / (1 + np.abs(y))
-    low, high = np.zeros_like(x), np.full_like(x, pi(x.dtype))
-    # Bisection brings ψ near, Newton takes it the rest of the way.
+    near = side.astype(np.float64)
+    low, high = np.zeros_like(near), np.full_like(near, math.pi)
+    # Bisection brings ψ near, in float64 for its speed; Newton takes it the rest of the way.
     psi = np.cbrt(6 * side)
     for _ in range(40):
         middle = (low + high) / 2
-        less = _lag(middle) < side
+        less = _lag(middle) < near
         low, high = np.where(less, middle, low), np.where(less, high, middle)
     psi = np.where(psi > 0.01, (low + high) / 2, psi)
     for _ in range(6):
@@ -257,12 +288,11 @@ def _encode_pannini(x: Array, y: Array, z: Array, k: Parameters) -> Any:
 
 def _pannini_longitude(p: Array, k: Parameters) -> Array:
     d, _, half, width, _ = _pannini(k, p.dtype)
-    low, high = np.zeros_like(p), np.full_like(p, half)
-    for _ in range(70):
-        middle = (low + high) / 2
-        less = (d + 1) / (d + np.cos(middle)) * np.sin(middle) < np.abs(p) * width
-        low, high = np.where(less, middle, low), np.where(less, high, middle)
-    return (low + high) / 2 * np.sign(p)
+
+    def across(angle: Array) -> Array:
+        return (d.astype(angle.dtype) + 1) / (d + np.cos(angle)) * np.sin(angle)
+
+    return inverse(across, np.abs(p) * width, half) * np.sign(p)
 
 
 def _decode_pannini(p: Array, q: Array, _f: Array, k: Parameters) -> Array:
@@ -284,7 +314,7 @@ def _density_pannini(p: Array, q: Array, k: Parameters) -> Array:
 def _pannini_covered(k: Parameters) -> float:
     """∫ 2 sin φ(λ) dλ over the columns."""
     d, s, half, _, height = _pannini(k, np.float64)
-    x, w = np.polynomial.legendre.leggauss(200)
+    x, w = gauss(200)
     angle = half * x
     tan = height / _pannini_tall(d, s, angle)
     return float(np.sum(w * half * 2 * tan / np.sqrt(1 + tan * tan)))
@@ -452,20 +482,9 @@ class Lens:
         return self.radius(theta, parameters) / self.radius(rim, parameters)
 
     def theta(self, r: Array, parameters: Parameters) -> Array:
-        """Bisection, and Newton's steps between the last two places of it."""
         rim = self.rim(parameters, r.dtype)
-        low, high = np.zeros_like(r), np.full_like(r, rim)
-        r = np.where(np.isnan(r), 0, r)
-        for _ in range(26):
-            middle = (low + high) / 2
-            less = self.scaled(middle, parameters) < r
-            low, high = np.where(less, middle, low), np.where(less, high, middle)
-        theta = (low + high) / 2
-        scale = self.radius(rim, parameters)
-        for _ in range(4):
-            off = self.radius(theta, parameters) - r * scale
-            theta = np.clip(theta - off / self.slope(theta, parameters), low, high)
-        return theta
+        reached = np.where(np.isnan(r), 0, r) * self.radius(rim, parameters)
+        return inverse(lambda theta: self.radius(theta, parameters), reached, rim)
 
     def encode(self, x: Array, y: Array, z: Array, parameters: Parameters) -> Any:
         c, s, h = azimuth(x, y)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .atlas import Array, Parameters, World, azimuth, pi, within
+from .atlas import Array, Parameters, World, azimuth, gauss, inverse, pi, within
 
 # A lens ends where its slope has fallen to this part of its chord's.
 LEAST_SLOPE = 0.01
@@ -46,12 +46,7 @@ class Radial:
         return _end(self, tuple(sorted(k.items())))
 
     def theta(self, r: Array, k: Parameters) -> Array:
-        low, high = np.zeros_like(r), np.full_like(r, self.end(k))
-        for _ in range(75):
-            middle = (low + high) / 2
-            less = self.radius(middle, k) < r
-            low, high = np.where(less, middle, low), np.where(less, high, middle)
-        return (low + high) / 2
+        return inverse(lambda theta: self.radius(theta, k), r, self.end(k))
 
 
 @cache
@@ -267,8 +262,13 @@ def _camera(name: str) -> World:
         return np.where(bad, np.nan, out)
 
     def covered(k: Parameters) -> float:
+        return integral(tuple(sorted(k.items())))
+
+    @cache
+    def integral(parameters: tuple[tuple[str, float], ...]) -> float:
         """Gauss's rule over eight parts of the image each way."""
-        x, w = np.polynomial.legendre.leggauss(12)
+        k = dict(parameters)
+        x, w = gauss(12)
         parts = 8
         edges = np.linspace(-1, 1, parts + 1)
         half = 1 / parts

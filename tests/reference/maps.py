@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from . import atlas
-from .atlas import LENSES
+from .atlas import LENSES, gauss
 from .atlas import WORLDS as MAPS
 from .cameras import CAMERAS
 
@@ -75,6 +75,10 @@ FACES = {
     "icosahedral": 10,
 }
 HEMISPHERES = frozenset({"matcap", "hemioctahedral", "concentric"})
+# Maps whose coverage may have an edge that directions can be moved over.
+BORDERED = frozenset(
+    {*HEMISPHERES, *FISHEYES, *WORLDS, "dual_fisheye", "perspective", "cylindrical"}
+)
 # Maps with a row for each pole, where longitude means nothing.
 POLES = frozenset({"latlong", "lambert_cylindrical"})
 # The lines of a face where a formula or one of its derivatives has a kink.
@@ -238,8 +242,10 @@ def permute(axes: str, d: Array, back: bool) -> Array:
 def unscale(d: Array) -> Array:
     """Bring the largest component into [0.5, 1) by a power of two; NaN for zero, NaN, infinite."""
     with np.errstate(all="ignore"):
-        m = np.max(np.abs(d), axis=-1, keepdims=True)
-        good = np.isfinite(m) & (m > 0) & np.all(np.isfinite(d), axis=-1, keepdims=True)
+        # By components: NumPy is slow at reductions along three numbers.
+        x, y, z = np.moveaxis(np.abs(d), -1, 0)
+        m = np.maximum(np.maximum(x, y), z)[..., None]  # NaN if any is
+        good = np.isfinite(m) & (m > 0)
         _, e = np.frexp(np.where(good, m, 1))
         return np.where(good, np.ldexp(d, -e), np.nan)
 
@@ -247,7 +253,12 @@ def unscale(d: Array) -> Array:
 def unit(d: Any) -> Array:
     """Unit vectors, for any finite non-zero input."""
     d = unscale(real(d))
-    return d / np.sqrt(np.sum(d * d, axis=-1, keepdims=True))
+    return d / np.sqrt(dot(d, d))[..., None]
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Products of vectors, by components: NumPy is slow at sums along three numbers."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
 
 
 def angle(a: Any, b: Any) -> Array:
@@ -255,7 +266,7 @@ def angle(a: Any, b: Any) -> Array:
     a = unit(np.asarray(a).astype(np.longdouble))
     b = unit(np.asarray(b).astype(np.longdouble))
     c = np.cross(a, b)
-    return np.arctan2(np.sqrt(np.sum(c * c, axis=-1)), np.sum(a * b, axis=-1))
+    return np.arctan2(np.sqrt(dot(c, c)), dot(a, b))
 
 
 def _azimuth(x: Array, y: Array) -> tuple[Array, Array, Array]:
@@ -1000,7 +1011,7 @@ class Reference:
             d = FORMULAS[self.name].decode(p, q, f, self.parameters)
         d = np.where(np.isnan(p)[..., None], np.nan, d)
         with np.errstate(all="ignore"):
-            d = d / np.sqrt(np.sum(d * d, axis=-1, keepdims=True))
+            d = d / np.sqrt(dot(d, d))[..., None]
         return permute(self.axes, d, back=True)
 
     def valid(self, uv: Any) -> Array:
@@ -1023,6 +1034,8 @@ class Reference:
 
     def clear_of_the_border(self, directions: Any, margin: float = 1e-6) -> Array:
         """Tell directions that rounding cannot move over the edge of the coverage."""
+        if self.name not in BORDERED:
+            return np.ones(np.shape(directions)[:-1], bool)
         view = permute(self.axes, unit(np.asarray(directions).astype(np.longdouble)), back=False)
         x, y, z = view[..., 0], view[..., 1], view[..., 2]
         fov = self.parameters.get("fov", FISHEYES.get(self.name))
@@ -1242,23 +1255,22 @@ class Reference:
                 cuts.add(math.asin(s))
         lo, hi = math.atan2(c, b), math.atan2(d, a)
         points = sorted(x for x in cuts if lo <= x <= hi)
-        total = 0.0
-        for start, stop in pairwise(points):
-            # Cuts at one angle, but for the rounding of their arctangents.
-            if stop - start < 1e-15:
-                continue
-            # φ = start + (stop - start) sin²: takes the square root away at either end.
-            psi = (_GAUSS_X + 1) * (math.pi / 4)
-            phi = start + (stop - start) * np.sin(psi) ** 2
-            dphi = (stop - start) * np.sin(2 * psi) * _GAUSS_W * (math.pi / 4)
-            cos, sin = np.cos(phi), np.sin(phi)
-            with np.errstate(divide="ignore"):
-                inner = np.maximum(a / cos, c / sin)
-                outer = np.minimum(b / cos, d / sin)
-            inner = np.minimum(inner, 1)
-            outer = np.maximum(np.minimum(outer, 1), inner)
-            total += float(np.sum((self._cap(outer) - self._cap(inner)) * dphi))
-        return total
+        # Not between cuts at one angle, but for the rounding of their arctangents.
+        spans = [(x, y - x) for x, y in pairwise(points) if y - x >= 1e-15]
+        start, span = np.array(spans).reshape(-1, 2, 1).swapaxes(0, 1)
+        # φ = start + span sin²: takes the square root away at either end.
+        psi = (_GAUSS_X + 1) * (math.pi / 4)
+        phi = start + span * np.sin(psi) ** 2
+        dphi = span * np.sin(2 * psi) * _GAUSS_W * (math.pi / 4)
+        cos, sin = np.cos(phi), np.sin(phi)
+        with np.errstate(divide="ignore"):
+            inner = np.maximum(a / cos, c / sin)
+            outer = np.minimum(b / cos, d / sin)
+        inner = np.minimum(inner, 1)
+        outer = np.maximum(np.minimum(outer, 1), inner)
+        # Caps of all at once: those of lenses take time by the call, as they are inverted.
+        below, above = self._cap(np.stack([inner, outer]))
+        return float(np.sum((above - below) * dphi))
 
     def sample_interior(self, image: Array, directions: Any, filter: str) -> tuple[Array, Array]:
         """Filtered values in float64 of a one-face image, and where all four taps are plain."""
@@ -1291,7 +1303,7 @@ class Reference:
         return top * (1 - fy) + bottom * fy, plain
 
 
-_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(48)
+_GAUSS_X, _GAUSS_W = gauss(48)
 
 
 def _inside_cell(s: Array, k: int, n: int) -> Array:
@@ -1308,7 +1320,7 @@ def _inside_cell(s: Array, k: int, n: int) -> Array:
 
 def _in_a_square(order: int) -> tuple[list[tuple[Array, Array]], Array]:
     """Give Gauss nodes in the square from -1 to 1, and their weights."""
-    x, wx = np.polynomial.legendre.leggauss(order)
+    x, wx = gauss(order)
     return [tuple(np.meshgrid(x, x, indexing="ij"))], np.outer(wx, wx)
 
 
@@ -1319,7 +1331,7 @@ def _in_triangles(order: int) -> tuple[list[tuple[Array, Array]], Array]:
     run along edges and diagonals of square parts. Only corners-v has oblong parts; there a crease
     crosses some of them, and the result is good to about 1e-6.
     """
-    x, wx = np.polynomial.legendre.leggauss(order)
+    x, wx = gauss(order)
     x, wx = (x + 1) / 2, wx / 2
     r, t = np.meshgrid(x, x, indexing="ij")  # Duffy: r from the center out, t along an edge
     side = r * (2 * t - 1)

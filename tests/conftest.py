@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -163,11 +163,34 @@ def round_trip_limit(name: str, dtype: Any) -> float:
 
 def each(cases: list[Case], *, slow: Sequence[Case] = ()) -> pytest.MarkDecorator:
     """Parametrize a test over cases, each under a name that can be read; over some only if slow."""
-    # The six cameras have as many parameters as all others together.
-    rare = [c for c in cases if c.name.startswith("camera_") and c.options]
-    usual = [pytest.param(c, id=c.id) for c in cases if c not in rare]
+    rare = [c for c in cases if is_rare(c) and c not in slow]
+    usual = [pytest.param(c, id=c.id) for c in cases if c not in rare and c not in slow]
     marked = [pytest.param(c, marks=pytest.mark.slow, id=c.id) for c in (*rare, *slow)]
     return pytest.mark.parametrize("case", [*usual, *marked])
+
+
+def is_rare(case: Case) -> bool:
+    """Tell cases that differ from others in what other projections have tests of."""
+    # The six cameras have as many parameters as all others together.
+    if case.name.startswith("camera_") and case.options:
+        return True
+    # Axes know no projection: those of every fourth are each of the odd ones in turn.
+    return "axes" in case.options and NAMES.index(case.name) % 4 != 0
+
+
+def some_fast(
+    names: str | Sequence[str], values: Iterable[Any], *, fast: Collection[Any], **options: Any
+) -> pytest.MarkDecorator:
+    """Parametrize a test over values, of which only those that are named are not slow."""
+    several = not isinstance(names, str)
+    rows = [
+        pytest.param(
+            *(value if several else (value,)), marks=() if value in fast else pytest.mark.slow
+        )
+        for value in values
+    ]
+    assert all(value in list(values) for value in fast), "a value that there is not"
+    return pytest.mark.parametrize(names, rows, **options)
 
 
 def random_directions(n: int, seed: int, dtype: Any = np.float64) -> np.ndarray:

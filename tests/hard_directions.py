@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -113,8 +114,9 @@ def uniform(dtype: type, n: int = 4000, seed: int = 13) -> Array:
     return np.random.default_rng(seed).normal(size=(n, 3)).astype(dtype)
 
 
+@cache
 def hard(dtype: type) -> Array:
-    """All of them; none is zero, NaN or infinite."""
+    """All of them, to be read alone; none is zero, NaN or infinite."""
     d = np.concatenate(
         [
             signed_zeros(dtype),
@@ -128,11 +130,15 @@ def hard(dtype: type) -> Array:
         ]
     )
     assert d.dtype == dtype and np.all(np.isfinite(d)) and np.all(np.any(d != 0, axis=-1))
+    d.flags.writeable = False
     return d
 
 
+@cache
 def bad(dtype: type) -> Array:
     """Zero in every sign, and every vector with a NaN or an infinity in it."""
     values = np.array([0.0, -0.0, 1.0, -1.0, np.nan, np.inf, -np.inf], dtype)
     d = np.array(list(product(values, repeat=3)), dtype)
-    return d[~np.all(np.isfinite(d), axis=-1) | np.all(d == 0, axis=-1)]
+    d = d[~np.all(np.isfinite(d), axis=-1) | np.all(d == 0, axis=-1)]
+    d.flags.writeable = False
+    return d

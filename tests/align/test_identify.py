@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
+from conftest import some_fast
 from oracles import openimageio_oracle
 from scenes import scene
 
@@ -175,7 +176,7 @@ def provoked(way: str) -> np.ndarray:
     return image
 
 
-@pytest.mark.parametrize(
+@some_fast(
     ("way", "words"),
     [
         ("swapped", "face +z shows -z; face -z shows +z"),
@@ -184,6 +185,7 @@ def provoked(way: str) -> np.ndarray:
         ("upside down", "each shows its own side mirrored and turned by 180°"),
         ("one mirrored", "face +x shows +x mirrored"),
     ],
+    fast=[("one mirrored", "face +x shows +x mirrored")],
 )
 def test_a_face_that_does_not_fit_is_named(way, words):
     result = sm.align.identify(SOURCE, provoked(way), "latlong", "cube")
@@ -191,7 +193,7 @@ def test_a_face_that_does_not_fit_is_named(way, words):
     assert words in result.reason, result.reason
 
 
-@pytest.mark.parametrize(
+@some_fast(
     ("given", "true"),
     [
         ("mollweide", "latlong"),
@@ -201,6 +203,7 @@ def test_a_face_that_does_not_fit_is_named(way, words):
         ("cube", "cube_equiangular"),
         ("angular", "sphere"),
     ],
+    fast=[("cube", "cube_equiangular")],
 )
 def test_the_kind_that_fits_is_named_where_the_given_one_does_not(given, true):
     image = sm.convert(SOURCE, "latlong", true, size=120)
@@ -216,7 +219,7 @@ def test_the_first_image_may_be_of_another_kind():
     assert not result.certain and "image_a fits as 'mollweide'" in result.reason
 
 
-@pytest.mark.parametrize("row", ["py360convert-list", "equilib-list", "unreal", "cmft"])
+@some_fast("row", ["py360convert-list", "equilib-list", "unreal", "cmft"], fast=("cmft",))
 def test_faces_in_the_order_of_a_row(row):
     # A cube as another program stores it, taken for one of ours.
     p = sm.projection("cube", convention=row)
@@ -240,7 +243,7 @@ def test_rows_of_the_table_end_the_answer():
     assert sm.align.identify(SOURCE, turned, "latlong", "cube").rows == ()
 
 
-@pytest.mark.parametrize("name", ["venice", "studio", "park", "night"])
+@some_fast("name", ["venice", "studio", "park", "night"], fast=("park",))
 def test_real_scenes_do_not_mislead(data_folder, name):
     image = openimageio_oracle.read(data_folder / f"{name}.exr")[..., :3]
     cube = sm.convert(image, "latlong", "cube", size=96)
@@ -264,13 +267,14 @@ def test_no_unrelated_scenes_are_related(data_folder):
                 assert not sm.align.identify(cube, unrelated[::-1], "cube", "latlong").certain
 
 
-@pytest.mark.parametrize(
+@some_fast(
     ("a", "b"),
     [
         ("latlong:blender", "cube:opengl"),
         ("latlong:unity", "latlong:mitsuba"),
         ("latlong", "cube:unreal"),
     ],
+    fast=[("latlong", "cube:unreal")],
 )
 def test_the_rows_are_those_that_convert_makes(a, b):
     source = sm.convert(SOURCE, "latlong", a, size=120)

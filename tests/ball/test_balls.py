@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 import spheremap as sm
-from conftest import random_directions
+from conftest import random_directions, some_fast
 from spheremap import io
 from spheremap.align.rotation_search import _grid
 from spheremap.ball.camera import Outline, view
@@ -213,7 +213,7 @@ def test_found_before_a_plain_wall(level):
     assert found.confidence > (0.7 if level in (0.0, 3.0) else 0.1)
 
 
-@pytest.mark.parametrize("lens", ["angular", "perspective"])
+@some_fast("lens", ["angular", "perspective"], fast=("perspective",))
 def test_a_frame_is_no_ball(lens):
     """The round picture of a dome camera, or a porthole: a sharp rim that mirrors nothing."""
     camera = sm.projection(lens, fov=170 if lens == "angular" else 90)

@@ -9,6 +9,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from spheremap import io
 from spheremap.ball.camera import view
 from spheremap.cli import exif
@@ -27,7 +28,7 @@ def pair(distance, fov, pose=POSE, size=160):
     return [photo.astype(np.float32) for photo in photos], [ball] * 2
 
 
-@pytest.mark.parametrize(("distance", "fov"), [(4, 45), (6, 30), (12, 15)])
+@some_fast(("distance", "fov"), [(4, 45), (6, 30), (12, 15)], fast=[(12, 15)])
 def test_two_photos_tell(distance, fov):
     photos, balls = pair(distance, fov)
     found = sm.ball.merge(photos, balls=balls, size=16)
@@ -91,6 +92,7 @@ def test_angle_of_exif(tmp_path):
     assert exif.fov(stored(place, (60, 60), **sensor, **whole)) is None, "cropped"
 
 
+@pytest.mark.slow
 def test_the_command_tells(tmp_path):
     photos, balls = pair(6, 30)
     for name, photo in zip("ab", photos, strict=True):

@@ -9,7 +9,7 @@ import numpy as np
 import pycolmap
 import pytest
 import spheremap as sm
-from conftest import random_directions
+from conftest import random_directions, some_fast
 from spheremap.cameras.quaternions import from_matrix, to_matrix
 
 RIGS = [
@@ -23,7 +23,7 @@ each_rig = pytest.mark.parametrize("options", RIGS, ids=str)
 
 
 @each_rig
-@pytest.mark.parametrize("size", [64, (48, 80)])
+@some_fast("size", [64, (48, 80)], fast=(64,))
 def test_every_direction_is_in_the_middle_of_a_view(options, size):
     rig = sm.cameras.rig(size, **options)
     d = random_directions(100_000, 500)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import reference.stitching as literal
 import spheremap as sm
+from conftest import some_fast
 from spheremap.cameras import mixing, stitching
 from spheremap.cameras.borders import signed_distance
 from spheremap.cameras.exposure import _least_squares
@@ -44,7 +45,9 @@ def lenses(size=256, fov=200):
 
 
 @pytest.mark.parametrize("blend", ["feather", "bands", "nearest"])
-@pytest.mark.parametrize("dst, size", [("latlong", 256), ("cube", 128), ("octahedral", 256)])
+@some_fast(
+    ("dst", "size"), [("latlong", 256), ("cube", 128), ("octahedral", 256)], fast=[("latlong", 256)]
+)
 @pytest.mark.parametrize("name", RIGS)
 def test_a_panorama_comes_back_from_its_views(name, dst, size, blend):
     rig = sm.cameras.rig(256, **RIGS[name])
@@ -79,7 +82,7 @@ def test_a_rotation_turns_what_is_seen():
     assert np.abs(got - want).max() < 4e-3
 
 
-@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float16", "float32", "float64"])
+@some_fast("dtype", ["uint8", "uint16", "float16", "float32", "float64"], fast=("uint8", "float32"))
 @pytest.mark.parametrize("gray", [True, False])
 def test_constants_stay_constant(dtype, gray):
     rig = sm.cameras.rig(64, **RIGS["twelve"])

@@ -199,6 +199,7 @@ def test_a_killed_worker_costs_a_try(skies: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "3 of 3 images converted\n", "")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs a group of processes")
 def test_ctrl_c_leaves_whole_files_and_what_is_left_is_done_later(skies: Path) -> None:
     sky = np.abs(smooth(sm.directions("latlong", 256)))

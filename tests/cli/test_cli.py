@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from spheremap import _core, cli, io
 
 for needed in ("OpenImageIO", "typer", "rich"):
@@ -421,6 +422,7 @@ def test_version_and_help() -> None:
 # --- demo ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_demo_shows_the_sky_in_every_projection(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="the demonstration draws with matplotlib")
     from spheremap.cli import sky
@@ -516,6 +518,7 @@ def test_a_real_probe_becomes_an_upright_panorama(data_folder: Path, tmp_path: P
     assert light[:third].mean() > light[-third:].mean()
 
 
+@pytest.mark.slow
 def test_demo_with_a_real_probe(data_folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="the demonstration draws with matplotlib")
     source, folder = tmp_path / "grace.exr", tmp_path / "demo"
@@ -529,7 +532,9 @@ def test_demo_with_a_real_probe(data_folder: Path, tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(("shape", "name"), [((64, 64), "angular"), ((32, 64), "latlong")])
+@some_fast(
+    ("shape", "name"), [((64, 64), "angular"), ((32, 64), "latlong")], fast=[((64, 64), "angular")]
+)
 def test_demo_takes_the_projection_from_the_aspect(tmp_path, shape, name):
     io.write(tmp_path / "in.exr", np.ones((*shape, 3), np.float32))
     done = run("demo", tmp_path / "out", "--input", tmp_path / "in.exr")

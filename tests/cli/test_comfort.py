@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from spheremap import io
 from spheremap.cli.app import COMMANDS
 from terminals import needs_terminal, on_terminal
@@ -143,8 +144,11 @@ def test_a_terminal_sees_how_far_it_is_and_a_pipe_nothing(tmp_path: Path) -> Non
 HEAVY = ("OpenImageIO", "scipy", "skimage", "matplotlib", "pydantic", "rich.console")
 
 
-@pytest.mark.parametrize(
-    "words", ["--version", "-h", *(f"{command} -h" for command in COMMANDS)], ids=str
+@some_fast(
+    "words",
+    ["--version", "-h", *(f"{command} -h" for command in COMMANDS)],
+    ids=str,
+    fast=("--version", "-h", "convert -h", "info -h"),
 )
 def test_help_waits_for_no_library(words: str) -> None:
     script = (

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from spheremap import io
 from spheremap.cli.lengths import as_bytes
 from spheremap.cli.terminal import UsageError
@@ -142,8 +143,11 @@ def test_what_needs_the_whole_is_wrong_usage(sky: Path, tmp_path: Path) -> None:
     bad(*named, *MEMORY, "--tonemap", "reinhard", code=2, says="integers stay")
 
 
-@pytest.mark.parametrize(
-    "options", [(), ("--filter", "lanczos3"), ("--filter", "area"), ("--filter", "ewa")], ids=str
+@some_fast(
+    "options",
+    [(), ("--filter", "lanczos3"), ("--filter", "area"), ("--filter", "ewa")],
+    ids=str,
+    fast=[(), ("--filter", "lanczos3")],
 )
 def test_holes_weigh_nothing(
     options: tuple[object, ...], small_parts: None, tmp_path: Path

@@ -14,6 +14,7 @@ import filming
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from spheremap import io
 from test_cli import smooth
 
@@ -28,6 +29,12 @@ LINES = {
     for line in SHOWN.finditer(page.read_text(encoding="utf-8"))
     if "COMMAND" not in line[0] and "..." not in line[0]
 }
+# Each command once, as short as it is shown; those that take seconds have other tests.
+SHORT = [
+    min((line for line in LINES if line.split()[1] == command), key=len)
+    for command in dict.fromkeys(line.split()[1] for line in LINES)
+    if command not in ("ball", "demo")
+]
 
 
 def test_the_lines_are_found() -> None:
@@ -78,7 +85,7 @@ def prepare(folder: Path, line: str) -> None:
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
-@pytest.mark.parametrize("line", LINES)
+@some_fast("line", LINES, fast=SHORT)
 def test_it_works_as_typed(line: str, tmp_path: Path) -> None:
     if " demo " in line:
         pytest.importorskip("matplotlib", reason="the demonstration draws with matplotlib")

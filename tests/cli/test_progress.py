@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from spheremap import _progress, io
 from spheremap.cli.steps import Step
 from terminals import needs_terminal, on_terminal
@@ -48,10 +49,16 @@ def test_parts_of_parts_are_parts_of_the_whole() -> None:
 @pytest.mark.parametrize(
     "work",
     [
-        lambda sky, k: sm.convert(sky, "latlong", "octahedral", size=750 * k, filter="area"),
+        pytest.param(
+            lambda sky, k: sm.convert(sky, "latlong", "octahedral", size=750 * k, filter="area"),
+            marks=pytest.mark.slow,
+        ),
         lambda sky, k: sm.light.irradiance(sky, "latlong", "cube", size=24 * k),
-        lambda sky, k: sm.light.prefilter_chain(sky, "latlong", "cube", size=64 * k),
-        lambda sky, k: sm.ball.render(sky, size=200 * k),
+        pytest.param(
+            lambda sky, k: sm.light.prefilter_chain(sky, "latlong", "cube", size=64 * k),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(lambda sky, k: sm.ball.render(sky, size=200 * k), marks=pytest.mark.slow),
     ],
     ids=["convert", "irradiance", "prefilter_chain", "render"],
 )
@@ -96,7 +103,7 @@ WORKS = {
 
 
 @needs_terminal
-@pytest.mark.parametrize("command", WORKS)
+@some_fast("command", WORKS, fast=("convert",))
 def test_each_work_is_named_on_a_terminal_alone(command: str, tmp_path: Path) -> None:
     sky, out = tmp_path / "sky.exr", tmp_path / "o.exr"
     # More texels than `info` sums directly.
@@ -132,7 +139,7 @@ LONG = {
 
 
 @needs_terminal
-@pytest.mark.parametrize("command", LONG)
+@some_fast("command", LONG, fast=("convert",))
 def test_how_much_is_done_and_how_long_it_takes_yet_is_shown(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import spheremap as sm
 import spheremap.dask as smd
+from conftest import some_fast
 from dask.core import get_dependencies
 from spheremap.dask import chains
 
@@ -61,8 +62,15 @@ def test_parts_have_the_bits_of_the_whole(src, dst, size, divided):
     assert parts.npartitions > 2
 
 
+DIVIDED = [
+    ("latlong", "cube", 200, 17, 20),
+    ("cube", "latlong", 190, 45, 100),
+    ("dual_paraboloid", "latlong", 290, 30, 60),
+]
+
+
 @pytest.mark.parametrize("filter", ["trilinear", "ewa"])
-@pytest.mark.parametrize(
+@some_fast(
     ("src", "dst", "size", "divided", "to"),
     [
         ("latlong", "cube", 200, 17, 20),
@@ -74,6 +82,7 @@ def test_parts_have_the_bits_of_the_whole(src, dst, size, divided):
         ("sinusoidal", "angular", 300, 40, 140),
         ("dual_paraboloid", "latlong", 290, 30, 60),
     ],
+    fast=DIVIDED,
 )
 def test_filters_that_look_a_mip_chain_up(monkeypatch, src, dst, size, divided, to, filter):
     monkeypatch.setattr(chains, "_LEAST", 16)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import spheremap as sm
 import spheremap.dask as smd
+from conftest import some_fast
 
 rng = np.random.default_rng(8)
 
@@ -48,7 +49,7 @@ def check(image, chunks, whole, of_chunks, *args, **options):
 
 
 @pytest.mark.parametrize(("projection", "size"), LARGE.items())
-@pytest.mark.parametrize("channels", [(), (2,)])
+@some_fast("channels", [(), (2,)], fast=((2,),))
 def test_integrals_have_the_bits_of_the_whole(projection, size, channels):
     image = texels(projection, size, channels)
     for verb in ("integrate", "mean", "average_direction"):
@@ -56,7 +57,7 @@ def test_integrals_have_the_bits_of_the_whole(projection, size, channels):
 
 
 @pytest.mark.parametrize(("projection", "size"), LARGE.items())
-@pytest.mark.parametrize("kind", ["means", "points"])
+@some_fast("kind", ["means", "points"], fast=("means",))
 def test_coefficients_have_the_bits_of_the_whole(projection, size, kind):
     image = texels(projection, size, (4,) if kind == "means" else ())
     options = {"order": 3, "texels": kind, "rotation": sm.rotation(20, 10)}
@@ -64,7 +65,7 @@ def test_coefficients_have_the_bits_of_the_whole(projection, size, kind):
 
 
 @pytest.mark.parametrize(("projection", "size"), LARGE.items())
-@pytest.mark.parametrize("method", ["exact", "sh"])
+@some_fast("method", ["exact", "sh"], fast=("sh",))
 def test_irradiance_has_the_bits_of_the_whole(projection, size, method):
     image = texels(projection, size, (3,), np.uint8 if projection == "cube" else np.float32)
     options = {"size": 3, "method": method, "order": 2}

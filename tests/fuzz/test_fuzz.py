@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from conftest import some_fast
 
 from .calls import call, targets
 from .campaign import run
@@ -30,7 +31,7 @@ def test_a_call_is_the_same_every_time():
     assert [call(3, k) for k in range(50)] == [call(3, k) for k in range(50)]
 
 
-@pytest.mark.parametrize("piece", range(PIECES))
+@some_fast("piece", range(PIECES), fast=range(2))
 def test_hostile_calls_return_or_raise(piece):
     findings = run(SEED, 750 * piece, 750 * (piece + 1))
     assert not findings, "\n".join(map(str, findings))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import healpy
 import numpy as np
 import pytest
-from conftest import random_directions
+from conftest import random_directions, some_fast
 from spheremap import healpix
 
 
@@ -39,7 +39,7 @@ CENTERS = np.concatenate(
 )
 
 
-@pytest.mark.parametrize("n", [1, 2, 8, 31, 64])
+@some_fast("n", [1, 2, 8, 31, 64], fast=(1, 2, 8, 31))
 @pytest.mark.parametrize("radius", [0.0, 1e-6, 0.01, 0.07, 0.4, 1.3, 1.7, 3.0, np.pi])
 @pytest.mark.parametrize("inclusive", [False, True])
 def test_discs_equal_healpy(n, radius, inclusive):
@@ -100,7 +100,7 @@ def met_by(n, vertices):
     return np.unique(healpix.vec2pix(n, np.concatenate([share @ vertices, vertices])))
 
 
-@pytest.mark.parametrize("n", [2, 4, 31, 64])
+@some_fast("n", [2, 4, 31, 64], fast=(2, 4, 31))
 @pytest.mark.parametrize("inclusive", [False, True])
 def test_polygons_equal_healpy(n, inclusive):
     for nest in orders(n):

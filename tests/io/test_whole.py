@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from spheremap import io
 
 pytest.importorskip("OpenImageIO", reason="files need OpenImageIO: pip install spheremap[cli]")
@@ -41,7 +42,7 @@ FULL = """
 """
 
 
-@pytest.mark.parametrize("kept", [False, True])
+@some_fast("kept", [False, True], fast=(True,))
 @pytest.mark.parametrize("extension", ["exr", "hdr", "tif", "png", "dds", "ktx2"])
 def test_a_full_disk_leaves_what_was_there(tmp_path: Path, extension: str, kept: bool) -> None:
     place = tmp_path / f"out.{extension}"
@@ -114,7 +115,7 @@ def test_symbolic_links_stay(tmp_path: Path) -> None:
     assert (io.read(tmp_path / "real.png") == 9).all()
 
 
-@pytest.mark.parametrize("extension", ["png", "jpg", "exr", "tif", "hdr"])
+@some_fast("extension", ["png", "jpg", "exr", "tif", "hdr"], fast=("png",))
 def test_a_broken_file_is_one_line(tmp_path: Path, extension: str) -> None:
     whole = tmp_path / f"a.{extension}"
     image = np.random.default_rng(2).random((64, 128, 3)).astype(np.float32)

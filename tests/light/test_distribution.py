@@ -12,10 +12,12 @@ from conftest import (
     CASES,
     DEFAULTS,
     LAYOUTS,
+    PARAMETERS,
     assert_same_bits,
     assert_same_bits_everywhere,
     each,
     random_directions,
+    some_fast,
 )
 from hypothesis import given
 from hypothesis import strategies as st
@@ -27,6 +29,9 @@ REC709 = np.array([0.2126, 0.7152, 0.0722])
 SINGLE = 1e-6
 # Axes only change the frame of directions: one case each for a cyclic and a mirrored frame will do.
 SHAPES = [c for c in CASES if "axes" not in c.options]
+# Their tables of densities take most of a second, of whatever image.
+HEAVY = ("tetrahedral", "camera_thin_prism_fisheye", "camera_rad_tan_thin_prism_fisheye")
+each_light_map = each(DEFAULTS, slow=[c for c in DEFAULTS if c.name in HEAVY])
 
 
 def image_of(p: sm.Projection, n: int, seed: int = 0, channels: int = 3) -> np.ndarray:
@@ -60,7 +65,7 @@ def inside_texels(p: sm.Projection, n: int) -> np.ndarray:
     return p.decode(np.stack(np.meshgrid(u, v), -1))
 
 
-@each(SHAPES)
+@each(SHAPES, slow=[c for c in SHAPES if c in PARAMETERS])
 def test_the_density_integrates_to_one(case):
     p = case.make()
     n = smallest(case)
@@ -71,7 +76,7 @@ def test_the_density_integrates_to_one(case):
     assert total == pytest.approx(1, abs=1e-6)
 
 
-@each(LAYOUTS)
+@each(LAYOUTS, slow=[c for c in LAYOUTS if c.name in HEAVY])
 def test_it_is_luminance_over_its_integral(case):
     p = case.make()
     image = image_of(p, 6)
@@ -85,8 +90,8 @@ def test_it_is_luminance_over_its_integral(case):
     np.testing.assert_allclose(dist.pdf(p.directions(6))[held], luminance[held] / integral, 1e-7)
 
 
-@each(DEFAULTS)
-@pytest.mark.parametrize("n", [1, 2, 7, 40])
+@each_light_map
+@some_fast("n", [1, 2, 7, 40], fast=(7,))
 def test_pdf_of_a_sample_is_the_pdf_there(case, n):
     p = case.make()
     dist = sm.light.Distribution(image_of(p, n), p)
@@ -102,7 +107,7 @@ def test_pdf_of_a_sample_is_the_pdf_there(case, n):
     assert np.mean(~np.isclose(dist.pdf(single), pdf32, rtol=1e-5)) < 2e-3
 
 
-@each(DEFAULTS)
+@each_light_map
 def test_chi_square_within_texels(case):
     # Nine texels, and bins of a third of a texel: samples must be even inside texels too, across
     # rims, creases and poles.
@@ -166,8 +171,8 @@ def filled(image, outside):
     return result
 
 
-@each(DEFAULTS)
-@pytest.mark.parametrize("n", [1, 5])
+@each_light_map
+@some_fast("n", [1, 5], fast=(5,))
 def test_samples_are_as_dense_as_pdf_says(case, n):
     # The Jacobian of the sampling map itself: |∂d/∂ξ| is 1/pdf, to 1e-5, everywhere but across
     # the edges of cells, where it jumps.
@@ -191,7 +196,7 @@ def test_samples_are_as_dense_as_pdf_says(case, n):
     assert np.quantile(error, 0.97) < 1.2e-5
 
 
-@each(DEFAULTS)
+@each_light_map
 def test_the_estimate_converges_on_the_integral(case):
     p = case.make()
     image = image_of(p, 12)
@@ -234,7 +239,7 @@ def test_a_low_discrepancy_set_stays_one():
 # --- extreme images
 
 
-@each(DEFAULTS)
+@each_light_map
 def test_a_sun_in_one_texel(case):
     p = case.make()
     d = p.directions(20)
@@ -255,7 +260,7 @@ def test_a_sun_in_one_texel(case):
     assert np.mean(got @ d[at] > np.cos(4 * np.sqrt(omega))) > 0.99
 
 
-@each(DEFAULTS)
+@each_light_map
 def test_one_texel(case):
     p = case.make()
     dist = sm.light.Distribution(np.full(p.shape(1), 7.0), p)
@@ -266,8 +271,8 @@ def test_one_texel(case):
     assert dist.integral == pytest.approx(7 * p.covered_solid_angle, rel=1e-9)
 
 
-@each(DEFAULTS)
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@each_light_map  # one after the other, so that the second finds the tables of the first
 def test_the_ends_of_the_unit_interval(case, dtype):
     p = case.make()
     image = image_of(p, 4)

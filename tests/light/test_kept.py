@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import spheremap as sm
-from conftest import GRIDS, NAMES
+from conftest import GRIDS, NAMES, some_fast
 from scipy.spatial.transform import Rotation
 
 # The stated bound of what a sun of one texel may lose in a conversion by area.
@@ -66,12 +66,14 @@ def pairs() -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize(("a", "b"), pairs())
-@pytest.mark.parametrize("turned", [False, True])
+@some_fast("turned", [False, True], fast=(True,))
 def test_every_measure_finds_the_light_of_every_sun(a, b, turned):
     check(sm.projection(a), 15, sm.projection(b), 13, 1, turned=turned)
 
 
-@pytest.mark.parametrize("name", ["hammer", "mollweide", "sinusoidal", "angular", "sphere"])
+@some_fast(
+    "name", ["hammer", "mollweide", "sinusoidal", "angular", "sphere"], fast=("sphere", "angular")
+)
 def test_maps_with_rims(name):
     p = sm.projection(name)
     check(sm.projection("latlong"), 64, p, 42, 2, turned=False)
@@ -81,8 +83,10 @@ def test_maps_with_rims(name):
 
 
 @pytest.mark.parametrize("grid", GRIDS[1:])
-@pytest.mark.parametrize(
-    "name", ["latlong", "hammer", "sinusoidal", "angular", "cube", "octahedral"]
+@some_fast(
+    "name",
+    ["latlong", "hammer", "sinusoidal", "angular", "cube", "octahedral"],
+    fast=("latlong", "cube", "angular"),
 )
 def test_grids_with_texels_on_the_edges(grid, name):
     p = sm.projection(name, grid=grid)

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 import spheremap as sm
-from conftest import DEFAULTS, LAYOUTS, each, random_directions
+from conftest import DEFAULTS, LAYOUTS, each, random_directions, some_fast
 from spheremap import _core
 
 METHODS = ("median", "variance")
@@ -187,7 +187,7 @@ def disc(p: sm.Projection, n: int, d: np.ndarray, radius: float, light=(900.0, 8
     return np.where(inside[..., None], light, 0.2)
 
 
-@each(DEFAULTS)
+@each(DEFAULTS, slow=[c for c in DEFAULTS if "thin_prism" in c.name])
 def test_a_wide_sun(case):
     # 3° of radius are many texels. Sampled at centers, its area is known to a texel of its edge.
     p = case.make()
@@ -246,7 +246,7 @@ def test_a_sun_in_one_texel(case):
 
 
 @each(DEFAULTS)
-@pytest.mark.parametrize("degrees", [0.001, 0.53, 12.0])
+@some_fast("degrees", [0.001, 0.53, 12.0], fast=(0.53,))
 def test_a_sun_of_any_size_is_put_back_whole(case, degrees):
     # Narrower than a texel and wider than many, anywhere: the energy is that of the sun.
     p = case.make()

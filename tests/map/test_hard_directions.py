@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import CASES, DEFAULTS, each, round_trip_limit
+from conftest import CASES, DEFAULTS, PARAMETERS, each, round_trip_limit
 
 DTYPES = (np.float32, np.float64)
 each_dtype = pytest.mark.parametrize("dtype", DTYPES, ids=["f32", "f64"])
@@ -30,7 +30,7 @@ def worst(error: np.ndarray, d: np.ndarray, limit: float) -> str:
     )
 
 
-@each(CASES)
+@each(CASES, slow=PARAMETERS)
 @each_dtype
 def test_round_trip(case, dtype):
     p, r = case.make(), case.reference()
@@ -49,7 +49,7 @@ def test_round_trip(case, dtype):
     assert error.max() <= limit, worst(error, d, limit)
 
 
-@each(CASES)
+@each(CASES, slow=PARAMETERS)
 @each_dtype
 def test_encode_lands_where_the_reference_says(case, dtype):
     # Through the reference's own decoder in longdouble, so that a seam may round to either side.
@@ -88,7 +88,7 @@ def test_encode_is_good_to_a_few_eps_absolute(case, dtype):
     assert error.max() <= 4 * np.finfo(dtype).eps
 
 
-@each(CASES)
+@each(CASES, slow=PARAMETERS)
 @each_dtype
 def test_decode_is_unit_and_agrees_with_the_reference(case, dtype):
     p, r = case.make(), case.reference()

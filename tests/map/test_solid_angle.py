@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import DEFAULTS, GRIDS, LAYOUTS, PARAMETERS, each
+from conftest import DEFAULTS, GRIDS, LAYOUTS, PARAMETERS, each, some_fast
 
 # Projections whose texels the rim cuts are integrated by quadrature there; the rest have closed
 # forms. These are the two relative bounds that the design states.
@@ -65,7 +65,7 @@ def test_totals_of_layouts_and_parameters(case):
 
 
 @each(DEFAULTS)
-@pytest.mark.parametrize("n", [100, 127, 255, 512, 1024])
+@some_fast("n", [100, 127, 255, 512, 1024], fast=(100, 127, 255))
 def test_totals_at_chosen_sizes(case, n):
     check_total(case.make(), case.reference(), n)
 
@@ -109,7 +109,7 @@ def test_every_texel_against_quadrature(case, n):
 
 @each(DEFAULTS)
 @pytest.mark.parametrize("grid", GRIDS[1:])
-@pytest.mark.parametrize("n", [2, 3, 4, 7, 16])
+@some_fast("n", [2, 3, 4, 7, 16], fast=(2, 7))
 def test_corner_grids(case, grid, n):
     p = case.make(grid=grid)
     r = reference.of(p)

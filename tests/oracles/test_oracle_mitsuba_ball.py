@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from spheremap import io
 from spheremap.ball.camera import View, view
 from spheremap.ball.metals import METALS
@@ -66,7 +67,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES, ids=str)
+@some_fast("case", CASES, ids=str, fast=("near", "off axis"))
 def test_unwrapped(skies, case):
     name, v, turn = CASES[case]
     pose = sm.rotation(*turn)
@@ -94,7 +95,7 @@ def test_unwrapped(skies, case):
     assert wrong < exact - 8
 
 
-@pytest.mark.parametrize(("filter", "least"), [("bilinear", 35.5), ("lanczos3", 40.0)])
+@some_fast(("filter", "least"), [("bilinear", 35.5), ("lanczos3", 40.0)], fast=[("lanczos3", 40.0)])
 def test_small_lamps(skies, filter, least):
     """Lamps up to 3730, in a photo of 256 pixels: each spreads by what the filter adds."""
     v, pose = camera(20, 6.8), sm.rotation(30, 20, 0)
@@ -133,7 +134,7 @@ def test_blind_cone(fov, distance):
     assert angle == pytest.approx(stated, rel=0.01)
 
 
-@pytest.mark.parametrize("turn", [(90, 0, 0), (180, 0, 0)], ids=["90°", "180°"])
+@some_fast("turn", [(90, 0, 0), (180, 0, 0)], ids=["90°", "180°"], fast=[(90, 0, 0)])
 def test_two_shots(skies, turn):
     v, pose = camera(15, 9), sm.rotation(*turn)
     a, b = (oracle.photo(skies["venice"], v, p) for p in (np.eye(3), pose))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import DEFAULTS, LAYOUTS, each, random_directions, valid_uv
+from conftest import DEFAULTS, LAYOUTS, each, random_directions, some_fast, valid_uv
 from spheremap import _arrays, _core
 
 VERBS = ("encode", "decode", "jacobian", "density")
@@ -53,7 +53,7 @@ def test_leading_axes_are_free(case, verb):
 
 @each(DEFAULTS)
 @pytest.mark.parametrize("verb", VERBS)
-@pytest.mark.parametrize("n", [1, 2, 7, 63, 64, 65, 129, 1000])
+@some_fast("n", [1, 2, 7, 63, 64, 65, 129, 1000], fast=(1, 7, 64, 65))
 def test_block_sizes(case, verb, n):
     # Results are the same however the input is cut: no remainder loop of its own.
     p = case.make()
@@ -366,7 +366,7 @@ def test_inputs_are_not_changed(case):
 
 
 @each(DEFAULTS)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@some_fast("dtype", [np.float32, np.float64], fast=(np.float32,))
 def test_huge_arrays_are_the_same_as_small_ones(case, dtype):
     # Past the size where work is split over threads, and not a multiple of any block.
     p = case.make()

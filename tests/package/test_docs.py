@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from conftest import some_fast
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
@@ -33,7 +34,17 @@ def heading(line: str) -> str:
     return re.sub(r"[^\w\- ]", "", line.lstrip("# ").lower()).replace(" ", "-")
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if examples(p).strip()], ids=lambda p: p.name)
+WITH_EXAMPLES = [p for p in PAGES if examples(p).strip()]
+# What starts JAX or Dask takes as long as the examples of all others.
+LONG = ("jax.md", "dask.md")
+
+
+@some_fast(
+    "page",
+    WITH_EXAMPLES,
+    fast=[p for p in WITH_EXAMPLES if p.name not in LONG],
+    ids=[p.name for p in WITH_EXAMPLES],
+)
 def test_the_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if page.name in ("torch.md", "jax.md"):
         # Run by `make test-torch` and `make test-jax`.

@@ -12,6 +12,7 @@ import time
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of memory and signals")
 
@@ -64,7 +65,7 @@ LIMITED = """
 """
 
 
-@pytest.mark.parametrize("room", [8, 100])
+@some_fast("room", [8, 100], fast=(8,))
 @pytest.mark.parametrize("verb", VERBS)
 def test_without_memory_a_call_works_or_raises(verb, room):
     call = VERBS[verb]
@@ -171,8 +172,8 @@ LONG = {
 }
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("call", LONG)
+@some_fast("threads", [1, 2], fast=(2,))
+@some_fast("call", LONG, fast=("irradiance", "lanczos", "integrate"))
 def test_ctrl_c_stops_a_call(call, threads):
     code = textwrap.dedent(STOPPED).format(call=LONG[call], threads=threads)
     process = subprocess.Popen(

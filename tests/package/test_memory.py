@@ -14,6 +14,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
+from conftest import some_fast
 from test_signatures import FUNCTIONS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "decisions" / "memory.md"
@@ -614,8 +615,14 @@ def extra_bytes(prepare: str, call: str, warm: str | None) -> int:
     return int(done.stdout)
 
 
+# Layouts of memory and types of what a plain call takes.
+OTHERWISE = re.compile(
+    "strided|reversed|fortran|half|integers|order|transposed|few rows|mixed|broadcast|bytes|f64"
+)
+
+
 @needs_proc
-@pytest.mark.parametrize("what", CALLS)
+@some_fast("what", CALLS, fast=[what for what in CALLS if not OTHERWISE.search(what)])
 def test_peak_is_inputs_and_outputs_and_two_mib(what):
     extra = extra_bytes(*CALLS[what])
     # The design's number. What passes here stays below one mebibyte: the blocks that numpy

@@ -13,7 +13,7 @@ import hard_directions
 import numpy as np
 import pytest
 import spheremap as sm
-from conftest import DEFAULTS, LAYOUTS, assert_same_bits, each, random_directions
+from conftest import DEFAULTS, LAYOUTS, assert_same_bits, each, random_directions, some_fast
 from spheremap import _core
 
 LEVELS = _core.simd_levels()
@@ -61,8 +61,12 @@ def test_levels_are_bit_equal(case, dtype):
             assert_same_bits(value, want[what], f"{what} at {level}")
 
 
-@each(DEFAULTS)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+# Whose directions take longest to be found.
+HEAVY = ("camera_thin_prism_fisheye", "camera_rad_tan_thin_prism_fisheye", "mollweide")
+
+
+@each(DEFAULTS, slow=[c for c in DEFAULTS if c.name in HEAVY])
+@some_fast("dtype", [np.float32, np.float64], fast=(np.float32,))
 def test_thread_counts_are_bit_equal(case, dtype):
     p = case.make()
     sm.set_num_threads(1)

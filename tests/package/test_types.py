@@ -29,6 +29,7 @@ def mypy(path: Path, cache: Path) -> str:
     return done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_mypy_passes_a_program(tmp_path):
     assert "Success: no issues found in 1 source file" in mypy(PROGRAM, tmp_path)
     # And it does look: an image of bytes is none of floats.

@@ -13,12 +13,16 @@ def plain(image, src, dst, **options):
     return sm.convert(image, src, dst, antialias=False, **options)
 
 
+# Conversions of them by area, which is what is compared with here, take half a second or more.
+HEAVY = ("icosahedral", "mollweide", "healpix", "cube_quadratic", "cube_equiangular")
+
+
 def grating(d: np.ndarray, waves: float) -> np.ndarray:
     """Ripples along three directions, of so many radians a radian at most."""
     return sum(np.cos(waves * (d @ axis)) for axis in np.linalg.qr(np.ones((3, 3)) + np.eye(3))[0])
 
 
-@each(DEFAULTS)
+@each(DEFAULTS, slow=[c for c in DEFAULTS if c.name in HEAVY])
 def test_ripples_finer_than_the_target_fade(case):
     # A texel of the 24 rows spans π/24; ripples of 2π/60 average out, one lookup shows them whole.
     p = case.make()

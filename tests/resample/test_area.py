@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import DEFAULTS, LAYOUTS, NAMES, PARAMETERS, assert_same_bits_everywhere, each
+from conftest import (
+    DEFAULTS,
+    LAYOUTS,
+    NAMES,
+    PARAMETERS,
+    assert_same_bits_everywhere,
+    each,
+    some_fast,
+)
 from reference import area as reference_area
 
 SPHERES = [n for n in NAMES if sm.projection(n).coverage == "sphere"]
@@ -32,7 +40,7 @@ def pairs():
     return list(dict.fromkeys(seen + [(b, a) for a, b in seen]))
 
 
-@pytest.mark.parametrize(("src", "dst"), pairs())
+@some_fast(("src", "dst"), pairs(), fast=[x for x in pairs() if "latlong" in x])
 def test_energy_bounds_and_constants(src, dst):
     a, b = sm.projection(src), sm.projection(dst)
     rng = np.random.default_rng(4)
@@ -103,7 +111,8 @@ def test_far_from_each_other_in_size(n, m):
         assert abs(kept / want - 1) < KEPT and got.min() >= 0 and got.max() <= 1e5
 
 
-@each(LAYOUTS)
+# Maps without layouts are converted in other tests, too.
+@each(LAYOUTS, slow=[c for c in LAYOUTS if c.make().layout is None])
 def test_layouts(case):
     p = case.make()
     faces = sm.projection(case.name)

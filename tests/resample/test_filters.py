@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import DEFAULTS, FILTERS, LOOKUPS, WIDE, each, random_directions
+from conftest import DEFAULTS, FILTERS, LOOKUPS, WIDE, each, random_directions, some_fast
 
 each_wide = pytest.mark.parametrize("filter", WIDE)
 
@@ -74,7 +74,7 @@ def test_lookups_are_the_weighted_sum_of_the_papers(filter, channels, dtype):
 
 @each(DEFAULTS)
 @each_wide
-@pytest.mark.parametrize("dtype", ["uint8", "float16", "float32", "float64"])
+@some_fast("dtype", ["uint8", "float16", "float32", "float64"], fast=("float32",))
 def test_a_constant_stays_constant_to_the_bit(case, filter, dtype):
     p = case.make()
     d = random_directions(3000, 5)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import spheremap as sm
-from conftest import assert_same_bits
+from conftest import assert_same_bits, some_fast
 
 DTYPES = ("bool", "int8", "int16", "int32", "int64", "uint32", "uint64")
 # Some that no smaller type and no float holds.
@@ -27,7 +27,7 @@ def labels(dtype, shape, seed=0):
     return known[places], places.astype(np.uint16), known
 
 
-@pytest.mark.parametrize("channels", [(), (1,), (3,)])
+@some_fast("channels", [(), (1,), (3,)], fast=((3,),))
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("filter", ["nearest", "mode"])
 def test_labels_go_where_their_numbers_go(filter, dtype, channels):

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 
 CASES = [
     ("latlong", "healpix", (24, 48), 8, "area"),
@@ -24,7 +25,9 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("src", "dst", "source", "size", "filter"), CASES)
+@some_fast(
+    ("src", "dst", "source", "size", "filter"), CASES, fast=[c for c in CASES if "healpix" not in c]
+)
 def test_a_matrix_is_its_conversion(src, dst, source, size, filter):
     matrix = sm.weights_matrix(src, dst, size=size, source_shape=source, filter=filter)
     field = np.random.default_rng(0).normal(size=source)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from spheremap.resample.seen import Rectangle, SourceTiles, tiles
 
 rng = np.random.default_rng(11)
@@ -98,7 +99,7 @@ def test_what_is_no_window_is_an_error(dst, window, error):
 
 @pytest.mark.parametrize("dst", TARGETS)
 @pytest.mark.parametrize("src", ["latlong", "cube", "angular"])
-@pytest.mark.parametrize("filter", ["bilinear", "lanczos3"])
+@some_fast("filter", ["bilinear", "lanczos3"], fast=("bilinear",))
 def test_a_window_needs_no_tile_but_those_it_sees(src, dst, filter):
     source = sm.projection(src)
     target = sm.projection(dst).in_world_of(source)

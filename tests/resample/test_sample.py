@@ -9,7 +9,17 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import DEFAULTS, GRIDS, LAYOUTS, NARROW, PARAMETERS, Case, each, random_directions
+from conftest import (
+    DEFAULTS,
+    GRIDS,
+    LAYOUTS,
+    NARROW,
+    PARAMETERS,
+    Case,
+    each,
+    random_directions,
+    some_fast,
+)
 
 each_filter = pytest.mark.parametrize("filter", NARROW)
 DTYPES = ("uint8", "uint16", "float16", "float32", "float64")
@@ -18,6 +28,7 @@ POISON = {"uint8": 255, "uint16": 65535, "float16": 6e4, "float32": 1e30, "float
 CONSTANT = {"uint8": 137, "uint16": 40001, "float16": 0.1, "float32": 0.1, "float64": 0.1}
 # The largest slope of any channel of reference.smooth_function; measured, tested there (< 2.9).
 SLOPE = 2.9
+MORE_LAYOUTS = [c for c in LAYOUTS if c not in DEFAULTS]
 ONE_FACE = [c for c in LAYOUTS if c.make().layout in (None, "faces")]
 
 
@@ -43,7 +54,7 @@ def constant_image(p: sm.Projection, shape: tuple[int, ...], dtype: str, channel
 # --- constants ------------------------------------------------------------------------------
 
 
-@each(LAYOUTS, slow=PARAMETERS)
+@each(DEFAULTS, slow=[*MORE_LAYOUTS, *PARAMETERS])
 @each_filter
 def test_constant_image_is_constant_to_the_bit(case, filter):
     p = case.make()
@@ -282,21 +293,21 @@ def check_smooth(case: Case, size: int, filter: str, **more: str) -> None:
     )
 
 
-@each(LAYOUTS, slow=PARAMETERS)
+@each(DEFAULTS, slow=[*MORE_LAYOUTS, *PARAMETERS])
 @each_filter
 def test_smooth_function_comes_back_everywhere(case, filter):
     check_smooth(case, 48, filter)
 
 
 @each(DEFAULTS)
-@each_filter
+@some_fast("filter", NARROW, fast=("bilinear",))
 def test_smooth_function_at_an_odd_size(case, filter):
     check_smooth(case, 65, filter)
 
 
 @each([c for c in DEFAULTS if c.make().layout is None])
 @each_filter
-@pytest.mark.parametrize("grid", GRIDS[1:])
+@some_fast("grid", GRIDS[1:], fast=("corners",))
 def test_smooth_function_on_corner_grids(case, filter, grid):
     check_smooth(case, 49, filter, grid=grid)
 
@@ -433,7 +444,7 @@ def test_bilinear_is_continuous_inside_a_face(case):
 # --- poison ---------------------------------------------------------------------------------
 
 
-@each(LAYOUTS, slow=PARAMETERS)
+@each(DEFAULTS, slow=[*MORE_LAYOUTS, *PARAMETERS])
 @each_filter
 def test_nothing_leaks_from_outside_the_valid_image(case, filter):
     p = case.make()

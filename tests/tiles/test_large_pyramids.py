@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from full_disk import disk_full_after
 from large_files import shrink
 from scenes import scene
@@ -67,7 +68,7 @@ def expect_same(tmp_path: Path, image: np.ndarray, p: Any, **options: Any) -> No
     assert sorted(x.name for x in tmp_path.iterdir()) == sorted([source.name, "parts", "whole"])
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32])
+@some_fast("dtype", [np.uint8, np.uint16, np.float16, np.float32], fast=(np.uint8,))
 @pytest.mark.parametrize("format", FORMATS)
 def test_files_have_the_bytes_of_the_whole(format: str, dtype: type, tmp_path: Path) -> None:
     image = light()
@@ -78,7 +79,7 @@ def test_files_have_the_bytes_of_the_whole(format: str, dtype: type, tmp_path: P
     expect_same(tmp_path, image.astype(dtype), "latlong", **options)
 
 
-@pytest.mark.parametrize("format", FORMATS)
+@some_fast("format", FORMATS, fast=("hips", "deepzoom"))
 def test_what_is_not_finite_and_turned(format: str, tmp_path: Path) -> None:
     image = light(64)
     image[3:9, 5:30] = np.nan
@@ -97,6 +98,7 @@ def test_a_part_of_the_sphere(format: str, tmp_path: Path) -> None:
     expect_same(tmp_path, image, p, **options)
 
 
+@pytest.mark.slow
 def test_numbers_of_a_survey(tmp_path: Path) -> None:
     pytest.importorskip("astropy")
     image = light()[..., 1:2].copy()

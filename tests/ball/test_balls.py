@@ -202,7 +202,7 @@ def before_a_wall(size, center, radius, level, scene=SCENE, seed=0):
     return photo + 0.01 * rng.standard_normal(photo.shape)
 
 
-@pytest.mark.parametrize("level", [0.0, 0.9, 1.2, 3.0])
+@some_fast("level", [0.0, 0.9, 1.2, 3.0], fast=(0.0, 1.2))
 def test_found_before_a_plain_wall(level):
     photo = before_a_wall((200, 240), (132, 95), 62, level)
     found = sm.ball.find(photo)
@@ -393,7 +393,7 @@ CALLS = {
 }
 
 
-@pytest.mark.parametrize("name", CALLS)
+@some_fast("name", CALLS, fast=[name for name in CALLS if name != "find"])
 def test_layouts_of_memory(name):
     """Strided, reversed, Fortran-ordered and read-only photos are as good as any."""
     want = CALLS[name](WALL)

@@ -374,7 +374,9 @@ def test_the_memory_is_that_of_the_pictures_or_of_two_images(size, held):
 
 
 @pytest.mark.parametrize("blend", ["feather", "nearest"])
-@pytest.mark.parametrize(("dst", "size"), [("latlong", 300), ("cube", 150), ("octahedral", 200)])
+@some_fast(
+    ("dst", "size"), [("latlong", 300), ("cube", 150), ("octahedral", 200)], fast=[("cube", 150)]
+)
 def test_parts_of_a_panorama_are_those_of_the_whole(blend, dst, size, monkeypatch):
     rig = sm.cameras.rig(96, n=12, overlap=0.2)
     pictures = [np.uint8(255 * view) for view in views(rig, 96)]

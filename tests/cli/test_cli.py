@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import spheremap as sm
-from conftest import some_fast
 from spheremap import _core, cli, io
 
 for needed in ("OpenImageIO", "typer", "rich"):
@@ -532,9 +531,8 @@ def test_demo_with_a_real_probe(data_folder: Path, tmp_path: Path) -> None:
     )
 
 
-@some_fast(
-    ("shape", "name"), [((64, 64), "angular"), ((32, 64), "latlong")], fast=[((64, 64), "angular")]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("shape", "name"), [((64, 64), "angular"), ((32, 64), "latlong")])
 def test_demo_takes_the_projection_from_the_aspect(tmp_path, shape, name):
     io.write(tmp_path / "in.exr", np.ones((*shape, 3), np.float32))
     done = run("demo", tmp_path / "out", "--input", tmp_path / "in.exr")

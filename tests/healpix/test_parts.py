@@ -6,7 +6,7 @@ import healpy
 import numpy as np
 import pytest
 from astropy.io import fits
-from conftest import assert_same_bits
+from conftest import assert_same_bits, some_fast
 from spheremap import healpix
 
 NSIDE = 32
@@ -43,7 +43,7 @@ def test_healpy_reads_what_is_made_here_and_the_other_way_round(tmp_path, dtype,
     )
 
 
-@pytest.mark.parametrize("nside", [1, 2, 16, 1024])
+@some_fast("nside", [1, 2, 16, 1024], fast=(1, 2, 16))
 @pytest.mark.parametrize("nest", [False, True])
 def test_an_image_of_a_part_is_that_of_its_whole_map(nside, nest):
     rng = np.random.default_rng(nside)

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 import spheremap as sm
+from conftest import some_fast
 from large_files import shrink
 from spheremap.io import parts, reading, sight, tiling
 from spheremap.resample.seen import Rectangle
@@ -57,7 +58,7 @@ def test_a_file_has_the_bits_of_the_whole(tmp_path, read, written, dst, options)
 @pytest.mark.parametrize(
     "options", [{"skipna": True}, {"alpha": 2}, {"alpha": -1, "skipna": True}], ids=str
 )
-@pytest.mark.parametrize("filter", ["bilinear", "catmull-rom", "area", "nearest"])
+@some_fast("filter", ["bilinear", "catmull-rom", "area", "nearest"], fast=("bilinear", "area"))
 def test_what_weighs_texels_sees_parts_alone(tmp_path, filter, options):
     image = rng.random((96, 192, 3)).astype(np.float32)
     if "skipna" in options:

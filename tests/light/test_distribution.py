@@ -29,8 +29,11 @@ REC709 = np.array([0.2126, 0.7152, 0.0722])
 SINGLE = 1e-6
 # Axes only change the frame of directions: one case each for a cyclic and a mirrored frame will do.
 SHAPES = [c for c in CASES if "axes" not in c.options]
-# Their tables of densities take most of a second, of whatever image.
-HEAVY = ("tetrahedral", "camera_thin_prism_fisheye", "camera_rad_tan_thin_prism_fisheye")
+# Their tables of densities take a third of a second and more, of whatever image.
+HEAVY = (
+    *("tetrahedral", "icosahedral", "camera_unified"),
+    *("camera_thin_prism_fisheye", "camera_rad_tan_thin_prism_fisheye"),
+)
 each_light_map = each(DEFAULTS, slow=[c for c in DEFAULTS if c.name in HEAVY])
 
 

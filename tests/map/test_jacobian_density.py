@@ -6,7 +6,7 @@ import hard_directions
 import numpy as np
 import pytest
 import reference
-from conftest import CASES, DEFAULTS, each, valid_uv
+from conftest import CASES, DEFAULTS, PARAMETERS, each, valid_uv
 
 # The fourth-order difference of the reference in longdouble: 1e-5⁴ times a fifth derivative, which
 # grows beside poles and tips.
@@ -26,7 +26,7 @@ def off_creases(r, uv: np.ndarray, margin: float) -> np.ndarray:
     return ok
 
 
-@each(CASES)
+@each(CASES, slow=PARAMETERS)
 def test_jacobian_against_differences(case):
     p, r = case.make(), case.reference()
     uv = valid_uv(r, 3000, 50, margin=3e-3)
@@ -94,7 +94,7 @@ def test_orientation_of_the_jacobian_is_the_chirality(case):
         assert np.all(sign == expected)
 
 
-@each(CASES)
+@each(CASES, slow=PARAMETERS)
 def test_density_against_the_reference(case):
     p, r = case.make(), case.reference()
     uv = valid_uv(r, 5000, 53)

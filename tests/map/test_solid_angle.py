@@ -92,7 +92,7 @@ def test_totals_at_the_largest_size(case):
 
 
 @each(LAYOUTS + PARAMETERS)
-@pytest.mark.parametrize("n", [1, 2, 5, 13])
+@some_fast("n", [1, 2, 5, 13], fast=(1, 2, 5))
 def test_every_texel_against_quadrature(case, n):
     p, r = case.make(), case.reference()
     if r.grid != "centers" and n == 1:

@@ -35,8 +35,8 @@ def heading(line: str) -> str:
 
 
 WITH_EXAMPLES = [p for p in PAGES if examples(p).strip()]
-# What starts JAX or Dask takes as long as the examples of all others.
-LONG = ("jax.md", "dask.md")
+# They take seconds each.
+LONG = ("jax.md", "dask.md", "cameras.md")
 
 
 @some_fast(

@@ -13,8 +13,12 @@ def plain(image, src, dst, **options):
     return sm.convert(image, src, dst, antialias=False, **options)
 
 
-# Conversions of them by area, which is what is compared with here, take half a second or more.
-HEAVY = ("icosahedral", "mollweide", "healpix", "cube_quadratic", "cube_equiangular")
+# Conversions of them by area, which is what is compared with here, take up to a second.
+HEAVY = (
+    *("icosahedral", "mollweide", "healpix", "cube_quadratic", "cube_equiangular"),
+    *("cube_equal_area", "tetrahedral", "cylindrical", "sinusoidal", "hemi_latlong"),
+    *("pannini", "camera_rad_tan_thin_prism_fisheye"),
+)
 
 
 def grating(d: np.ndarray, waves: float) -> np.ndarray:

@@ -93,7 +93,14 @@ def test_a_halved_image_is_its_own_level(filter):
         assert np.corrcoef(got.ravel(), level.ravel())[0, 1] == pytest.approx(want, abs=0.03)
 
 
-@each(DEFAULTS)
+# Conversions of them by area take longest.
+HEAVY = (
+    *("healpix", "mollweide", "icosahedral", "camera_rad_tan_thin_prism_fisheye"),
+    *("cube_equal_area", "cube_equiangular", "cube_quadratic", "lambert_cylindrical"),
+)
+
+
+@each(DEFAULTS, slow=[c for c in DEFAULTS if c.name in HEAVY])
 def test_seams_do_not_show(case):
     p = case.make()
     image = np.nan_to_num(reference.smooth_function(p.directions(64)))

@@ -243,7 +243,8 @@ def test_rows_of_the_table_end_the_answer():
     assert sm.align.identify(SOURCE, turned, "latlong", "cube").rows == ()
 
 
-@some_fast("name", ["venice", "studio", "park", "night"], fast=("park",))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["venice", "studio", "park", "night"])
 def test_real_scenes_do_not_mislead(data_folder, name):
     image = openimageio_oracle.read(data_folder / f"{name}.exr")[..., :3]
     cube = sm.convert(image, "latlong", "cube", size=96)

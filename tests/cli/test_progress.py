@@ -139,7 +139,7 @@ LONG = {
 
 
 @needs_terminal
-@some_fast("command", LONG, fast=("convert",))
+@some_fast("command", LONG, fast=("identify",))
 def test_how_much_is_done_and_how_long_it_takes_yet_is_shown(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 import reference
 import spheremap as sm
-from conftest import CASES, GRIDS, LAYOUTS, NAMES, REGISTRY, each, random_directions, together
+from conftest import (
+    CASES,
+    GRIDS,
+    LAYOUTS,
+    NAMES,
+    PARAMETERS,
+    REGISTRY,
+    each,
+    random_directions,
+    together,
+)
 from conftest import valid_uv as pick_uv
 from spheremap import _core
 
@@ -152,7 +162,7 @@ def test_face_must_be_an_exact_integer_in_range(name):
     assert p.valid(np.array([0.5, 0.5, -0.0]))
 
 
-@each(CASES)
+@each(CASES, slow=PARAMETERS)
 def test_density_range_holds_and_is_reached(case):
     p, r = case.make(), case.reference()
     lo, hi = p.density_range

@@ -28,7 +28,7 @@ def labels(dtype, shape, seed=0):
 
 
 @some_fast("channels", [(), (1,), (3,)], fast=((3,),))
-@pytest.mark.parametrize("dtype", DTYPES)
+@some_fast("dtype", DTYPES, fast=("bool", "int8", "int64", "uint64"))
 @pytest.mark.parametrize("filter", ["nearest", "mode"])
 def test_labels_go_where_their_numbers_go(filter, dtype, channels):
     image, places, known = labels(dtype, (16, 32, *channels))

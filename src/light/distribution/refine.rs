@@ -21,11 +21,20 @@ impl Visitor for Refine {
         let exact = |u0, u1, v0, v1| p.solid_angle(Rect { u0, u1, v0, v1 });
         let at = |u, v| Uv { u, v, face };
         let smooth = |u0, u1, v0, v1| nine_points(u0, u1, v0, v1, |u, v| p.density(at(u, v)));
+        // What nine points say of this half of a smooth rectangle.
+        let mut half = None;
         // 48 halvings leave 2⁻²⁴ of each side.
         for _ in 0..48 {
             let corners = [at(u0, v0), at(u1, v0), at(u0, v1), at(u1, v1)];
-            let inside =
-                P::INFO.outline != Outline::Shape && corners.iter().all(|uv| p.contains(*uv));
+            let corners_hold = corners.iter().all(|uv| p.contains(*uv));
+            let area = (u1 - u0) * (v1 - v0);
+            let straight = |here: f64| {
+                corners_hold && is_straight(corners.map(|uv| p.density(uv)), area, here)
+            };
+            // It may be smooth along one axis alone, but then corners and nine points do not say the same.
+            if half.is_some_and(straight) {
+                return [u0, u1, v0, v1, face, s, t];
+            }
             let along_u = u1 - u0 >= v1 - v0;
             let (um, vm) = (0.5 * (u0 + u1), 0.5 * (v0 + v1));
             let halves = if along_u {
@@ -36,17 +45,15 @@ impl Visitor for Refine {
             let mut parts = [0.0; 2];
             let mut here = 0.0;
             let mut known = false;
-            if inside {
-                here = smooth(u0, u1, v0, v1);
+            if P::INFO.outline != Outline::Shape && corners_hold {
+                here = half.unwrap_or_else(|| smooth(u0, u1, v0, v1));
                 parts = halves.map(|[a, b, c, d]| smooth(a, b, c, d));
                 known = (parts[0] + parts[1] - here).abs() <= SMOOTH * here;
             }
             if !known {
                 here = exact(u0, u1, v0, v1);
             }
-            let area = (u1 - u0) * (v1 - v0);
-            let corners_hold = corners.iter().all(|uv| p.contains(*uv));
-            if corners_hold && is_straight(corners.map(|uv| p.density(uv)), area, here) {
+            if straight(here) {
                 return [u0, u1, v0, v1, face, s, t];
             }
             if !known {
@@ -55,6 +62,7 @@ impl Visitor for Refine {
                 parts[1] = rest(here, parts[0], || exact(e, f, g, h));
             }
             let first = choose(parts[0], parts[1], if along_u { &mut s } else { &mut t });
+            half = known.then_some(parts[usize::from(!first)]);
             [u0, u1, v0, v1] = halves[usize::from(!first)];
         }
         let places = [

@@ -28,9 +28,8 @@ impl Visitor for Refine {
             let corners = [at(u0, v0), at(u1, v0), at(u0, v1), at(u1, v1)];
             let corners_hold = corners.iter().all(|uv| p.contains(*uv));
             let area = (u1 - u0) * (v1 - v0);
-            let straight = |here: f64| {
-                corners_hold && is_straight(corners.map(|uv| p.density(uv)), area, here)
-            };
+            let densities = corners.map(|uv| p.density(uv));
+            let straight = |here: f64| corners_hold && is_straight(densities, area, here);
             // It may be smooth along one axis alone, but then corners and nine points do not say the same.
             if half.is_some_and(straight) {
                 return [u0, u1, v0, v1, face, s, t];

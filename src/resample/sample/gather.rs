@@ -29,7 +29,6 @@ use crate::kernel::tile::prefetch_item;
 use crate::kernel::{SimdWork, run_simd};
 use crate::number::real::Real;
 use fearless_simd::{Simd, SimdBase};
-use std::marker::PhantomData;
 
 /// Rows of SIDE texels and SLACK numbers.
 #[derive(Clone, Copy)]
@@ -398,17 +397,9 @@ impl<T: Texel, O: Filtered<T>> Gathering<'_, T, O> {
     fn rows<G: Gather<T>, const CHANNELS: usize>(self, weights: G::Weights<'_>) {
         // A window of one texel lies as it is, however its face is turned.
         if const { G::SIDE == 1 } || self.is_straight() {
-            run_simd(Windows::<_, G::Weights<'_>, G, CHANNELS, true>(
-                self,
-                weights,
-                PhantomData,
-            ));
+            run_simd(Windows::<T, O, G, CHANNELS, true>(self, weights));
         } else {
-            run_simd(Windows::<_, G::Weights<'_>, G, CHANNELS, false>(
-                self,
-                weights,
-                PhantomData,
-            ));
+            run_simd(Windows::<T, O, G, CHANNELS, false>(self, weights));
         }
     }
 
@@ -421,10 +412,13 @@ impl<T: Texel, O: Filtered<T>> Gathering<'_, T, O> {
 }
 
 /// A gathering by a filter.
-struct Windows<W, X, G, const CHANNELS: usize, const STRAIGHT: bool>(W, X, PhantomData<G>);
+struct Windows<'a, 'w, T: Texel, O, G: Gather<T>, const CHANNELS: usize, const STRAIGHT: bool>(
+    Gathering<'a, T, O>,
+    G::Weights<'w>,
+);
 
-impl<'w, T, O, G, const CHANNELS: usize, const STRAIGHT: bool> SimdWork
-    for Windows<Gathering<'_, T, O>, G::Weights<'w>, G, CHANNELS, STRAIGHT>
+impl<T, O, G, const CHANNELS: usize, const STRAIGHT: bool> SimdWork
+    for Windows<'_, '_, T, O, G, CHANNELS, STRAIGHT>
 where
     T: Texel,
     O: Filtered<T>,

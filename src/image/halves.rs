@@ -10,7 +10,9 @@
 //! one change of unrelated code, now with another. So what reads one has no branch, and what writes one is called.
 
 use crate::image::texel::{Texel, joined, narrow_u16, parted, widen_u16};
-use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdCvtFloat, SimdInto, f32x4, i32x4, u32x4};
+use fearless_simd::{
+    Bytes, Select, Simd, SimdBase, SimdCombine, SimdCvtFloat, SimdInto, f32x4, f32x8, i32x4, u32x4,
+};
 use half::f16;
 
 /// What exponents of f32 are more than those of halves.
@@ -39,6 +41,11 @@ impl Texel for f16 {
     #[inline(always)]
     fn load_four<S: Simd>(simd: S, texels: &[f16; 4]) -> f32x4<S> {
         to_four(simd, texels)
+    }
+    #[inline(always)]
+    fn load_eight<S: Simd>(simd: S, texels: &[f16; 8]) -> f32x8<S> {
+        let [a, b, c, d, e, f, g, h] = *texels;
+        to_four(simd, &[a, b, c, d]).combine(to_four(simd, &[e, f, g, h]))
     }
     #[inline(always)]
     fn store(x: f32) -> f16 {

@@ -2,7 +2,8 @@
 
 use crate::kernel::Scalar;
 use fearless_simd::{
-    Bytes, Select, Simd, SimdBase, SimdCvtFloat, f32x4, f64x4, i32x4, u8x16, u16x8, u32x4, u64x2,
+    Bytes, Select, Simd, SimdBase, SimdCombine, SimdCvtFloat, f32x4, f32x8, f64x4, f64x8, i32x4,
+    i32x8, u8x16, u16x8, u32x4, u64x2,
 };
 use half::f16;
 
@@ -17,6 +18,8 @@ pub trait Texel: Copy + Default + Send + Sync + Filtered<Self> + 'static {
     fn load_four<S: Simd>(simd: S, texels: &[Self; 4]) -> Four<Self, S> {
         Four::<Self, S>::load_array(simd, texels.map(Self::load))
     }
+    /// Those of eight.
+    fn load_eight<S: Simd>(simd: S, texels: &[Self; 8]) -> Eight<Self, S>;
     /// The nearest texel; integers saturate, and NaN is 0 there.
     fn store(x: Self::Float) -> Self;
     /// Those of four numbers.
@@ -36,6 +39,9 @@ pub trait Texel: Copy + Default + Send + Sync + Filtered<Self> + 'static {
 
 /// Four numbers as filters of texels of type T compute them.
 pub type Four<T, S> = <<T as Texel>::Float as Scalar>::Four<S>;
+
+/// Eight of them.
+pub type Eight<T, S> = <<T as Texel>::Float as Scalar>::Eight<S>;
 
 /// What lookups among texels of type T are stored as: T itself, or the float that they are filtered in where
 /// more is to be done with them before they are rounded.
@@ -85,7 +91,7 @@ macro_rules! filtered_as_f32 {
 filtered_as_f32!(u8, u16, f16);
 
 macro_rules! integer_texel {
-    ($t:ty, $name:literal, $widen:ident, $narrow:ident) => {
+    ($t:ty, $name:literal, $widen:ident, $widen_eight:ident, $narrow:ident) => {
         impl Texel for $t {
             type Float = f32;
             const NOTHING: f64 = 0.0;
@@ -100,6 +106,11 @@ macro_rules! integer_texel {
             #[inline(always)]
             fn load_four<S: Simd>(simd: S, texels: &[$t; 4]) -> f32x4<S> {
                 f32x4::float_from($widen(simd, *texels).bitcast::<i32x4<S>>())
+            }
+            #[inline(always)]
+            fn load_eight<S: Simd>(simd: S, texels: &[$t; 8]) -> f32x8<S> {
+                let [low, high] = $widen_eight(simd, *texels);
+                f32x8::float_from(low.combine(high).bitcast::<i32x8<S>>())
             }
             #[inline(always)]
             fn store(x: f32) -> $t {
@@ -124,8 +135,8 @@ macro_rules! integer_texel {
         }
     };
 }
-integer_texel!(u8, "uint8", widen_u8, narrow_u8);
-integer_texel!(u16, "uint16", widen_u16, narrow_u16);
+integer_texel!(u8, "uint8", widen_u8, widen_eight_u8, narrow_u8);
+integer_texel!(u16, "uint16", widen_u16, widen_eight_u16, narrow_u16);
 
 /// What leaves the nearest integer of a small number in the last bits of their sum.
 const MAGIC: f32 = 8_388_608.0;
@@ -137,6 +148,14 @@ fn widen_u8<S: Simd>(simd: S, bytes: [u8; 4]) -> u32x4<S> {
     let zero = u8x16::splat(simd, 0);
     let halves: u16x8<S> = simd.zip_low_u8x16(bytes, zero).bitcast();
     simd.zip_low_u16x8(halves, zero.bitcast()).bitcast()
+}
+
+/// Eight bytes as words.
+#[inline(always)]
+fn widen_eight_u8<S: Simd>(simd: S, bytes: [u8; 8]) -> [u32x4<S>; 2] {
+    let bytes: u8x16<S> = u64x2::splat(simd, u64::from_ne_bytes(bytes)).bitcast();
+    let zero = u8x16::splat(simd, 0);
+    widened(simd, simd.zip_low_u8x16(bytes, zero).bitcast())
 }
 
 /// The lowest bytes of four words.
@@ -154,6 +173,21 @@ pub(super) fn widen_u16<S: Simd>(simd: S, halves: [u16; 4]) -> u32x4<S> {
     // One load: put together from four it took as long as the filter.
     let halves: u16x8<S> = u64x2::splat(simd, joined(halves)).bitcast();
     simd.zip_low_u16x8(halves, u16x8::splat(simd, 0)).bitcast()
+}
+
+/// Eight halves as words.
+#[inline(always)]
+fn widen_eight_u16<S: Simd>(simd: S, halves: [u16; 8]) -> [u32x4<S>; 2] {
+    widened(simd, u16x8::load_array(simd, halves))
+}
+
+#[inline(always)]
+fn widened<S: Simd>(simd: S, halves: u16x8<S>) -> [u32x4<S>; 2] {
+    let zero = u16x8::splat(simd, 0);
+    [
+        simd.zip_low_u16x8(halves, zero).bitcast(),
+        simd.zip_high_u16x8(halves, zero).bitcast(),
+    ]
 }
 
 /// The lower halves of four words.
@@ -178,7 +212,7 @@ pub(super) fn parted(word: u64) -> [u16; 4] {
 }
 
 macro_rules! float_texel {
-    ($t:ident, $name:literal, $four:ident) => {
+    ($t:ident, $name:literal, $four:ident, $eight:ident) => {
         impl Texel for $t {
             type Float = $t;
             const NOTHING: f64 = f64::NAN;
@@ -196,6 +230,10 @@ macro_rules! float_texel {
                 $four::load_array_ref(simd, texels)
             }
             #[inline(always)]
+            fn load_eight<S: Simd>(simd: S, texels: &[$t; 8]) -> Eight<$t, S> {
+                $eight::load_array_ref(simd, texels)
+            }
+            #[inline(always)]
             fn store(x: $t) -> $t {
                 x
             }
@@ -205,23 +243,26 @@ macro_rules! float_texel {
         }
     };
 }
-float_texel!(f32, "float32", f32x4);
-float_texel!(f64, "float64", f64x4);
+float_texel!(f32, "float32", f32x4, f32x8);
+float_texel!(f64, "float64", f64x4, f64x8);
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::kernel::{SimdWork, run_baseline, run_simd};
 
-    /// Four numbers as texels, and these as numbers, side by side.
-    struct Both<'a, T>([f32; 4], &'a mut [T; 4], &'a mut [f32; 4]);
+    /// Four numbers as texels, and these as numbers, side by side: four, and twice four.
+    struct Both<'a, T>([f32; 4], &'a mut [T; 4], &'a mut [[f32; 4]; 3]);
 
     impl<T: Texel<Float = f32>> SimdWork for Both<'_, T> {
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
             let Both(numbers, texels, loaded) = self;
             *texels = T::store_four(simd, Four::<T, S>::load_array(simd, numbers));
-            *loaded = T::load_four(simd, texels).to_array();
+            let [a, b, c, d] = *texels;
+            let eight = T::load_eight(simd, &[a, b, c, d, d, c, b, a]).to_array();
+            let (four, [e, f, g, h, i, j, k, l]) = (T::load_four(simd, texels), eight);
+            *loaded = [four.to_array(), [e, f, g, h], [i, j, k, l]];
         }
     }
 
@@ -249,7 +290,7 @@ mod tests {
         ];
         let all: Vec<f32> = hard.into_iter().chain(halves).chain(some).collect();
         for numbers in all.as_chunks::<4>().0 {
-            let (mut texels, mut loaded) = ([T::default(); 4], [0.0; 4]);
+            let (mut texels, mut loaded) = ([T::default(); 4], [[0.0; 4]; 3]);
             for best in [true, false] {
                 let both = Both(*numbers, &mut texels, &mut loaded);
                 if best {
@@ -258,7 +299,8 @@ mod tests {
                     run_baseline(both);
                 }
                 assert_eq!(texels, numbers.map(T::store), "{numbers:?}");
-                assert_eq!(loaded, texels.map(T::load));
+                let [a, b, c, d] = texels.map(T::load);
+                assert_eq!(loaded, [[a, b, c, d], [a, b, c, d], [d, c, b, a]]);
             }
         }
     }

@@ -27,7 +27,7 @@ use crate::kernel::tile::{Rows, W};
 use crate::kernel::tile::{TILE, Tile, Tuples, TuplesMut};
 use crate::number::math::Polynomials;
 use crate::number::real::Real;
-use fearless_simd::{Level, Simd, SimdBase, f32x4, f64x4};
+use fearless_simd::{Level, Simd, SimdBase, SimdCombine, SimdSplit, f32x4, f32x8, f64x4, f64x8};
 use std::ops::BitOr;
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -38,7 +38,13 @@ pub trait Scalar: Real<Mask = bool> + PartialOrd + Polynomials + Default + Send 
 
     /// Four of them side by side.
     #[doc(hidden)]
-    type Four<S: Simd>: SimdBase<S, Element = Self, Array = [Self; 4]>;
+    type Four<S: Simd>: SimdBase<S, Element = Self, Array = [Self; 4]>
+        + SimdCombine<S, Combined = Self::Eight<S>>;
+
+    /// Eight of them.
+    #[doc(hidden)]
+    type Eight<S: Simd>: SimdBase<S, Element = Self, Array = [Self; 8]>
+        + SimdSplit<S, Split = Self::Four<S>>;
 
     /// An unsigned integer of its size.
     #[doc(hidden)]
@@ -59,9 +65,10 @@ pub trait Scalar: Real<Mask = bool> + PartialOrd + Polynomials + Default + Send 
 }
 
 macro_rules! scalar {
-    ($t:ty, $four:ident, $word:ty, $first:expr, $outside:expr) => {
+    ($t:ty, $four:ident, $eight:ident, $word:ty, $first:expr, $outside:expr) => {
         impl Scalar for $t {
             type Four<S: Simd> = $four<S>;
+            type Eight<S: Simd> = $eight<S>;
             type Word = $word;
 
             #[inline(always)]
@@ -90,8 +97,8 @@ macro_rules! scalar {
         }
     };
 }
-scalar!(f32, f32x4, u32, 108 << 24, 0xe000_0000);
-scalar!(f64, f64x4, u64, 983 << 53, 0xf800_0000_0000_0000);
+scalar!(f32, f32x4, f32x8, u32, 108 << 24, 0xe000_0000);
+scalar!(f64, f64x4, f64x8, u64, 983 << 53, 0xf800_0000_0000_0000);
 
 /// A formula from I numbers to O numbers.
 pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {

@@ -31,11 +31,11 @@ use crate::kernel::{Scalar, vectorize};
 use crate::number::real::Real;
 use crate::resample::coordinate_map::CoordinateMap;
 use crate::resample::filters::LookupFilter;
-use crate::resample::footprint::{Footprint, Part, measure};
-use crate::resample::polynomial::CoordinatePolynomial;
+use crate::resample::footprint::{Footprint, Measuring, Part, measure};
+use crate::resample::polynomial::{CoordinatePolynomial, RUN};
 use crate::resample::sample::{
-    LANES, Lookups, MOST, Parallelograms, Rectangle, Spread, TOGETHER, Texture, any_several, count,
-    division, means,
+    LANES, Lookups, MOST, Parallelograms, Rectangle, Rooms, Runs, SEVERAL, Sight, Spread, TOGETHER,
+    Texture, any_several, count, division,
 };
 use std::cell::LazyCell;
 
@@ -51,6 +51,11 @@ const NARROW: f64 = 1e-3;
 /// By how many source texels a texel may differ from a bent parallelogram that is taken for it: as little as f32
 /// coordinates are off.
 const BEND: f64 = 1.0 / 350.0;
+
+/// Terms of third order, of a texel that reaches one source texel from its center, with which those of a run are as good as of one shape.
+/// Slopes of 16 texels are k²/2 of a third derivative u‴ from those in the middle, and from a line through the nodes at most 17.5 u‴; places are
+/// moved by up to half of that. A texel's own term of third order is u‴/48, so this is a share of 1/32.
+const ALIKE: f64 = 1.0 / 32.0 / 8.75 / 48.0;
 
 /// Sides are not halved below this, in u or v.
 const SHORTEST: f64 = 1e-6;
@@ -68,21 +73,37 @@ pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
     filter: LookupFilter,
     lookups: Lookups<'s, 'a, T, T::Float, R>,
     parts: Vec<(Part, u16)>,
+    taken: Taken,
+    measuring: Box<Measuring>,
     /// Of the samples that are being put together.
     next: Owners,
     /// Of those that are being looked up, and of those whose values are there.
     owners: [Owners; 2],
     /// What the texels of the present patch are in the source; none where nobody asked yet.
     form: Option<Form>,
+    /// Whether those that follow each other in a row have nearly one shape.
+    alike: bool,
     /// Second derivatives of its coordinates; zeros where they do not matter.
     bends: Tile<R, 6>,
+    /// Its slopes at the nodes of runs, and the second derivatives down; zeros where they do not matter.
+    nodes: Box<(Tile<R, 4>, Tile<R, 2>)>,
     values: Vec<T::Float>,
     current: usize,
     sums: Sums,
     done: Done,
     /// The means, texel by texel of the block.
     means: Vec<T>,
-    seen: Box<Parallelograms<T::Float>>,
+    seen: Box<Parallelograms>,
+    runs: Box<Runs>,
+    rooms: Box<Rooms<T::Float>>,
+}
+
+/// Parts that are looked at, what they are by themselves, and what they see.
+#[derive(Default)]
+struct Taken {
+    of: Vec<(Part, u16)>,
+    parts: Vec<Part>,
+    footprints: Vec<Footprint>,
 }
 
 /// Texels of the last block whose means are there.
@@ -107,6 +128,15 @@ impl Done {
         length: 0,
     };
 
+    /// None of a block.
+    fn of(area: Rectangle, block: &Block) -> Done {
+        Done {
+            area,
+            length: block.columns * block.rows,
+            ..Done::NONE
+        }
+    }
+
     fn put(&mut self, texel: usize) {
         self.texels[texel] = true;
         self.count += 1;
@@ -116,6 +146,8 @@ impl Done {
 /// What the texels of a patch are in the source.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
+    /// Too small for several lookups.
+    Single,
     Parallelograms,
     /// Whose sides are parabolas.
     Bent,
@@ -239,10 +271,14 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             filter,
             lookups: Lookups::new(source, filter, nothing),
             parts: Vec::new(),
+            taken: Taken::default(),
+            measuring: Measuring::new(),
             next: Owners::NONE,
             owners: [Owners::NONE; 2],
             form: None,
+            alike: false,
             bends: Tile::new(),
+            nodes: Box::new((Tile::new(), Tile::new())),
             values: vec![T::Float::default(); 2 * TILE * channels],
             current: 0,
             sums: Sums {
@@ -251,8 +287,10 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
                 sums: vec![0.0; TILE * channels],
             },
             done: Done::NONE,
-            means: vec![T::default(); (TILE + 1) * channels.max(4)],
+            means: vec![T::default(); TILE * channels],
             seen: Box::new(Parallelograms::new()),
+            runs: Box::new(Runs::new()),
+            rooms: Box::new(Rooms::new()),
         }
     }
 
@@ -260,7 +298,61 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     pub fn next_patch(&mut self) {
         if self.form.take() == Some(Form::Bent) {
             self.bends = Tile::new();
+            self.nodes.1 = Tile::new();
         }
+    }
+
+    /// Whether means wait to be written.
+    pub fn waits(&self) -> bool {
+        self.done.length > 0
+    }
+
+    /// Averages those runs of a block that see several texels inside of a face: arguments are those of [`Antialias::block`], which does the
+    /// rest where these are not all.
+    pub fn inside(
+        &mut self,
+        centers: &Centers<R>,
+        block: &Block,
+        places: &Tile<R, 3>,
+        (patch, row): (&CoordinatePolynomial<R>, usize),
+        area: Rectangle,
+    ) -> Sight {
+        let form = self.form(patch, block, || {
+            let mut uv = Tile::new();
+            centers.of(block, &mut uv);
+            uv
+        });
+        if form == Form::Single {
+            return Sight::Single;
+        }
+        if form == Form::Other || !self.alike {
+            return Sight::Other;
+        }
+        let (slopes, down) = &mut *self.nodes;
+        patch.slopes_at_nodes(row, block, slopes);
+        if form == Form::Bent {
+            patch.bends_at_nodes(row, block, down);
+        }
+        let face = places.0[2][0].whole() as usize;
+        let sight = self.runs.set(
+            (&self.source.raster, face, self.filter),
+            [block.columns, block.rows],
+            places,
+            (slopes, down),
+        );
+        if !self.runs.any_inside() {
+            return sight;
+        }
+        let source = (self.source, self.filter);
+        let rooms = (face, &mut *self.rooms);
+        self.done = Done::of(area, block);
+        let done = &mut self.done;
+        done.count = (self.runs).means(source, rooms, &mut done.texels, &mut self.means);
+        if done.count == 0 {
+            done.length = 0;
+            return Sight::Other;
+        }
+        sight
     }
 
     /// Averages those texels of a block that need it: `places` are where they lie in the source, and `patch` is where
@@ -275,7 +367,8 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         area: Rectangle,
     ) -> bool {
         let mut apart = [false; TILE];
-        if !coarse(&self.source.raster, places, block, &mut apart) {
+        let begun = self.waits();
+        if !coarse(&self.source.raster, places, block, &mut apart) && !begun {
             return false;
         }
         let n = block.columns * block.rows;
@@ -285,16 +378,14 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             uv
         });
         self.sums.weights = [0.0; TILE];
-        let patch = patch.filter(|(patch, _)| self.form(patch, block, || &uv) != Form::Other);
-        self.done = Done {
-            area,
-            length: n,
-            ..Done::NONE
-        };
+        let patch = patch.filter(|(patch, _)| self.form(patch, block, || *uv) != Form::Other);
+        if !begun {
+            self.done = Done::of(area, block);
+        }
         if let Some((patch, row)) = patch {
             let mut slopes = Tile::new();
             patch.slopes(row, block, &mut slopes);
-            if !any_several(&self.source.raster, &slopes, n) {
+            if !begun && !any_several(&self.source.raster, &slopes, n) {
                 return false;
             }
             if self.form == Some(Form::Bent) {
@@ -303,7 +394,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             self.parallelograms(places, &slopes, n, || &uv);
         } else {
             for k in (0..n).filter(|&k| apart[k] && !places.0[0][k].is_nan()) {
-                self.part(&uv, k);
+                if !self.done.texels[k] {
+                    self.part(&uv, k);
+                }
             }
         }
         if self.done.count == n {
@@ -332,34 +425,59 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
 
     /// What texels of a patch are as good as in the source, if they need no weights by solid angle. `uv` are the centers of one
     /// of its blocks.
-    fn form<'u>(
+    fn form(
         &mut self,
         patch: &CoordinatePolynomial<R>,
         block: &Block,
-        uv: impl Fn() -> &'u Tile<R, 3>,
+        uv: impl Fn() -> Tile<R, 3>,
     ) -> Form {
         if let Some(form) = self.form {
             return form;
         }
-        let uv = uv();
+        let form = self.form_of(patch, block, uv);
+        self.form = Some(form);
+        form
+    }
+
+    fn form_of(
+        &mut self,
+        patch: &CoordinatePolynomial<R>,
+        block: &Block,
+        uv: impl Fn() -> Tile<R, 3>,
+    ) -> Form {
         let raster = &self.source.raster;
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
+        let sides = patch.longest_sides(scale);
+        if sides
+            .iter()
+            .all(|[x, y]| x * x + y * y <= f64::from(SEVERAL))
+        {
+            return Form::Single;
+        }
+        let uv = uv();
         let mut footprints = [Footprint::default(); 2];
         let parts = [0, block.columns * block.rows - 1]
             .map(|k| Part::of_texel(self.target, uv.at(k).map(Scalar::to_f64)));
-        measure(&self.coordinate_map, raster, &parts, &mut footprints);
+        let way = (&self.coordinate_map, &mut *self.measuring);
+        measure(way, raster, &parts, &mut footprints);
         let small = footprints.iter().all(|footprint| {
             let [a, b] = footprint.angles;
             a.max(b) < 0.5 * WIDEST
         });
         let halves = self.target.along_u.on_edges() || self.target.along_v.on_edges();
-        let form = match (small && !halves).then(|| patch.beyond(2, scale) <= BEND) {
-            Some(true) => Form::Parallelograms,
-            Some(false) if patch.beyond(3, scale) <= BEND => Form::Bent,
-            _ => Form::Other,
-        };
-        self.form = Some(form);
-        form
+        if !small || halves {
+            return Form::Other;
+        }
+        let third = patch.beyond(3, scale);
+        let [reach_u, reach_v] = [0, 1].map(|axis| 0.5 * (sides[0][axis] + sides[1][axis]));
+        self.alike = block.columns >= RUN && third <= ALIKE * reach_u.max(reach_v).max(1.0);
+        if patch.beyond(2, scale) <= BEND {
+            Form::Parallelograms
+        } else if third <= BEND {
+            Form::Bent
+        } else {
+            Form::Other
+        }
     }
 
     /// Averages over texels that are parallelograms about places of the source, by their `slopes`; what is in the way of one is left
@@ -381,7 +499,8 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             let done = &mut self.done.texels[first..first + count];
             let means_of = &mut self.means[first * self.channels..];
             let source = (self.source, self.filter);
-            let found = means(source, (&mut self.seen, face), done, means_of);
+            let rooms = (face, &mut *self.rooms);
+            let found = self.seen.means(source, rooms, done, means_of);
             self.done.count += found;
             if found == count {
                 continue;
@@ -485,7 +604,19 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             let start = area.start + first / area.columns * area.stride;
             let row = &mut band[start * n..][..columns * n];
             if done.iter().all(|done| *done) {
-                row.copy_from_slice(means);
+                vectorize(
+                    #[inline(always)]
+                    || {
+                        // Of a length that is known here: for a few hundred bytes a call is as long as the copy.
+                        let whole = if CHANNELS > 0 { RUN * CHANNELS } else { 64 };
+                        let into = row.chunks_exact_mut(whole);
+                        for (into, means) in into.zip(means.chunks_exact(whole)) {
+                            into.copy_from_slice(means);
+                        }
+                        let rest = row.len() / whole * whole;
+                        row[rest..].copy_from_slice(&means[rest..]);
+                    },
+                );
                 continue;
             }
             let texels = row.chunks_exact_mut(n).zip(means.chunks_exact(n));
@@ -498,24 +629,26 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     /// Takes the last parts: halves them, or looks up places in them. Whole texels that need one place are left alone.
     fn divide(&mut self, whole: bool) {
         let first = self.parts.len().saturating_sub(TILE);
-        let mut taken = [(Part::default(), 0); TILE];
-        let n = self.parts.len() - first;
-        taken[..n].copy_from_slice(&self.parts[first..]);
-        self.parts.truncate(first);
-        let mut parts = [Part::default(); TILE];
-        for (part, (taken, _)) in parts.iter_mut().zip(&taken[..n]) {
-            *part = *taken;
-        }
-        let mut footprints = [Footprint::default(); TILE];
+        // Taken over, so that what comes of them is added behind the others.
+        let mut taken = std::mem::take(&mut self.taken);
+        taken.of.clear();
+        taken.of.extend(self.parts.drain(first..));
+        taken.parts.clear();
+        taken.parts.extend(taken.of.iter().map(|(part, _)| *part));
+        taken
+            .footprints
+            .resize(taken.of.len(), Footprint::default());
+        let way = (&self.coordinate_map, &mut *self.measuring);
         measure(
-            &self.coordinate_map,
+            way,
             &self.source.raster,
-            &parts[..n],
-            &mut footprints,
+            &taken.parts,
+            &mut taken.footprints,
         );
-        for (&(part, texel), footprint) in taken[..n].iter().zip(&footprints) {
+        for (&(part, texel), footprint) in taken.of.iter().zip(&taken.footprints) {
             self.one(part, texel, footprint, whole);
         }
+        self.taken = taken;
     }
 
     fn one(&mut self, mut part: Part, texel: u16, footprint: &Footprint, whole: bool) {

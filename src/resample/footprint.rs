@@ -94,22 +94,38 @@ fn columns(j: [f64; 6]) -> [[f64; 3]; 2] {
     [[j[0], j[2], j[4]], [j[1], j[3], j[5]]]
 }
 
+/// What measuring needs in between, kept from call to call: of few parts, to clear so much took longer than the rest.
+pub struct Measuring {
+    places: [Tile<f64, 3>; 2],
+    jacobians: [Tile<f64, 6>; 2],
+}
+
+impl Measuring {
+    /// Room for it.
+    pub fn new() -> Box<Self> {
+        Box::new(Measuring {
+            places: [Tile::new(); 2],
+            jacobians: [Tile::new(); 2],
+        })
+    }
+}
+
 /// Writes what parts of a target see of a source with the given raster; at most [`TILE`](crate::kernel::tile::TILE) parts.
 pub fn measure(
-    coordinate_map: &CoordinateMap<'_>,
+    (coordinate_map, room): (&CoordinateMap<'_>, &mut Measuring),
     source: &Raster,
     parts: &[Part],
     footprints: &mut [Footprint],
 ) {
     let n = parts.len();
-    let mut from = Tile::new();
+    let [from, into] = &mut room.places;
     for (k, part) in parts.iter().enumerate() {
         from.set(k, part.uv);
+        into.set(k, part.uv);
     }
-    let mut into = from;
-    coordinate_map.take(&mut into, n);
-    let (mut by_target, mut by_source) = (Tile::new(), Tile::new());
-    coordinate_map.jacobians(n, [&from, &into], [&mut by_target, &mut by_source]);
+    coordinate_map.take(into, n);
+    let [by_target, by_source] = &mut room.jacobians;
+    coordinate_map.jacobians(n, [from, into], [by_target, by_source]);
     let scale = [source.along_u.index().0, source.along_v.index().0];
     for (k, footprint) in footprints[..n].iter_mut().enumerate() {
         let [a, b] = columns(by_target.at(k));

@@ -22,7 +22,7 @@ use crate::resample::filters::LookupFilter;
 use crate::resample::polynomial;
 use crate::resample::polynomial::{CoordinatePolynomial, CoordinatePolynomials, Refused};
 use crate::resample::request::Request;
-use crate::resample::sample::{Lookups, Rectangle, Texture};
+use crate::resample::sample::{Lookups, Rectangle, Sight, Texture};
 use crate::resample::window::Window;
 
 /// The longest side for which f32 coordinates serve: they are off by up to 3·2⁻²³ of an image, 1/350 of a texel
@@ -214,26 +214,44 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
         }
         let count = block.columns * block.rows;
         let mut patch = patch;
-        if job.rounds {
-            patch = patch.filter(|(patch, row)| {
-                patch.write(*row, block, lookups.tile());
-                lookups.place(count) || job.whole && patch.holds(lookups.tile(), count)
-            });
+        let written = patch.filter(|_| job.rounds);
+        if let Some((patch, row)) = written {
+            patch.write(row, block, lookups.tile());
+        } else {
+            centers.of(block, lookups.tile());
+            job.coordinate_map.take(lookups.tile(), count);
+            patch = patch.filter(|(patch, _)| patch.has_face_of(lookups.tile(), count));
         }
-        if !job.rounds || patch.is_none() {
+        let mut sight = Sight::Other;
+        if let Some(means) = means {
+            if means.waits() {
+                // Those of the block before come after its lookups.
+                lookups.finish(band);
+                means.write(band);
+            }
+            if let Some(patch) = patch {
+                sight = means.inside(centers, block, lookups.tile(), patch, area);
+            }
+            if sight == Sight::Inside {
+                means.write(band);
+                return;
+            }
+        }
+        let placed = lookups.place(count);
+        if let Some((polynomial, _)) = written
+            && !(placed || job.whole && polynomial.holds(lookups.tile(), count))
+        {
             centers.of(block, lookups.tile());
             job.coordinate_map.take(lookups.tile(), count);
             lookups.place(count);
             patch = patch.filter(|(patch, _)| patch.has_face_of(lookups.tile(), count));
         }
-        if let Some(means) = means {
-            // The block before, whose means come after its lookups.
-            lookups.finish(band);
+        if let Some(means) = means
+            && sight != Sight::Single
+            && means.block(centers, block, lookups.tile(), patch, area)
+        {
             means.write(band);
-            if means.block(centers, block, lookups.tile(), patch, area) {
-                means.write(band);
-                return;
-            }
+            return;
         }
         lookups.push(band, area);
     }

@@ -14,7 +14,7 @@ use crate::map::Map;
 use crate::number::real::Real;
 use crate::resample::coordinate_map::CoordinateMap;
 use crate::resample::filters::MipmappedFilter;
-use crate::resample::footprint::{Footprint, Part, measure};
+use crate::resample::footprint::{Footprint, Measuring, Part, measure};
 use crate::resample::levels::Levels;
 use crate::resample::lod::Between;
 use crate::resample::mip_sampler::WORK;
@@ -188,6 +188,7 @@ impl<'a> Walk<'a> {
         let mut uv = Tile::new();
         let mut parts = [Part::default(); TILE];
         let mut footprints = [Footprint::default(); TILE];
+        let mut measuring = Measuring::new();
         let nothing = Footprint {
             source: [f64::NAN; 3],
             ..Footprint::default()
@@ -204,7 +205,7 @@ impl<'a> Walk<'a> {
                 *part = Part::of_texel(&self.target, uv.at(k));
             }
             measure(
-                &self.coordinate_map,
+                (&self.coordinate_map, &mut measuring),
                 self.source,
                 &parts[..n],
                 &mut footprints,

@@ -29,6 +29,27 @@ use fearless_simd::{Simd, SimdBase, SimdMask, f64x8};
 /// Columns and rows of a block, at most.
 pub const BLOCK: (usize, usize) = (64, 32);
 
+/// Texels in a row of a target that are looked at together.
+pub const RUN: usize = 16;
+
+/// Nodes of a row: two in each of its runs.
+const NODES: usize = 2 * BLOCK.0 / RUN;
+
+/// How far they lie from the middle of a run: a mean of both is that of a cubic polynomial over all of it (Gauss's quadrature, 8/√3).
+pub const NODE: f64 = 4.618_802_153_517_006;
+
+/// The first texels of the runs of a row of so many, [`RUN`] or more: the last ones may have texels in common.
+pub fn runs(columns: usize) -> impl Iterator<Item = usize> {
+    (0..columns)
+        .step_by(RUN)
+        .map(move |first| first.min(columns - RUN))
+}
+
+/// Which number of what is written at nodes is the left one of a run; the right one comes next.
+pub fn node_of(row: usize, run: usize) -> usize {
+    row * NODES + 2 * run
+}
+
 /// Points of the polynomial along a row.
 const ALONG: usize = 8;
 
@@ -233,6 +254,14 @@ impl<'a> CoordinatePolynomials<'a> {
         for (k, x) in along.iter_mut().enumerate() {
             *x = R::new(k as f64 / half_columns - 1.0);
         }
+        let mut nodes = [R::default(); NODES];
+        if block.columns >= RUN {
+            let pairs = nodes.as_chunks_mut::<2>().0;
+            for (pair, first) in pairs.iter_mut().zip(runs(block.columns)) {
+                let middle = first as f64 + 0.5 * (RUN - 1) as f64;
+                *pair = [-NODE, NODE].map(|node| R::new((middle + node) / half_columns - 1.0));
+            }
+        }
         let (mut coefficients, mut near) = ([[[0.0; ALONG]; DOWN]; 2], false);
         run_simd(Fit {
             patches: self,
@@ -246,6 +275,7 @@ impl<'a> CoordinatePolynomials<'a> {
         Ok(CoordinatePolynomial {
             coefficients,
             along,
+            nodes,
             half_columns,
             half_rows,
             face: R::new(face),
@@ -342,6 +372,8 @@ pub struct CoordinatePolynomial<R> {
     coefficients: [Coefficients; 2],
     /// Where the texels of a row lie, from -1 to 1.
     along: [R; BLOCK.0],
+    /// Where the nodes of its runs lie.
+    nodes: [R; NODES],
     /// Half of the way from the first column to the last, and from the first row to the last.
     half_columns: f64,
     half_rows: f64,
@@ -350,15 +382,15 @@ pub struct CoordinatePolynomial<R> {
 }
 
 impl<R: Scalar> CoordinatePolynomial<R> {
-    /// Writes two polynomials in x along so many rows of texels from row `first` on: those that `at` has for a row's y.
+    /// Writes two polynomials in x at some places along so many rows of texels from row `first` on: those that `at` has for a row's y.
     #[inline(always)]
     fn rows(
         &self,
+        along: &[R],
         (first, block): (usize, &Block),
         [one, other]: [&mut [R]; 2],
         at: impl Fn(f64) -> [[R; ALONG]; 2],
     ) {
-        let along = &self.along[..block.columns];
         let ones = one.chunks_exact_mut(along.len());
         let others = other.chunks_exact_mut(along.len());
         for (row, (one, other)) in ones.zip(others).take(block.rows).enumerate() {
@@ -402,27 +434,60 @@ impl<R: Scalar> CoordinatePolynomial<R> {
 
     /// Writes, for the same texels, ∂u and ∂v from one column to the next, and from one row to the next.
     pub fn slopes(&self, first: usize, block: &Block, slopes: &mut Tile<R, 4>) {
-        self.derivatives([[1, 0], [0, 1]], (first, block), &mut slopes.0);
+        let along = &self.along[..block.columns];
+        self.derivatives([[1, 0], [0, 1]], along, (first, block), &mut slopes.0);
+    }
+
+    /// Writes them at the nodes of runs ([`node_of`]).
+    pub fn slopes_at_nodes(&self, first: usize, block: &Block, slopes: &mut Tile<R, 4>) {
+        let orders = [[1, 0], [0, 1]];
+        self.derivatives(orders, &self.nodes, (first, block), &mut slopes.0);
+    }
+
+    /// Writes there the second derivatives by rows.
+    pub fn bends_at_nodes(&self, first: usize, block: &Block, bends: &mut Tile<R, 2>) {
+        self.derivatives([[0, 2]], &self.nodes, (first, block), &mut bends.0);
     }
 
     /// Writes their second derivatives: of u and v by columns twice, by columns and rows, and by rows twice.
     pub fn bends(&self, first: usize, block: &Block, bends: &mut Tile<R, 6>) {
-        self.derivatives([[2, 0], [1, 1], [0, 2]], (first, block), &mut bends.0);
+        let (along, orders) = (&self.along[..block.columns], [[2, 0], [1, 1], [0, 2]]);
+        self.derivatives(orders, along, (first, block), &mut bends.0);
     }
 
     /// Writes derivatives of u and v, so many times by columns and by rows.
     fn derivatives<const N: usize>(
         &self,
         orders: [[usize; 2]; N],
+        along: &[R],
         place: (usize, &Block),
         rows: &mut [[R; TILE]],
     ) {
         run_simd(Derivatives {
             patch: self,
             orders: &orders,
+            along,
             place,
             rows,
         });
+    }
+
+    /// How far both sides of a texel, anywhere in the block, reach along u and along v, at most, in texels of a source that is `scale`
+    /// texels an image.
+    pub fn longest_sides(&self, scale: [f64; 2]) -> [[f64; 2]; 2] {
+        let [by_columns, by_rows] = [self.half_columns, self.half_rows].map(terms);
+        let mut sides = [[0.0; 2]; 2];
+        for (axis, (coefficients, scale)) in self.coefficients.iter().zip(scale).enumerate() {
+            for (j, row) in coefficients.iter().enumerate() {
+                for (k, coefficient) in row.iter().enumerate() {
+                    // Terms are those of half a texel.
+                    let most = 2.0 * coefficient.abs() * scale;
+                    sides[0][axis] += most * by_columns[1][k] * by_rows[0][j];
+                    sides[1][axis] += most * by_columns[0][k] * by_rows[1][j];
+                }
+            }
+        }
+        sides
     }
 
     /// The most, in texels of a source that is `scale` texels an image, by which places in a texel are elsewhere than derivatives
@@ -447,20 +512,36 @@ impl<R: Scalar> CoordinatePolynomial<R> {
 /// Terms of Taylor's series half a texel from a place, of a block that reaches so many texels from its middle: of each order what is
 /// left of each power of a number up to 1.
 fn terms(half: f64) -> [[f64; ALONG]; 4] {
-    let term = |order: usize, power: usize| {
-        let factors = (0..order).map(|n| (power as f64 - n as f64) / (n + 1) as f64 * 0.5 / half);
-        if order > power {
-            0.0
-        } else {
-            factors.product()
+    let (mut terms, mut share) = (BINOMIALS, 1.0);
+    for terms in &mut terms {
+        for term in terms {
+            *term *= share;
         }
-    };
-    std::array::from_fn(|order| std::array::from_fn(|power| term(order, power)))
+        share *= 0.5 / half;
+    }
+    terms
 }
+
+/// Of each power, how often each order of its derivatives is there: k! / n! (k - n)!.
+const BINOMIALS: [[f64; ALONG]; 4] = {
+    let mut rows = [[0.0; ALONG]; 4];
+    let mut k = 0;
+    while k < ALONG {
+        rows[0][k] = 1.0;
+        let mut n = 1;
+        while n < 4 && n <= k {
+            rows[n][k] = rows[n - 1][k] * (k - n + 1) as f64 / n as f64;
+            n += 1;
+        }
+        k += 1;
+    }
+    rows
+};
 
 struct Derivatives<'a, R> {
     patch: &'a CoordinatePolynomial<R>,
     orders: &'a [[usize; 2]],
+    along: &'a [R],
     place: (usize, &'a Block),
     rows: &'a mut [[R; TILE]],
 }
@@ -479,6 +560,7 @@ impl<R: Scalar> SimdWork for Derivatives<'_, R> {
             }
             let [u, v] = &both;
             patch.rows(
+                self.along,
                 self.place,
                 [us, vs],
                 #[inline(always)]
@@ -536,6 +618,7 @@ impl<R: Scalar> SimdWork for Write<'_, R> {
         } = self;
         let [u, v] = &patch.coefficients;
         patch.rows(
+            &patch.along[..block.columns],
             (first, block),
             [us, vs],
             #[inline(always)]

@@ -22,6 +22,7 @@ use super::ones::{LENGTH, Ones};
 use super::place::Places;
 use super::rectangle::{Rectangle, each_row};
 use super::weights::Weights;
+use super::wide::{Window, along, columns_of, four, four_of, slack, texel_of};
 use crate::image::raster::Raster;
 use crate::image::texel::{Filtered, Four, Texel};
 use crate::kernel::tile::TILE;
@@ -29,21 +30,6 @@ use crate::kernel::tile::prefetch_item;
 use crate::kernel::{SimdWork, run_simd};
 use crate::number::real::Real;
 use fearless_simd::{Simd, SimdBase};
-
-/// Rows of SIDE texels and SLACK numbers.
-#[derive(Clone, Copy)]
-pub(crate) struct Window<'a, T> {
-    pub(super) numbers: &'a [T],
-    pub(super) step: usize,
-    pub(super) width: usize,
-}
-
-impl<'a, T> Window<'a, T> {
-    #[inline(always)]
-    fn row(self, r: usize) -> &'a [T] {
-        &self.numbers[r * self.step..][..self.width]
-    }
-}
 
 /// How a filter makes a texel of the window around a place.
 pub(crate) trait Gather<T: Texel>: Copy {
@@ -174,11 +160,6 @@ fn group<T: Texel>(row: &[T], at: usize) -> [T; 4] {
     [row[at], row[at + 1], row[at + 2], row[at + 3]]
 }
 
-/// Numbers that are read after each row of a window so wide: four at a time of texels of one number, and of three.
-pub(super) const fn slack(taps: usize) -> usize {
-    if taps.is_multiple_of(4) { 1 } else { 2 }
-}
-
 /// A filter of TAPS × TAPS texels whose weights are the products of those along u and along v.
 #[derive(Clone, Copy)]
 pub(crate) struct Separable<const TAPS: usize>;
@@ -208,7 +189,6 @@ impl<T: Texel, const TAPS: usize> Gather<T> for Separable<TAPS> {
             return false;
         }
         let [across, down] = weights.each_ref().map(first::<T::Float, TAPS>);
-        let mut bases = [T::Float::ZERO; LENGTH];
         let mut columns = [[[T::Float::ZERO; 4]; LENGTH]; 2];
         each_row(
             band,
@@ -229,16 +209,12 @@ impl<T: Texel, const TAPS: usize> Gather<T> for Separable<TAPS> {
                             width,
                         };
                         let down = down.map(|weights| weights[top + k]);
-                        let columns = columns.each_mut().map(|columns| &mut columns[k]);
-                        bases[k] = columns_of(simd, window, &down, columns);
+                        let [left, right] = &mut columns;
+                        [left[k], right[k]] = columns_of(simd, window, &down);
                     }
                     let across = across.map(|row| &row[top..][..out.len()]);
                     for (k, out) in out.iter_mut().enumerate() {
-                        let mut sum = T::Float::ZERO;
-                        for t in 0..TAPS {
-                            sum = sum + across[t][k] * columns[t / 4][k][t % 4];
-                        }
-                        *out = O::filtered(bases[k] + sum);
+                        *out = O::filtered(along(across, &columns, k));
                     }
                 }
             },
@@ -257,16 +233,11 @@ impl<T: Texel, const TAPS: usize> Gather<T> for Separable<TAPS> {
     ) {
         let [across, down]: [[T::Float; TAPS]; 2] =
             std::array::from_fn(|axis| std::array::from_fn(|t| weights[axis][t][k]));
-        let middle = TAPS / 2 - 1;
         if CHANNELS > 0 {
             let mixed: [O; 4] = if CHANNELS == 1 {
-                let mut columns = [[T::Float::ZERO; 4]; 2];
-                let base = columns_of(simd, window, &down, columns.each_mut());
-                let mut sum = T::Float::ZERO;
-                for (t, across) in across.into_iter().enumerate() {
-                    sum = sum + across * columns[t / 4][t % 4];
-                }
-                [O::filtered(base + sum); 4]
+                let columns = columns_of(simd, window, &down).map(|columns| [columns]);
+                let across = across.each_ref().map(std::slice::from_ref);
+                [O::filtered(along(across, &columns, 0)); 4]
             } else {
                 O::filtered_four(
                     simd,
@@ -275,19 +246,16 @@ impl<T: Texel, const TAPS: usize> Gather<T> for Separable<TAPS> {
             };
             let stored = if LANES > 0 { LANES } else { CHANNELS };
             out[..stored].copy_from_slice(&mixed[..stored]);
+        } else if channels == 2 {
+            let texel = texel_of::<S, T, TAPS, 2>(simd, window, &across, &down);
+            out[..2].copy_from_slice(&O::filtered_four(simd, texel)[..2]);
         } else {
-            for (k, out) in out.iter_mut().enumerate().take(channels) {
-                let base = window.row(middle)[middle * channels + k].load();
-                let mut sum = T::Float::default();
-                for (t, &across) in across.iter().enumerate() {
-                    let mut column = T::Float::default();
-                    for (r, &weight) in down.iter().enumerate() {
-                        let texel = window.row(r)[t * channels + k].load();
-                        column = column + weight * (texel - base);
-                    }
-                    sum = sum + across * column;
-                }
-                *out = O::filtered(base + sum);
+            // The last four may have been found in part.
+            for first in (0..channels).step_by(4) {
+                let first = first.min(channels - 4);
+                let weights = [&across, &down];
+                let four = four_of::<S, T, TAPS>(simd, window, (channels, first), weights);
+                out[first..first + 4].copy_from_slice(&O::filtered_four(simd, four));
             }
         }
     }
@@ -297,69 +265,6 @@ impl<T: Texel, const TAPS: usize> Gather<T> for Separable<TAPS> {
 #[inline(always)]
 fn first<F, const TAPS: usize>(weights: &Weights<F, TILE>) -> [&[F; TILE]; TAPS] {
     std::array::from_fn(|t| &weights[t])
-}
-
-/// Four numbers of a row.
-#[inline(always)]
-pub(super) fn four<S: Simd, T: Texel>(simd: S, row: &[T], first: usize) -> Four<T, S> {
-    match row[first..].first_chunk() {
-        Some(texels) => T::load_four(simd, texels),
-        None => Four::<T, S>::splat(simd, T::Float::default()),
-    }
-}
-
-/// The texel that a wide filter makes of a window whose texels have CHANNELS numbers, three or four.
-#[inline(always)]
-pub(super) fn texel_of<S: Simd, T: Texel, const TAPS: usize, const CHANNELS: usize>(
-    simd: S,
-    window: Window<'_, T>,
-    across: &[T::Float; TAPS],
-    down: &[T::Float; TAPS],
-) -> Four<T, S> {
-    let middle = TAPS / 2 - 1;
-    let base = four(simd, window.row(middle), middle * CHANNELS);
-    let mut sum = Four::<T, S>::splat(simd, T::Float::ZERO);
-    for (t, across) in across.iter().enumerate() {
-        let column = column(simd, window, t * CHANNELS, down, base);
-        sum += Four::<T, S>::splat(simd, *across) * column;
-    }
-    base + sum
-}
-
-/// Finds the sums over the rows of a window, texels of one number, of what each of its columns is more than one of its texels, which is
-/// returned: four columns at a time, of eight at most.
-#[inline(always)]
-pub(super) fn columns_of<S: Simd, T: Texel, const TAPS: usize>(
-    simd: S,
-    window: Window<'_, T>,
-    down: &[T::Float; TAPS],
-    columns: [&mut [T::Float; 4]; 2],
-) -> T::Float {
-    let middle = TAPS / 2 - 1;
-    let base = window.row(middle)[middle].load();
-    let bases = Four::<T, S>::splat(simd, base);
-    let groups = columns.into_iter().enumerate().take(TAPS.div_ceil(4));
-    for (g, columns) in groups {
-        *columns = column(simd, window, 4 * g, down, bases).to_array();
-    }
-    base
-}
-
-/// Sums over a window's rows of what four numbers are more than `base`.
-#[inline(always)]
-fn column<S: Simd, T: Texel, const TAPS: usize>(
-    simd: S,
-    window: Window<'_, T>,
-    first: usize,
-    down: &[T::Float; TAPS],
-    base: Four<T, S>,
-) -> Four<T, S> {
-    let mut sum = Four::<T, S>::splat(simd, T::Float::default());
-    for (r, weight) in down.iter().enumerate() {
-        let weight = Four::<T, S>::splat(simd, *weight);
-        sum += weight * (four(simd, window.row(r), first) - base);
-    }
-    sum
 }
 
 /// The stored texels of an image, and how to get at them.

@@ -23,7 +23,7 @@ pub(crate) const MOST: usize = 64;
 pub(crate) const LANES: usize = 16;
 
 /// Their numbers.
-const NUMBERS: [f32; LANES] = {
+pub(super) const NUMBERS: [f32; LANES] = {
     let mut numbers = [0.0; LANES];
     let mut k = 0;
     while k < LANES {

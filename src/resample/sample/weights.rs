@@ -16,7 +16,7 @@ pub(super) type Weights<F, const N: usize> = [[F; N]; WIDEST];
 
 /// Finds those of the first `count` places.
 #[inline(always)]
-pub(super) fn along<F: Scalar, K: Kernel<TAPS>, const TAPS: usize, const N: usize>(
+pub(super) fn find_along<F: Scalar, K: Kernel<TAPS>, const TAPS: usize, const N: usize>(
     t: &[F; N],
     count: usize,
     weights: &mut Weights<F, N>,
@@ -39,8 +39,8 @@ pub(super) fn find<F: Scalar, K: Kernel<TAPS>, const TAPS: usize>(
     vectorize(
         #[inline(always)]
         || {
-            along::<F, K, TAPS, TILE>(&places.tx, count, across);
-            along::<F, K, TAPS, TILE>(&places.ty, count, down);
+            find_along::<F, K, TAPS, TILE>(&places.tx, count, across);
+            find_along::<F, K, TAPS, TILE>(&places.ty, count, down);
         },
     );
 }

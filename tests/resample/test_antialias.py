@@ -74,7 +74,7 @@ def test_a_lone_sun_keeps_its_light(dst):
         light = 1e4 * before[at]
         kept.append((sm.convert(sky, "latlong", dst, size=16) * after).sum() / light)
         lost += (plain(sky, "latlong", dst, size=16) * after).sum() < 0.01 * light
-    # Single places and texels beat against each other: see src/antialias.rs.
+    # Single places and texels beat against each other: see src/resample/antialias.
     assert abs(np.mean(kept) - 1) < 0.02
     assert np.min(kept) > 0.75 and np.max(kept) < 1.3
     assert lost > 75

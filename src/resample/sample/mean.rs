@@ -10,7 +10,8 @@
 //! have nearly one shape (`runs`); where that is not so, each has its own (`parallelograms`).
 
 use super::gather::Bilinear;
-use super::look::{Face, Look, Room, Wide, share, weigh};
+use super::look::{Face, Look, Room, Wide, weigh};
+use super::pairs::share;
 use super::place::Support;
 use super::spread::LANES;
 use super::texture::Texture;

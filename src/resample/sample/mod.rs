@@ -24,6 +24,7 @@ mod look;
 mod lookups;
 mod mean;
 mod ones;
+mod pairs;
 mod parallelograms;
 mod place;
 mod rectangle;

@@ -216,7 +216,8 @@ impl Runs {
         raster.holds_around(place, reaches)
     }
 
-    /// Finds the means of all texels of the runs that see several texels inside of a face: `done` there, and a texel in `means`. Returns how many that are.
+    /// Finds the means of all texels of the runs that see several texels inside of a face: `done` there, and a texel in `means`. Returns
+    /// how many that are.
     pub(crate) fn means<T: Texel>(
         &mut self,
         source: (&Texture<'_, T>, LookupFilter),

@@ -23,6 +23,9 @@
 //! What did not help: a mip chain. It costs a copy, and a lookup in it is as wide as a coarse texel is long: twice
 //! the error of these means.
 
+mod accounts;
+mod coarse;
+
 use crate::image::raster::{Block, Raster};
 use crate::image::texel::Texel;
 use crate::image::texels::Centers;
@@ -37,6 +40,8 @@ use crate::resample::sample::{
     LANES, Lookups, MOST, Parallelograms, Rectangle, Rooms, Runs, SEVERAL, Sight, Spread, TOGETHER,
     Texture, any_several, count, division,
 };
+use accounts::{Owners, Sums};
+use coarse::coarse;
 use std::cell::LazyCell;
 
 /// The widest part of a texel of several places, in radians: over it a map's density is taken as constant.
@@ -59,10 +64,6 @@ const ALIKE: f64 = 1.0 / 32.0 / 8.75 / 48.0;
 
 /// Sides are not halved below this, in u or v.
 const SHORTEST: f64 = 1e-6;
-
-/// Neighbors nearer than this, squared and in source texels, belong to texels of one lookup: well below the 1.66
-/// at which a side gets a second one.
-const NEAR: f64 = 1.5;
 
 /// Averages for the texels of a band of the target.
 pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
@@ -152,105 +153,6 @@ enum Form {
     /// Whose sides are parabolas.
     Bent,
     Other,
-}
-
-/// Which texels the samples of a tile belong to, and how much they count: those of one follow each other.
-#[derive(Clone, Copy)]
-struct Owners {
-    /// One more than samples: those of the last may not fit any more.
-    runs: [Run; TILE + 1],
-    length: usize,
-    /// How many samples there are.
-    count: usize,
-    /// Whether the source holds anything there.
-    seen: [bool; TILE],
-}
-
-#[derive(Clone, Copy)]
-struct Run {
-    texel: u16,
-    /// The first sample; the last is the one before the next run's.
-    first: u16,
-    /// Of each sample.
-    weight: f64,
-}
-
-impl Owners {
-    const NONE: Owners = Owners {
-        runs: [Run {
-            texel: 0,
-            first: 0,
-            weight: 0.0,
-        }; TILE + 1],
-        length: 0,
-        count: 0,
-        seen: [false; TILE],
-    };
-
-    /// What comes next belongs to this texel.
-    fn begin(&mut self, texel: u16, weight: f64) {
-        self.runs[self.length] = Run {
-            texel,
-            first: self.count as u16,
-            weight,
-        };
-        self.length += 1;
-    }
-}
-
-/// Sums for the texels of a block. Differences from a texel's first value are added, so that a constant stays
-/// constant to the bit.
-struct Sums {
-    weights: [f64; TILE],
-    first: Vec<f64>,
-    sums: Vec<f64>,
-}
-
-impl Sums {
-    /// Adds the samples of a run that were seen. CHANNELS is 0 where their number is known at run time only.
-    #[inline(always)]
-    fn add<F: Scalar, const CHANNELS: usize>(
-        &mut self,
-        run: Run,
-        channels: usize,
-        values: &[F],
-        seen: &[bool],
-    ) {
-        let texel = usize::from(run.texel);
-        let own = texel * channels..(texel + 1) * channels;
-        let (first, sums) = (&mut self.first[own.clone()], &mut self.sums[own]);
-        let samples = values.chunks_exact(channels).zip(seen);
-        let mut samples = samples.filter(|(_, seen)| **seen).peekable();
-        if self.weights[texel] == 0.0
-            && let Some((values, _)) = samples.peek()
-        {
-            for (first, value) in first.iter_mut().zip(*values) {
-                *first = value.to_f64();
-            }
-            sums.fill(0.0);
-        }
-        if CHANNELS > 0 {
-            let (mut sum, mut base, mut count) = ([0.0; CHANNELS], [0.0; CHANNELS], 0.0);
-            base.copy_from_slice(first);
-            for (values, _) in samples {
-                for k in 0..CHANNELS {
-                    sum[k] += values[k].to_f64() - base[k];
-                }
-                count += 1.0;
-            }
-            for (total, sum) in sums.iter_mut().zip(sum) {
-                *total += run.weight * sum;
-            }
-            self.weights[texel] += run.weight * count;
-        } else {
-            for (values, _) in samples {
-                for ((sum, first), value) in sums.iter_mut().zip(&*first).zip(values) {
-                    *sum += run.weight * (value.to_f64() - *first);
-                }
-                self.weights[texel] += run.weight;
-            }
-        }
-    }
 }
 
 impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
@@ -760,72 +662,16 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         };
         let owners = &mut self.owners[self.current];
         let values = &self.values[self.current * TILE * channels..][..TILE * channels];
-        let runs = &owners.runs[..owners.length];
-        for (k, run) in runs.iter().enumerate() {
-            let end = runs
+        let list = &owners.list[..owners.length];
+        for (k, owner) in list.iter().enumerate() {
+            let end = list
                 .get(k + 1)
-                .map_or(owners.count, |run| usize::from(run.first));
-            let own = usize::from(run.first)..end;
+                .map_or(owners.count, |next| usize::from(next.first));
+            let own = usize::from(owner.first)..end;
             let seen = &owners.seen[own.clone()];
             let values = &values[own.start * channels..own.end * channels];
-            self.sums.add::<_, CHANNELS>(*run, channels, values, seen);
+            self.sums.add::<_, CHANNELS>(*owner, channels, values, seen);
         }
         (owners.count, owners.length) = (0, 0);
     }
-}
-
-/// Whether any two neighbors of a block lie far apart in the source, or may; and which ones.
-fn coarse<R: Scalar>(
-    source: &Raster,
-    places: &Tile<R, 3>,
-    block: &Block,
-    far: &mut [bool; TILE],
-) -> bool {
-    let (columns, rows) = (block.columns, block.rows);
-    if columns < 2 || rows < 2 {
-        far.fill(true);
-        return true;
-    }
-    let scale = [source.along_u.index().0, source.along_v.index().0].map(R::new);
-    let count = (columns * rows).min(TILE);
-    vectorize(
-        #[inline(always)]
-        || {
-            let mut any = apart(places, [0, columns], count - columns, scale, far);
-            for first in (0..count).step_by(columns) {
-                let pairs = columns.min(count - first) - 1;
-                any |= apart(places, [first, first + 1], pairs, scale, far);
-            }
-            any
-        },
-    )
-}
-
-/// Whether any of so many places lie far from others, which begin elsewhere in the tile. Both are marked.
-#[inline(always)]
-fn apart<R: Scalar>(
-    Tile(places): &Tile<R, 3>,
-    first: [usize; 2],
-    count: usize,
-    scale: [R; 2],
-    far: &mut [bool; TILE],
-) -> bool {
-    let [[u, v, face], [p, q, other]] =
-        first.map(|first| places.each_ref().map(|row| &row[first..first + count]));
-    let near = R::new(NEAR);
-    let (mut any, mut pairs) = (false, [false; TILE]);
-    for (k, pair) in pairs[..count].iter_mut().enumerate() {
-        let (x, y) = ((u[k] - p[k]) * scale[0], (v[k] - q[k]) * scale[1]);
-        let together = (x * x + y * y <= near) & (face[k] == other[k]);
-        *pair = !(together | (u[k].is_nan() & p[k].is_nan()));
-        any |= *pair;
-    }
-    if any {
-        for first in first {
-            for (far, pair) in far[first..].iter_mut().zip(&pairs[..count]) {
-                *far |= *pair;
-            }
-        }
-    }
-    any
 }

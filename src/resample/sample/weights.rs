@@ -4,6 +4,7 @@
 //! once for a number of texels and not for each filter: that is three megabytes, and the lookups take the same time.
 
 use super::place::Places;
+use super::spread::LANES;
 use crate::kernel::tile::TILE;
 use crate::kernel::{Scalar, vectorize};
 use crate::resample::filters::claims::Kernel;
@@ -39,8 +40,17 @@ pub(super) fn find<F: Scalar, K: Kernel<TAPS>, const TAPS: usize>(
     vectorize(
         #[inline(always)]
         || {
-            find_along::<F, K, TAPS, TILE>(&places.tx, count, across);
-            find_along::<F, K, TAPS, TILE>(&places.ty, count, down);
+            for (t, weights) in [(&places.tx, across), (&places.ty, down)] {
+                let chunks = t.as_chunks::<LANES>().0.iter().enumerate();
+                for (chunk, t) in chunks.take(count.div_ceil(LANES)) {
+                    // As many as there are lanes: of a whole tile in f64, 256 weights of Lanczos, the compiler makes no lanes.
+                    let mut own = [[F::ZERO; LANES]; WIDEST];
+                    find_along::<F, K, TAPS, LANES>(t, LANES, &mut own);
+                    for (row, own) in weights.iter_mut().zip(own).take(TAPS) {
+                        row.as_chunks_mut().0[chunk] = own;
+                    }
+                }
+            }
         },
     );
 }

@@ -245,6 +245,8 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
             job.coordinate_map.take(lookups.tile(), count);
             lookups.place(count);
             patch = patch.filter(|(patch, _)| patch.has_face_of(lookups.tile(), count));
+            // What lies on another face the polynomial knows nothing of.
+            sight = Sight::Other;
         }
         if let Some(means) = means
             && sight != Sight::Single

@@ -36,7 +36,11 @@ pub(super) trait Look<T: Texel> {
 
 /// Writes the first numbers of four into a texel, and none into the next, which may be done.
 #[inline(always)]
-pub(super) fn put<T: Texel, const CHANNELS: usize>(means: &mut [T], texel: usize, numbers: [T; 4]) {
+pub(super) fn write<T: Texel, const CHANNELS: usize>(
+    means: &mut [T],
+    texel: usize,
+    numbers: [T; 4],
+) {
     if let Some(mean) = means.get_mut(texel * CHANNELS..(texel + 1) * CHANNELS) {
         mean.copy_from_slice(&numbers[..CHANNELS]);
     }
@@ -83,8 +87,8 @@ pub(super) fn weigh<F: Scalar, K: Kernel<TAPS>, const TAPS: usize>(room: &mut Ro
             let places = room.tx.as_chunks().0.iter().zip(room.ty.as_chunks().0);
             let places = places.take(room.most);
             for ([across, down], (tx, ty)) in room.weights.iter_mut().zip(places) {
-                find_along::<F, K, TAPS, LANES>(tx, LANES, across);
-                find_along::<F, K, TAPS, LANES>(ty, LANES, down);
+                find_along::<F, K, TAPS>(tx, across);
+                find_along::<F, K, TAPS>(ty, down);
             }
         },
     );
@@ -261,7 +265,7 @@ impl<F: Scalar> Room<F> {
                     sum += share * (value - base);
                 }
             }
-            put::<T, CHANNELS>(means, texel, T::filtered_four(simd, base + sum));
+            write::<T, CHANNELS>(means, texel, T::filtered_four(simd, base + sum));
         }
     }
 }

@@ -5,10 +5,11 @@
 //! are parallelograms. All ways are sum by sum the same.
 
 use super::gather::Bilinear;
-use super::look::{Face, Look, Room, put};
+use super::look::{Face, Look, Room, write};
 use super::ones::Ones;
 use super::place::Support;
 use super::spread::LANES;
+use super::wide::{eight, four};
 use crate::image::texel::{Eight, Four, Texel};
 use crate::kernel::{Scalar, vectorize};
 use crate::number::real::Real;
@@ -38,10 +39,10 @@ impl<T: Texel> Look<T> for Bilinear {
         for (lane, &texel) in room.own().iter().enumerate() {
             let own = (room, lane);
             match channels {
-                3 if STRAIGHT => put::<T, 3>(means, texel, face.mean_of_pairs::<S, 3>(simd, own)),
-                3 => put::<T, 3>(means, texel, face.mean_of_four::<S>(simd, own)),
-                4 if STRAIGHT => put::<T, 4>(means, texel, face.mean_of_pairs::<S, 4>(simd, own)),
-                4 => put::<T, 4>(means, texel, face.mean_of_four::<S>(simd, own)),
+                3 if STRAIGHT => write::<T, 3>(means, texel, face.mean_of_pairs::<S, 3>(simd, own)),
+                3 => write::<T, 3>(means, texel, face.mean_of_four::<S>(simd, own)),
+                4 if STRAIGHT => write::<T, 4>(means, texel, face.mean_of_pairs::<S, 4>(simd, own)),
+                4 => write::<T, 4>(means, texel, face.mean_of_four::<S>(simd, own)),
                 _ => face.mean(own, &mut means[texel * channels..][..channels]),
             }
         }
@@ -88,15 +89,6 @@ impl<T: Texel> Face<'_, T> {
         ]
     }
 
-    /// Four numbers, or none that is anywhere.
-    #[inline(always)]
-    fn four<S: Simd>(&self, simd: S, first: usize) -> Four<T, S> {
-        match self.texels.get(first..).and_then(<[T]>::first_chunk) {
-            Some(texels) => T::load_four(simd, texels),
-            None => Four::<T, S>::splat(simd, T::Float::ZERO),
-        }
-    }
-
     /// The mean of bilinear lookups of one lane of a room, of texels of CHANNELS numbers, three or four.
     ///
     /// Eight numbers of a row hold both texels of it. What lies between two rows is added up for the left and the right texels by
@@ -135,18 +127,9 @@ impl<T: Texel> Face<'_, T> {
     /// What lies between eight numbers of a row and those below.
     #[inline(always)]
     fn between<S: Simd>(&self, simd: S, first: usize, ty: T::Float) -> Eight<T, S> {
-        let upper = self.eight(simd, first);
-        let lower = self.eight(simd, first.wrapping_add_signed(self.steps[1]));
+        let upper = eight(simd, self.texels, first);
+        let lower = eight(simd, self.texels, first.wrapping_add_signed(self.steps[1]));
         upper + Eight::<T, S>::splat(simd, ty) * (lower - upper)
-    }
-
-    /// Eight numbers, or none that is anywhere.
-    #[inline(always)]
-    fn eight<S: Simd>(&self, simd: S, first: usize) -> Eight<T, S> {
-        match self.texels.get(first..).and_then(<[T]>::first_chunk) {
-            Some(texels) => T::load_eight(simd, texels),
-            None => Eight::<T, S>::splat(simd, T::Float::ZERO),
-        }
     }
 
     /// That of texels that need not follow each other in rows.
@@ -158,8 +141,8 @@ impl<T: Texel> Face<'_, T> {
         for (number, (first, tx, ty)) in room.of(lane).enumerate() {
             // One by one: a closure of `map` is inlined by luck, and a call has no lanes.
             let [a, b, c, d] = self.corners(first);
-            let (a, b) = (self.four(simd, a), self.four(simd, b));
-            let (c, d) = (self.four(simd, c), self.four(simd, d));
+            let (a, b) = (four(simd, self.texels, a), four(simd, self.texels, b));
+            let (c, d) = (four(simd, self.texels, c), four(simd, self.texels, d));
             let (tx, ty) = (splat(tx), splat(ty));
             let (left, right) = (a + ty * (c - a), b + ty * (d - b));
             if number == 0 {

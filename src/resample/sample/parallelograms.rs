@@ -26,6 +26,7 @@ type Row<R> = [R; TOGETHER];
 
 const ZEROS: Row<f32> = [0.0; TOGETHER];
 
+/// Those of up to so many texels.
 pub(crate) struct Parallelograms {
     /// The places, in texels.
     centers: [Row<f64>; 2],

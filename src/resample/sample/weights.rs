@@ -15,15 +15,14 @@ pub(super) const WIDEST: usize = 6;
 /// Those of N places along an axis: of each texel of a window in a row.
 pub(super) type Weights<F, const N: usize> = [[F; N]; WIDEST];
 
-/// Finds those of the first `count` places.
+/// Finds those of as many places as there are lanes: of a whole tile in f64, 256 weights of Lanczos, the compiler makes none.
 #[inline(always)]
-pub(super) fn find_along<F: Scalar, K: Kernel<TAPS>, const TAPS: usize, const N: usize>(
-    t: &[F; N],
-    count: usize,
-    weights: &mut Weights<F, N>,
+pub(super) fn find_along<F: Scalar, K: Kernel<TAPS>, const TAPS: usize>(
+    t: &[F; LANES],
+    weights: &mut Weights<F, LANES>,
 ) {
     const { assert!(TAPS <= WIDEST) };
-    for k in 0..count.min(N) {
+    for k in 0..LANES {
         for (weights, weight) in weights.iter_mut().zip(K::weights(t[k])) {
             weights[k] = weight;
         }
@@ -43,9 +42,8 @@ pub(super) fn find<F: Scalar, K: Kernel<TAPS>, const TAPS: usize>(
             for (t, weights) in [(&places.tx, across), (&places.ty, down)] {
                 let chunks = t.as_chunks::<LANES>().0.iter().enumerate();
                 for (chunk, t) in chunks.take(count.div_ceil(LANES)) {
-                    // As many as there are lanes: of a whole tile in f64, 256 weights of Lanczos, the compiler makes no lanes.
                     let mut own = [[F::ZERO; LANES]; WIDEST];
-                    find_along::<F, K, TAPS, LANES>(t, LANES, &mut own);
+                    find_along::<F, K, TAPS>(t, &mut own);
                     for (row, own) in weights.iter_mut().zip(own).take(TAPS) {
                         row.as_chunks_mut().0[chunk] = own;
                     }

@@ -199,19 +199,19 @@ fn columns<S: Simd, T: Texel, const TAPS: usize, const CHANNELS: usize>(
     columns
 }
 
-/// Four numbers of a row.
+/// Four numbers of a row, or none where there are fewer.
 #[inline(always)]
 pub(super) fn four<S: Simd, T: Texel>(simd: S, row: &[T], first: usize) -> Four<T, S> {
-    match row[first..].first_chunk() {
+    match row.get(first..).and_then(<[T]>::first_chunk) {
         Some(texels) => T::load_four(simd, texels),
         None => Four::<T, S>::splat(simd, T::Float::ZERO),
     }
 }
 
-/// Eight numbers of a row.
+/// Eight numbers of a row, or none where there are fewer.
 #[inline(always)]
-fn eight<S: Simd, T: Texel>(simd: S, row: &[T], first: usize) -> Eight<T, S> {
-    match row[first..].first_chunk() {
+pub(super) fn eight<S: Simd, T: Texel>(simd: S, row: &[T], first: usize) -> Eight<T, S> {
+    match row.get(first..).and_then(<[T]>::first_chunk) {
         Some(texels) => T::load_eight(simd, texels),
         None => Eight::<T, S>::splat(simd, T::Float::ZERO),
     }

@@ -11,6 +11,7 @@
 //! q/p = (12/π) atan(b(a² + b²)/((aD + b²)(D + a))). Back, with t = (π/12) q/p, a : b = cos t - 1/√2 : sin t.
 
 use super::cube::{axis_of_face, to_face};
+use super::hemioctahedral::DIAGONALS;
 use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, max, min};
 use crate::projections::faces::CUBE_LAYOUTS;
@@ -36,6 +37,7 @@ impl Projection for CubeEqualArea {
         faces: 6,
         layouts: CUBE_LAYOUTS,
         equal_area: true,
+        creases: &DIAGONALS,
         ..Info::PLAIN
     };
 

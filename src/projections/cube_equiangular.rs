@@ -24,6 +24,7 @@ impl Warp for Equiangular {
         source: "Google 2017, Bringing pixels front and center in VR video; S2's tangent projection",
         summary: "Six faces in equal steps of angle; 360-degree video, and texels within 1.42:1 of one solid angle.",
         smooth: true,
+        creases: &[],
     };
 
     fn density_range() -> (f64, f64) {

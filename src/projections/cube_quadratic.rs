@@ -26,6 +26,8 @@ impl Warp for Quadratic {
         source: "Google S2 geometry library, S2_QUADRATIC_PROJECTION",
         summary: "Six faces, nearly even texels without trigonometry; cells of S2.",
         smooth: false,
+        // |p| and |q|.
+        creases: &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
     };
 
     fn density_range() -> (f64, f64) {

@@ -129,6 +129,7 @@ impl Projection for Icosahedral {
         axes: "+x -y -z",
         faces: 10,
         layouts: LAYOUTS,
+        creases: &[[1.0, 1.0, 0.0]],
         ..Info::PLAIN
     };
 

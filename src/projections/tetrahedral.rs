@@ -20,6 +20,9 @@ pub struct Tetrahedral;
 /// Width over height of the unrolled band: two edges over the height of a face.
 const ASPECT: f64 = 2.309_401_076_758_503;
 
+/// Where the band is folded, u = ½, u = v/2 and u = (1 + v)/2: [`Info::creases`].
+const FOLDS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [2.0, -1.0, -1.0], [2.0, -1.0, 1.0]];
+
 /// The point of the tetrahedron at (u, v).
 #[inline(always)]
 fn surface<R: Real>(u: R, v: R) -> [R; 3] {
@@ -40,6 +43,7 @@ impl Projection for Tetrahedral {
         singular: "None; the density falls to 1/27 at the four vertices.",
         axes: "+x -y -z",
         aspect: (7, 3),
+        creases: &FOLDS,
         ..Info::PLAIN
     };
 

@@ -179,7 +179,7 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
         }
         let patch = patch.ok();
         if let Some(means) = &mut self.means {
-            means.next_patch();
+            means.next_patch(&whole);
         }
         let rows = (BLOCK.0 * BLOCK.1 / whole.columns).max(1);
         for (row, block) in whole.bands(rows, self.columns) {
@@ -230,7 +230,7 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
                 means.write(band);
             }
             if let Some(patch) = patch {
-                sight = means.inside(centers, block, lookups.tile(), patch, area);
+                sight = means.inside(block, lookups.tile(), patch, area);
             }
             if sight == Sight::Inside {
                 means.write(band);

@@ -49,6 +49,8 @@ pub struct Names {
     pub summary: &'static str,
     /// [`Info::smooth`].
     pub smooth: bool,
+    /// [`Info::creases`].
+    pub creases: &'static [[f64; 3]],
 }
 
 /// A cube map with a warp.
@@ -77,6 +79,7 @@ impl<W: Warp> Projection for Warped<W> {
         faces: 6,
         layouts: CUBE_LAYOUTS,
         smooth: W::NAMES.smooth,
+        creases: W::NAMES.creases,
         ..Info::PLAIN
     };
 

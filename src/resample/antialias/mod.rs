@@ -80,7 +80,9 @@ pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
     next: Owners,
     /// Of those that are being looked up, and of those whose values are there.
     owners: [Owners; 2],
-    /// What the texels of the present patch are in the source; none where nobody asked yet.
+    /// The present patch.
+    patch: Option<Block>,
+    /// What its texels are in the source; none where nobody asked yet.
     form: Option<Form>,
     /// Whether those that follow each other in a row have nearly one shape.
     alike: bool,
@@ -177,6 +179,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             measuring: Measuring::new(),
             next: Owners::NONE,
             owners: [Owners::NONE; 2],
+            patch: None,
             form: None,
             alike: false,
             bends: Tile::new(),
@@ -197,7 +200,8 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     }
 
     /// What follows are blocks of another patch.
-    pub fn next_patch(&mut self) {
+    pub fn next_patch(&mut self, whole: &Block) {
+        self.patch = Some(*whole);
         if self.form.take() == Some(Form::Bent) {
             self.bends = Tile::new();
             self.nodes.1 = Tile::new();
@@ -213,17 +217,12 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     /// rest where these are not all.
     pub fn inside(
         &mut self,
-        centers: &Centers<R>,
         block: &Block,
         places: &Tile<R, 3>,
         (patch, row): (&CoordinatePolynomial<R>, usize),
         area: Rectangle,
     ) -> Sight {
-        let form = self.form(patch, block, || {
-            let mut uv = Tile::new();
-            centers.of(block, &mut uv);
-            uv
-        });
+        let form = self.form(patch);
         if form == Form::Single {
             return Sight::Single;
         }
@@ -280,7 +279,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             uv
         });
         self.sums.weights = [0.0; TILE];
-        let patch = patch.filter(|(patch, _)| self.form(patch, block, || *uv) != Form::Other);
+        let patch = patch.filter(|(patch, _)| self.form(patch) != Form::Other);
         if !begun {
             self.done = Done::of(area, block);
         }
@@ -325,61 +324,65 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         self.done.count == n
     }
 
-    /// What texels of a patch are as good as in the source, if they need no weights by solid angle. `uv` are the centers of one
-    /// of its blocks.
-    fn form(
-        &mut self,
-        patch: &CoordinatePolynomial<R>,
-        block: &Block,
-        uv: impl Fn() -> Tile<R, 3>,
-    ) -> Form {
+    /// What texels of the present patch are as good as in the source, if they need no weights by solid angle.
+    fn form(&mut self, polynomial: &CoordinatePolynomial<R>) -> Form {
         if let Some(form) = self.form {
             return form;
         }
-        let form = self.form_of(patch, block, uv);
+        let form = self.form_of(polynomial);
         self.form = Some(form);
         form
     }
 
-    fn form_of(
-        &mut self,
-        patch: &CoordinatePolynomial<R>,
-        block: &Block,
-        uv: impl Fn() -> Tile<R, 3>,
-    ) -> Form {
+    fn form_of(&mut self, polynomial: &CoordinatePolynomial<R>) -> Form {
         let raster = &self.source.raster;
         let scale = [raster.along_u.index().0, raster.along_v.index().0];
-        let sides = patch.longest_sides(scale);
+        let sides = polynomial.longest_sides(scale);
         if sides
             .iter()
             .all(|[x, y]| x * x + y * y <= f64::from(SEVERAL))
         {
             return Form::Single;
         }
-        let uv = uv();
-        let mut footprints = [Footprint::default(); 2];
-        let parts = [0, block.columns * block.rows - 1]
-            .map(|k| Part::of_texel(self.target, uv.at(k).map(Scalar::to_f64)));
-        let way = (&self.coordinate_map, &mut *self.measuring);
-        measure(way, raster, &parts, &mut footprints);
-        let small = footprints.iter().all(|footprint| {
-            let [a, b] = footprint.angles;
-            a.max(b) < 0.5 * WIDEST
-        });
         let halves = self.target.along_u.on_edges() || self.target.along_v.on_edges();
-        if !small || halves {
+        let Some(patch) = self.patch.filter(|_| !halves) else {
+            return Form::Other;
+        };
+        if !self.narrow(&patch) {
             return Form::Other;
         }
-        let third = patch.beyond(3, scale);
+        let third = polynomial.beyond(3, scale);
         let [reach_u, reach_v] = [0, 1].map(|axis| 0.5 * (sides[0][axis] + sides[1][axis]));
-        self.alike = block.columns >= RUN && third <= ALIKE * reach_u.max(reach_v).max(1.0);
-        if patch.beyond(2, scale) <= BEND {
+        self.alike = patch.columns >= RUN && third <= ALIKE * reach_u.max(reach_v).max(1.0);
+        if polynomial.beyond(2, scale) <= BEND {
             Form::Parallelograms
         } else if third <= BEND {
             Form::Bent
         } else {
             Form::Other
         }
+    }
+
+    /// Whether the texels of a patch are of one density, by those at its corners, at the middles of its sides and in its middle.
+    fn narrow(&mut self, patch: &Block) -> bool {
+        let Some((face, first, [right, down])) = patch.face else {
+            return false;
+        };
+        let along = [self.target.along_u, self.target.along_v];
+        let parts: [Part; 9] = std::array::from_fn(|k| {
+            let at = |step: usize, n: usize| (step * (n - 1) / 2) as isize;
+            let (column, row) = (at(k % 3, patch.columns), at(k / 3, patch.rows));
+            let [u, v] = [0, 1].map(|axis| {
+                let texel = first[axis] + column * right[axis] + row * down[axis];
+                along[axis].center(texel as f64)
+            });
+            Part::of_texel(self.target, [u, v, face as f64])
+        });
+        let mut footprints = [Footprint::default(); 9];
+        let way = (&self.coordinate_map, &mut *self.measuring);
+        measure(way, &self.source.raster, &parts, &mut footprints);
+        let mut angles = footprints.iter().flat_map(|footprint| footprint.angles);
+        angles.all(|angle| angle <= WIDEST)
     }
 
     /// Averages over texels that are parallelograms about places of the source, by their `slopes`; what is in the way of one is left

@@ -54,8 +54,8 @@ impl<'a, T: Texel<Float = T> + Scalar> Lookups<'a, T> {
             _ => Support::PAIR,
         };
         Lookups {
-            texture,
             turn: texture.map.view_rotation(None),
+            texture,
             filter,
             support,
         }
@@ -289,13 +289,7 @@ pub fn sample_adjoint<T: Texel<Float = T> + Scalar, R: Scalar>(
     if channels == 0 {
         return Ok(());
     }
-    let texture = Texture {
-        map,
-        raster,
-        texels: &[],
-        channels: 1,
-        seam: map.seam(),
-    };
+    let texture = Texture::geometry(map, &raster, 1);
     let lookups = Lookups::new(texture, filter);
     let mut owners = owned(texels, raster.columns * channels);
     let mut blocks: Vec<Block<T>> = (0..BLOCKS.min(count.div_ceil(BLOCK)))

@@ -139,7 +139,14 @@ impl<T: Texel> Texture<'_, T> {
     pub(crate) fn beyond(&self, taps: &mut Taps, face: usize, i: isize, j: isize, weight: f64) {
         match self.seam {
             Seam::RimMirrored | Seam::Cuts => {
-                self.elsewhere(taps, (face, i, j), weight, (weight, CROSSINGS))
+                let place = (face, i, j);
+                let find = || {
+                    let mut taps = Taps::new();
+                    self.elsewhere(&mut taps, place, 1.0, CROSSINGS);
+                    taps.by_texel()
+                };
+                (self.continuations)
+                    .of(place, find, |texel, share| taps.push(texel, weight * share));
             }
             _ if self.raster.outline == Outline::Disk => {
                 self.across_rim(taps, face, i, j, weight);
@@ -206,14 +213,12 @@ impl<T: Texel> Texture<'_, T> {
     /// Adds a texel beyond a rim or a cut: the image where the projection says that it goes on, bilinear. What of that
     /// lies beyond a rim again goes on where it came from, so that a place between the last texels of both sides gets
     /// what a line through them gives.
-    ///
-    /// `whole` is the weight of the texel that this began with: what it is made of must not depend on where it is seen from.
     fn elsewhere(
         &self,
         taps: &mut Taps,
         (face, i, j): (usize, isize, isize),
         weight: f64,
-        (whole, crossings): (f64, u8),
+        crossings: u8,
     ) {
         let there = self.map.visit_canonical(Continue(Uv {
             u: self.raster.along_u.center(i as f64),
@@ -226,8 +231,8 @@ impl<T: Texel> Texture<'_, T> {
         let face = there.face as usize;
         let place = self.place([there.u, there.v]);
         self.four(taps, face, place, weight, |taps, i, j, weight| {
-            if crossings > 0 && weight.abs() > LITTLE * whole.abs() {
-                self.elsewhere(taps, (face, i, j), weight, (whole, crossings - 1));
+            if crossings > 0 && weight > LITTLE {
+                self.elsewhere(taps, (face, i, j), weight, crossings - 1);
             } else {
                 self.held(taps, face, i, j, weight);
             }

@@ -15,6 +15,7 @@
 
 mod adjoint;
 mod border;
+mod continuations;
 mod corners;
 mod edges;
 pub(crate) mod ellipse;

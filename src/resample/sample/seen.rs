@@ -35,13 +35,7 @@ impl<'a> Seen<'a> {
         let cells = raster.rows / raster.height * (raster.columns / raster.width);
         let all = cells * count[0] * count[1];
         let mut found = Seen {
-            texture: Texture {
-                map,
-                raster: *raster,
-                texels: &[],
-                channels: 0,
-                seam: map.seam(),
-            },
+            texture: Texture::geometry(map, raster, 0),
             tile,
             count,
             seen: (0..all).map(|_| AtomicBool::new(false)).collect(),

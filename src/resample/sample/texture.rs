@@ -1,5 +1,6 @@
 //! An image as lookups need it.
 
+use super::continuations::Continuations;
 use super::place::Support;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
@@ -8,23 +9,32 @@ use crate::map::Map;
 use crate::projections::projection::{Outline, Seam};
 
 /// An image that can be looked up: it knows what lies beyond its edges.
-#[derive(Clone, Copy)]
 pub(crate) struct Texture<'a, T> {
     pub(crate) map: &'a Map,
     pub(crate) raster: Raster,
     pub(crate) texels: &'a [T],
     pub(crate) channels: usize,
     pub(crate) seam: Seam,
+    pub(crate) continuations: Continuations,
 }
 
 impl<'a, T: Texel> Texture<'a, T> {
     pub(crate) fn new(image: &ImageView<'a, T>) -> Self {
         Texture {
-            map: image.map(),
-            raster: *image.raster(),
             texels: image.texels(),
-            channels: image.channels(),
-            seam: image.map().seam(),
+            ..Texture::geometry(image.map(), image.raster(), image.channels())
+        }
+    }
+
+    /// An image without its texels: what lies where.
+    pub(crate) fn geometry(map: &'a Map, raster: &Raster, channels: usize) -> Self {
+        Texture {
+            map,
+            raster: *raster,
+            texels: &[],
+            channels,
+            seam: map.seam(),
+            continuations: Continuations::default(),
         }
     }
 

@@ -15,9 +15,11 @@
 use crate::geometry::axes::Rotation;
 use crate::geometry::vector::{cross, dot, norm};
 use crate::image::raster::Raster;
-use crate::kernel::tile::Tile;
+use crate::kernel::tile::{TILE, Tile};
+use crate::kernel::vectorize;
 use crate::map::Map;
 use crate::map::verbs::JacobianTile;
+use crate::number::real::max;
 use crate::resample::coordinate_map::CoordinateMap;
 
 /// A rectangle of a target face.
@@ -94,10 +96,19 @@ fn columns(j: [f64; 6]) -> [[f64; 3]; 2] {
     [[j[0], j[2], j[4]], [j[1], j[3], j[5]]]
 }
 
-/// What measuring needs in between, kept from call to call: of few parts, to clear so much took longer than the rest.
+/// What up to a [`TILE`] of parts see: a row for each number of their [`Footprint`], and what measuring needs in between. Kept from call to
+/// call: of few parts, to clear so much took longer than the rest.
 pub struct Measuring {
     places: [Tile<f64, 3>; 2],
     jacobians: [Tile<f64, 6>; 2],
+    /// The sides of the parts.
+    pub sizes: Tile<f64, 2>,
+    /// The first and the second side in the source, in texels along u and v.
+    pub sides: Tile<f64, 4>,
+    /// Their lengths in radians.
+    pub angles: Tile<f64, 2>,
+    /// The longer side of a source texel, in radians; and the solid angle of the part.
+    pub extents: Tile<f64, 2>,
 }
 
 impl Measuring {
@@ -106,48 +117,84 @@ impl Measuring {
         Box::new(Measuring {
             places: [Tile::new(); 2],
             jacobians: [Tile::new(); 2],
+            sizes: Tile::new(),
+            sides: Tile::new(),
+            angles: Tile::new(),
+            extents: Tile::new(),
         })
     }
-}
 
-/// Writes what parts of a target see of a source with the given raster; at most [`TILE`](crate::kernel::tile::TILE) parts.
-pub fn measure(
-    (coordinate_map, room): (&CoordinateMap<'_>, &mut Measuring),
-    source: &Raster,
-    parts: &[Part],
-    footprints: &mut [Footprint],
-) {
-    let n = parts.len();
-    let [from, into] = &mut room.places;
-    for (k, part) in parts.iter().enumerate() {
-        from.set(k, part.uv);
-        into.set(k, part.uv);
+    /// The centers of the parts, and where they are in the source: NaN where nothing is seen.
+    pub fn centers(&self) -> [&Tile<f64, 3>; 2] {
+        self.places.each_ref()
     }
-    coordinate_map.take(into, n);
-    let [by_target, by_source] = &mut room.jacobians;
-    coordinate_map.jacobians(n, [from, into], [by_target, by_source]);
-    let scale = [source.along_u.index().0, source.along_v.index().0];
-    for (k, footprint) in footprints[..n].iter_mut().enumerate() {
-        let [a, b] = columns(by_target.at(k));
-        let [p, q] = columns(by_source.at(k));
-        let (pp, pq, qq) = (dot(p, p), dot(p, q), dot(q, q));
-        let one_over = 1.0 / (pp * qq - pq * pq);
-        let size = parts[k].size;
-        let in_source = |d: [f64; 3], length: f64| {
-            let (pd, qd) = (dot(p, d), dot(q, d));
-            [
-                (qq * pd - pq * qd) * one_over * length * scale[0],
-                (pp * qd - pq * pd) * one_over * length * scale[1],
-            ]
-        };
-        let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
-        *footprint = Footprint {
-            source: into.at(k),
-            sides: [in_source(a, size[0]), in_source(b, size[1])],
-            angles: [aa.sqrt() * size[0], bb.sqrt() * size[1]],
-            texel: (pp.sqrt() / scale[0]).max(qq.sqrt() / scale[1]),
-            solid_angle: (aa * bb - ab * ab).max(0.0).sqrt() * size[0] * size[1],
-        };
+
+    /// What a part sees.
+    pub fn at(&self, k: usize) -> Footprint {
+        let [ax, ay, bx, by] = self.sides.at(k);
+        let [texel, solid_angle] = self.extents.at(k);
+        Footprint {
+            source: self.places[1].at(k),
+            sides: [[ax, ay], [bx, by]],
+            angles: self.angles.at(k),
+            texel,
+            solid_angle,
+        }
+    }
+
+    /// Finds what parts of a target see of a source with the given raster; at most a [`TILE`] of parts. Returns how many there are.
+    pub fn measure(
+        &mut self,
+        coordinate_map: &CoordinateMap<'_>,
+        source: &Raster,
+        parts: impl Iterator<Item = Part>,
+    ) -> usize {
+        let [from, into] = &mut self.places;
+        let mut n = 0;
+        for part in parts.take(TILE) {
+            from.set(n, part.uv);
+            self.sizes.set(n, part.size);
+            n += 1;
+        }
+        *into = *from;
+        coordinate_map.take(into, n);
+        let [by_target, by_source] = &mut self.jacobians;
+        coordinate_map.jacobians(n, [from, into], [by_target, by_source]);
+        let scale = [source.along_u.index().0, source.along_v.index().0];
+        vectorize(
+            #[inline(always)]
+            || self.sides_of(n, scale),
+        );
+        n
+    }
+
+    /// From the derivatives of both images: J = (Sᵀ S)⁻¹ Sᵀ T times the sides.
+    #[inline(always)]
+    fn sides_of(&mut self, n: usize, [su, sv]: [f64; 2]) {
+        let [
+            Tile([a0, b0, a1, b1, a2, b2]),
+            Tile([p0, q0, p1, q1, p2, q2]),
+        ] = &self.jacobians;
+        let Tile([width, height]) = &self.sizes;
+        let Tile([ax, ay, bx, by]) = &mut self.sides;
+        let (Tile([angle_a, angle_b]), Tile([texel, solid])) =
+            (&mut self.angles, &mut self.extents);
+        for k in 0..n.min(TILE) {
+            let (p, q) = ([p0[k], p1[k], p2[k]], [q0[k], q1[k], q2[k]]);
+            let (a, b) = ([a0[k], a1[k], a2[k]], [b0[k], b1[k], b2[k]]);
+            let (pp, pq, qq) = (dot(p, p), dot(p, q), dot(q, q));
+            let one_over = 1.0 / (pp * qq - pq * pq);
+            let (pa, qa, pb, qb) = (dot(p, a), dot(q, a), dot(p, b), dot(q, b));
+            ax[k] = (qq * pa - pq * qa) * one_over * width[k] * su;
+            ay[k] = (pp * qa - pq * pa) * one_over * width[k] * sv;
+            bx[k] = (qq * pb - pq * qb) * one_over * height[k] * su;
+            by[k] = (pp * qb - pq * pb) * one_over * height[k] * sv;
+            let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
+            angle_a[k] = aa.sqrt() * width[k];
+            angle_b[k] = bb.sqrt() * height[k];
+            texel[k] = max(pp.sqrt() / su, qq.sqrt() / sv);
+            solid[k] = max(aa * bb - ab * ab, 0.0).sqrt() * width[k] * height[k];
+        }
     }
 }
 

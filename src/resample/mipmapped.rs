@@ -14,7 +14,7 @@ use crate::map::Map;
 use crate::number::real::Real;
 use crate::resample::coordinate_map::CoordinateMap;
 use crate::resample::filters::MipmappedFilter;
-use crate::resample::footprint::{Footprint, Measuring, Part, measure};
+use crate::resample::footprint::{Footprint, Measuring, Part};
 use crate::resample::levels::Levels;
 use crate::resample::lod::Between;
 use crate::resample::mip_sampler::WORK;
@@ -186,7 +186,6 @@ impl<'a> Walk<'a> {
         mut work: impl FnMut(&Block, &[Footprint]),
     ) {
         let mut uv = Tile::new();
-        let mut parts = [Part::default(); TILE];
         let mut footprints = [Footprint::default(); TILE];
         let mut measuring = Measuring::new();
         let nothing = Footprint {
@@ -201,15 +200,11 @@ impl<'a> Walk<'a> {
                 return work(&block, &footprints[..n]);
             }
             self.centers.of(&block, &mut uv);
-            for (k, part) in parts[..n].iter_mut().enumerate() {
-                *part = Part::of_texel(&self.target, uv.at(k));
+            let parts = (0..n).map(|k| Part::of_texel(&self.target, uv.at(k)));
+            measuring.measure(&self.coordinate_map, self.source, parts);
+            for (k, footprint) in footprints[..n].iter_mut().enumerate() {
+                *footprint = measuring.at(k);
             }
-            measure(
-                (&self.coordinate_map, &mut measuring),
-                self.source,
-                &parts[..n],
-                &mut footprints,
-            );
             work(&block, &footprints[..n]);
         });
     }

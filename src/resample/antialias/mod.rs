@@ -25,6 +25,7 @@
 
 mod accounts;
 mod coarse;
+mod divided;
 
 use crate::image::raster::{Block, Raster};
 use crate::image::texel::Texel;
@@ -34,15 +35,17 @@ use crate::kernel::{Scalar, vectorize};
 use crate::number::real::Real;
 use crate::resample::coordinate_map::CoordinateMap;
 use crate::resample::filters::LookupFilter;
-use crate::resample::footprint::{Footprint, Measuring, Part, measure};
+use crate::resample::footprint::{Measuring, Part};
 use crate::resample::polynomial::{CoordinatePolynomial, RUN};
 use crate::resample::sample::{
-    LANES, Lookups, MOST, Parallelograms, Rectangle, Rooms, Runs, SEVERAL, Sight, Spread, TOGETHER,
-    Texture, any_several, count, division,
+    LANES, Lookups, Parallelograms, Rectangle, Rooms, Runs, SEVERAL, Sight, TOGETHER, Texture,
+    any_several,
 };
 use accounts::{Owners, Sums};
 use coarse::coarse;
+use divided::{Divided, Room};
 use std::cell::LazyCell;
+use std::ops::Range;
 
 /// The widest part of a texel of several places, in radians: over it a map's density is taken as constant.
 const WIDEST: f64 = 0.035;
@@ -74,8 +77,9 @@ pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
     filter: LookupFilter,
     lookups: Lookups<'s, 'a, T, T::Float, R>,
     parts: Vec<(Part, u16)>,
-    taken: Taken,
     measuring: Box<Measuring>,
+    divided: Box<Divided>,
+    room: Box<Room>,
     /// Of the samples that are being put together.
     next: Owners,
     /// Of those that are being looked up, and of those whose values are there.
@@ -99,14 +103,6 @@ pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
     seen: Box<Parallelograms>,
     runs: Box<Runs>,
     rooms: Box<Rooms<T::Float>>,
-}
-
-/// Parts that are looked at, what they are by themselves, and what they see.
-#[derive(Default)]
-struct Taken {
-    of: Vec<(Part, u16)>,
-    parts: Vec<Part>,
-    footprints: Vec<Footprint>,
 }
 
 /// Texels of the last block whose means are there.
@@ -175,8 +171,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             filter,
             lookups: Lookups::new(source, filter, nothing),
             parts: Vec::new(),
-            taken: Taken::default(),
             measuring: Measuring::new(),
+            divided: Divided::new(),
+            room: Room::new(),
             next: Owners::NONE,
             owners: [Owners::NONE; 2],
             patch: None,
@@ -303,13 +300,12 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         if self.done.count == n {
             return true;
         }
-        self.look(false);
         let mut whole = true;
         while !self.parts.is_empty() {
             self.divide(whole);
             whole = false;
         }
-        self.look(true);
+        self.look();
         self.lookups.finish(&mut self.values);
         self.collect();
         for (k, weight) in self.sums.weights[..n].iter().enumerate() {
@@ -369,7 +365,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             return false;
         };
         let along = [self.target.along_u, self.target.along_v];
-        let parts: [Part; 9] = std::array::from_fn(|k| {
+        let parts = (0..9).map(|k| {
             let at = |step: usize, n: usize| (step * (n - 1) / 2) as isize;
             let (column, row) = (at(k % 3, patch.columns), at(k / 3, patch.rows));
             let [u, v] = [0, 1].map(|axis| {
@@ -378,11 +374,9 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             });
             Part::of_texel(self.target, [u, v, face as f64])
         });
-        let mut footprints = [Footprint::default(); 9];
-        let way = (&self.coordinate_map, &mut *self.measuring);
-        measure(way, &self.source.raster, &parts, &mut footprints);
-        let mut angles = footprints.iter().flat_map(|footprint| footprint.angles);
-        angles.all(|angle| angle <= WIDEST)
+        let n = (self.measuring).measure(&self.coordinate_map, &self.source.raster, parts);
+        let [a, b] = self.measuring.angles.0.each_ref().map(|row| &row[..n]);
+        a.iter().chain(b).all(|angle| *angle <= WIDEST)
     }
 
     /// Averages over texels that are parallelograms about places of the source, by their `slopes`; what is in the way of one is left
@@ -412,10 +406,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             }
             for seen in 0..count {
                 let k = first + seen;
-                if !self.done.texels[k]
-                    && self.seen.several(seen)
-                    && !self.near(places.at(k), seen, k as u16)
-                {
+                if !self.done.texels[k] && self.seen.several(seen) {
                     self.part(uv(), k);
                 }
             }
@@ -426,61 +417,6 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     fn part(&mut self, uv: &Tile<R, 3>, k: usize) {
         let part = Part::of_texel(self.target, uv.at(k).map(Scalar::to_f64));
         self.parts.push((part, k as u16));
-    }
-
-    /// Looks up places in a texel that is a parallelogram about a place of the source. False where something is in the way.
-    fn near(&mut self, [u, v, face]: [R; 3], seen: usize, texel: u16) -> bool {
-        let raster = &self.source.raster;
-        let seen = self.seen.at(seen);
-        let scale = [raster.along_u.index().0, raster.along_v.index().0];
-        let [u, v] = [u.to_f64(), v.to_f64()];
-        let reach = [0, 1].map(|k| f64::from(seen.reach()[k]) / scale[k]);
-        let beyond = |x: f64, reach: f64| x < reach || x > 1.0 - reach;
-        let held =
-            !beyond(u, reach[0]) && !beyond(v, reach[1]) && raster.holds_around([u, v], reach);
-        if !held || seen.spread.count() > MOST {
-            return false;
-        }
-        self.next.begin(texel, 1.0);
-        self.look_up(false, (texel, 1.0), &seen.spread, face, |s, t| {
-            let [x, y] = seen.at(s, t);
-            [u + x / scale[0], v + y / scale[1]]
-        });
-        true
-    }
-
-    /// Looks all places of a spread up for a texel, sooner or later. They lie in the target or in the source.
-    #[inline(always)]
-    fn look_up(
-        &mut self,
-        in_target: bool,
-        (texel, weight): (u16, f64),
-        spread: &Spread,
-        face: R,
-        place: impl Fn(f32, f32) -> [f64; 2],
-    ) {
-        let total = spread.count();
-        for first in (0..total).step_by(LANES) {
-            let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
-            vectorize(
-                #[inline(always)]
-                || spread.places(first, &mut s, &mut t),
-            );
-            let count = LANES.min(total - first);
-            if self.next.count + count > TILE {
-                self.look(in_target);
-                self.next.begin(texel, weight);
-            }
-            let own = self.next.count..self.next.count + count;
-            self.next.count = own.end;
-            let Tile([us, vs, faces]) = self.lookups.tile();
-            faces[own.clone()].fill(face);
-            let places = us[own.clone()].iter_mut().zip(&mut vs[own]);
-            for ((at_u, at_v), (s, t)) in places.zip(s.into_iter().zip(t)) {
-                let [u, v] = place(s, t);
-                (*at_u, *at_v) = (R::new(u), R::new(v));
-            }
-        }
     }
 
     /// Writes the texels of the last block into its band.
@@ -534,98 +470,101 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     /// Takes the last parts: halves them, or looks up places in them. Whole texels that need one place are left alone.
     fn divide(&mut self, whole: bool) {
         let first = self.parts.len().saturating_sub(TILE);
-        // Taken over, so that what comes of them is added behind the others.
-        let mut taken = std::mem::take(&mut self.taken);
-        taken.of.clear();
-        taken.of.extend(self.parts.drain(first..));
-        taken.parts.clear();
-        taken.parts.extend(taken.of.iter().map(|(part, _)| *part));
-        taken
-            .footprints
-            .resize(taken.of.len(), Footprint::default());
-        let way = (&self.coordinate_map, &mut *self.measuring);
-        measure(
-            way,
-            &self.source.raster,
-            &taken.parts,
-            &mut taken.footprints,
-        );
-        for (&(part, texel), footprint) in taken.of.iter().zip(&taken.footprints) {
-            self.one(part, texel, footprint, whole);
+        let mut texels = [0; TILE];
+        for (texel, (_, own)) in texels.iter_mut().zip(&self.parts[first..]) {
+            *texel = *own;
         }
-        self.taken = taken;
-    }
-
-    fn one(&mut self, mut part: Part, texel: u16, footprint: &Footprint, whole: bool) {
-        let lengths = footprint.lengths();
-        let mut sides = footprint.sides;
-        let counts = if whole {
-            let divisions = lengths.map(division);
-            let shares = divisions.map(|(share, _)| share);
-            let counts = divisions.map(|(_, count)| count);
-            if counts == [1.0, 1.0] {
-                return;
-            }
-            for k in [0, 1] {
-                sides[k] = sides[k].map(|x| x * shares[k]);
-                // A part of no width would have no weight beside those above and below it.
-                part.size[k] *= shares[k].max(NARROW);
-            }
-            counts
-        } else {
-            lengths.map(count)
-        };
-        let single = |side: [f64; 2]| side.map(|x| x as f32);
-        let spread = Spread::new(sides.map(single), single(counts));
-        let [a, b] = footprint.angles;
         let raster = &self.source.raster;
-        let far = |axis: usize, side: usize| {
-            sides[0][axis].abs() + sides[1][axis].abs() > STRAIGHT * side as f64
-        };
-        let bent = far(0, raster.width) || far(1, raster.height);
-        let wide = spread.count() > 1 && (a.max(b) > WIDEST || bent);
-        let many = spread.count() > MOST;
-        // Only what halving makes smaller is halved: at a singular place a side is infinite, however short it is.
-        let divides =
-            [0, 1].map(|k| footprint.angles[k] > 0.5 * footprint.texel && part.size[k] > SHORTEST);
-        if (wide || many) && (divides[0] || divides[1]) {
-            let second = if many || bent {
-                counts[1] > counts[0]
-            } else {
-                b > a
-            };
-            let axis = usize::from(divides[1] && (second || !divides[0]));
-            part.size[axis] *= 0.5;
-            for step in [-0.5, 0.5] {
-                let mut half = part;
-                half.uv[axis] += step * part.size[axis];
-                self.parts.push((half, texel));
-            }
-            return;
+        let parts = self.parts.drain(first..).map(|(part, _)| part);
+        let n = (self.measuring).measure(&self.coordinate_map, raster, parts);
+        let measured = &*self.measuring;
+        if whole {
+            self.divided.set::<true>(measured, n, raster);
+        } else {
+            self.divided.set::<false>(measured, n, raster);
         }
-        let weight = footprint.solid_angle / spread.count() as f64;
-        let face = R::new(part.uv[2]);
-        self.next.begin(texel, weight);
-        let Part { uv, size } = part;
-        self.look_up(true, (texel, weight), &spread, face, |s, t| {
-            [
-                uv[0] + f64::from(s) * size[0],
-                uv[1] + f64::from(t) * size[1],
-            ]
+        let parts = &mut self.parts;
+        let placed = (self.divided).halves((measured, n), |k, uv, size| {
+            parts.push((Part { uv, size }, texels[k]));
         });
+        self.place(&texels, placed);
     }
 
-    /// Looks the samples up, whose places are in the target or in the source, and adds the values of those before.
-    fn look(&mut self, in_target: bool) {
+    /// Puts all places of so many parts where they are looked up, sooner or later.
+    fn place(&mut self, texels: &[u16; TILE], placed: usize) {
+        let mut first = 0;
+        while first < placed {
+            let (part, places) = self.divided.placed(first);
+            if places >= LANES {
+                self.place_many((texels[part], part), places);
+                first += 1;
+            } else {
+                first = self.place_few(texels, first..placed);
+            }
+        }
+    }
+
+    /// Those of a part of a texel: so many that one part fills the lanes.
+    fn place_many(&mut self, (texel, part): (u16, usize), places: usize) {
+        let weight = self.weight(part);
+        let [from, _] = self.measuring.centers();
+        let face = R::new(from.0[2][part]);
+        let spread = self.divided.spread(part);
+        self.next.begin(texel, weight);
+        for first in (0..places).step_by(LANES) {
+            let count = LANES.min(places - first);
+            if self.next.count + count > TILE {
+                self.look();
+                self.next.begin(texel, weight);
+            }
+            let own = self.next.count..self.next.count + count;
+            self.next.count = own.end;
+            let measured = &*self.measuring;
+            (self.divided).places_of(measured, (part, &spread), first, &mut self.room);
+            let Tile([us, vs, faces]) = self.lookups.tile();
+            faces[own.clone()].fill(face);
+            self.room.write([&mut us[own.clone()], &mut vs[own]]);
+        }
+    }
+
+    /// Those of the next parts: of as many as there are lanes, until one has many. Returns the number after these.
+    fn place_few(&mut self, texels: &[u16; TILE], numbers: Range<usize>) -> usize {
+        let most = numbers.len().min(LANES);
+        let few = |number: &usize| self.divided.placed(*number).1 < LANES;
+        let end = numbers.start + numbers.clone().take(most).take_while(few).count();
+        let own = numbers.start..end;
+        (self.divided).places(&self.measuring, own.clone(), &mut self.room);
+        for (lane, number) in own.enumerate() {
+            let (part, places) = self.divided.placed(number);
+            if self.next.count + places > TILE {
+                self.look();
+            }
+            self.next.begin(texels[part], self.weight(part));
+            let own = self.next.count..self.next.count + places;
+            self.next.count = own.end;
+            let [from, _] = self.measuring.centers();
+            let face = R::new(from.0[2][part]);
+            let Tile([us, vs, faces]) = self.lookups.tile();
+            faces[own.clone()].fill(face);
+            (self.room).write_lane(lane, [&mut us[own.clone()], &mut vs[own]]);
+        }
+        end
+    }
+
+    /// How much each place of a part counts.
+    fn weight(&self, part: usize) -> f64 {
+        self.measuring.extents.0[1][part] / self.divided.total(part)
+    }
+
+    /// Looks the samples up, whose places are in the target, and adds the values of those before.
+    fn look(&mut self) {
         let n = self.next.count;
         if n == 0 {
             self.next.length = 0;
             return;
         }
         let uv = self.lookups.tile();
-        if in_target {
-            self.coordinate_map.take(uv, n);
-        }
+        self.coordinate_map.take(uv, n);
         for (seen, u) in self.next.seen.iter_mut().zip(&uv.0[0][..n]) {
             *seen = !u.is_nan();
         }

@@ -49,5 +49,5 @@ pub(crate) use runs::{Runs, Sight};
 pub use sampler::Sampler;
 pub(crate) use seen::{Seen, Watched};
 pub(crate) use shapes::SEVERAL;
-pub(crate) use spread::{LANES, MOST, Spread, count, division};
+pub(crate) use spread::{LANES, MOST, Spread, Spreads, count, division, spread};
 pub(crate) use texture::Texture;

@@ -70,30 +70,14 @@ pub(crate) struct Spread {
 }
 
 impl Spread {
-    /// Over sides given in source texels, which so many places would divide in a grid.
-    #[inline(always)]
-    pub(crate) fn new([a, b]: [[f32; 2]; 2], grid: [f32; 2]) -> Spread {
-        let [ax, ay] = a;
-        let [bx, by] = b;
-        let [m, n] = grid;
-        let (places, lines, p, q) = spread((ax, ay), (bx, by), (m, n));
-        Spread::of([places, lines], [p, q])
-    }
-
     /// So many places along both sides, or on a line and lines, along which both sides reach so far.
     #[inline(always)]
-    pub(super) fn of(counts: [f32; 2], reach: [f32; 2]) -> Spread {
+    pub(crate) fn of(counts: [f32; 2], reach: [f32; 2]) -> Spread {
         Spread {
             counts,
             reach,
             parts: Parts::new(counts.into(), reach.into()),
         }
-    }
-
-    /// How many places there are.
-    #[inline(always)]
-    pub(crate) fn count(&self) -> usize {
-        self.counts[0] as usize * self.counts[1] as usize
     }
 
     /// Writes [`LANES`] places from one's number on, from -½ to ½ along the first and the second side. Those after the last one are of
@@ -172,7 +156,7 @@ impl Parts {
 }
 
 /// [`LANES`] spreads, whose places of one number are found together.
-pub(super) struct Spreads {
+pub(crate) struct Spreads {
     /// What each [`Spread`] has: two numbers.
     counts: [[f32; LANES]; 2],
     reach: [[f32; LANES]; 2],
@@ -186,7 +170,7 @@ pub(super) struct Spreads {
 
 impl Spreads {
     #[inline(always)]
-    pub(super) fn new(counts: [[f32; LANES]; 2], reach: [[f32; LANES]; 2]) -> Spreads {
+    pub(crate) fn new(counts: [[f32; LANES]; 2], reach: [[f32; LANES]; 2]) -> Spreads {
         let mut spreads = Spreads {
             counts,
             reach,
@@ -214,7 +198,7 @@ impl Spreads {
 
     /// Writes the places of one number, the last one where a spread has fewer.
     #[inline(always)]
-    pub(super) fn places(&self, number: f32, s: &mut [f32; LANES], t: &mut [f32; LANES]) {
+    pub(crate) fn places(&self, number: f32, s: &mut [f32; LANES], t: &mut [f32; LANES]) {
         for k in 0..LANES {
             let number = real::min(number, self.counts[0][k] * self.counts[1][k] - 1.0);
             (s[k], t[k]) = self.parts(k).in_grid(self.counts[0][k], number);
@@ -249,7 +233,7 @@ impl Spreads {
 ///
 /// Numbers alone, and no array: this is computed in lanes, of which arrays of two would make pairs.
 #[inline(always)]
-pub(super) fn spread(
+pub(crate) fn spread(
     (ax, ay): (f32, f32),
     (bx, by): (f32, f32),
     (m, n): (f32, f32),
@@ -324,14 +308,24 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// Over sides given in source texels, which so many places would divide in a grid.
+    fn over([[ax, ay], [bx, by]]: [[f32; 2]; 2], [m, n]: [f32; 2]) -> Spread {
+        let (places, lines, p, q) = spread((ax, ay), (bx, by), (m, n));
+        Spread::of([places, lines], [p, q])
+    }
+
+    fn total(spread: &Spread) -> usize {
+        spread.counts[0] as usize * spread.counts[1] as usize
+    }
+
     fn places(spread: &Spread) -> Vec<[f64; 2]> {
         let mut all = Vec::new();
-        for first in (0..spread.count()).step_by(LANES) {
+        for first in (0..total(spread)).step_by(LANES) {
             let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
             spread.places(first, &mut s, &mut t);
             all.extend(s.into_iter().zip(t).map(|(s, t)| [s, t].map(f64::from)));
         }
-        all.truncate(spread.count());
+        all.truncate(total(&spread));
         all
     }
 
@@ -344,8 +338,8 @@ mod tests {
             b in prop::array::uniform2(-30.0_f32..30.0),
         ) {
             let grid = [a, b].map(|side: [f32; 2]| count(side[0].hypot(side[1])));
-            let spread = Spread::new([a, b], grid);
-            prop_assert!(spread.count() <= (grid[0] * grid[1]) as usize);
+            let spread = over([a, b], grid);
+            prop_assert!(total(&spread) <= (grid[0] * grid[1]) as usize);
             let all = places(&spread);
             let [a, b] = [a, b].map(|side| side.map(f64::from));
             let n = all.len() as f64;
@@ -375,7 +369,7 @@ mod tests {
             let x = k as f32;
             let sides = [[3.0 - 0.4 * x, 0.3 * x], [0.2 * x, 2.0 - 0.5 * x]];
             let grid = sides.map(|side: [f32; 2]| count(side[0].hypot(side[1])));
-            Spread::new(sides, grid)
+            over(sides, grid)
         };
         let of = |row: fn(&Spread) -> [f32; 2]| {
             [0, 1].map(|axis| std::array::from_fn(|lane| row(&one(lane))[axis]))
@@ -394,12 +388,12 @@ mod tests {
 
     #[test]
     fn a_sliver_takes_a_line_and_a_square_a_grid() {
-        let sliver = Spread::new([[20.0, 0.5], [-20.0, 0.5]], [21.0, 21.0]);
+        let sliver = over([[20.0, 0.5], [-20.0, 0.5]], [21.0, 21.0]);
         assert_eq!(sliver.counts, [29.0, 1.0]);
-        let square = Spread::new([[3.0, 0.0], [0.0, 3.0]], [3.0, 3.0]);
+        let square = over([[3.0, 0.0], [0.0, 3.0]], [3.0, 3.0]);
         assert_eq!(square.counts, [3.0, 3.0]);
-        let nowhere = Spread::new([[f32::INFINITY, 0.0], [0.0, f32::INFINITY]], [64.0, 64.0]);
-        assert_eq!(nowhere.count(), 64 * 64);
+        let nowhere = over([[f32::INFINITY, 0.0], [0.0, f32::INFINITY]], [64.0, 64.0]);
+        assert_eq!(total(&nowhere), 64 * 64);
     }
 
     #[test]

@@ -31,6 +31,7 @@ impl Texel for f16 {
     type Float = f32;
     const NOTHING: f64 = f64::NAN;
     const NAME: &'static str = "float16";
+    const BY_FOURS: bool = true;
     fn fits(_: f64) -> bool {
         true
     }

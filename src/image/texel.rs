@@ -20,6 +20,8 @@ pub trait Texel: Copy + Default + Send + Sync + Filtered<Self> + 'static {
     }
     /// Those of eight.
     fn load_eight<S: Simd>(simd: S, texels: &[Self; 8]) -> Eight<Self, S>;
+    /// Whether several are converted together in less time than the same number one by one.
+    const BY_FOURS: bool = false;
     /// The nearest texel; integers saturate, and NaN is 0 there.
     fn store(x: Self::Float) -> Self;
     /// Those of four numbers.

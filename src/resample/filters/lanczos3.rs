@@ -2,7 +2,8 @@
 //! weights, which alone differs from 1 by up to 1 %.
 
 use super::claims::{Claims, FilterInfo, Kernel, Lookup, Method, Visitor};
-use crate::number::real::Real;
+use crate::number::math::horner;
+use crate::number::real::{Real, SINGLE};
 
 /// The sinc function in Lanczos' window of three lobes.
 #[derive(Clone, Copy)]
@@ -31,29 +32,57 @@ impl Lookup for Lanczos3 {
     }
 }
 
+/// Those of sin(πx/3)/(πx/3) by x²: its series, whose first term that is left out is 2e-17 for x up to 1.
+const SINC: [f64; 10] = [
+    1.0,
+    -0.182_770_451_872_025_15,
+    0.010_021_511_423_251_28,
+    -0.000_261_662_310_181_185_5,
+    3.985_344_889_141_107e-6,
+    -3.973_108_834_113_742e-8,
+    2.792_949_603_645_014e-10,
+    -1.458_481_888_897_122_3e-12,
+    5.880_163_100_313_791e-15,
+    -1.885_473_801_623_789_3e-17,
+];
+
+/// sin(πx/3)/(πx/3) for x from 0 to 1.
+#[inline(always)]
+fn sinc_of_third<R: Real>(x: R) -> R {
+    let s = x * x;
+    let [a0, a1, a2, a3, a4, a5, a6, a7, a8, a9] = SINC.map(R::new);
+    if R::epsilon() < SINGLE {
+        horner!(s; a0, a1, a2, a3, a4, a5, a6, a7, a8, a9)
+    } else {
+        horner!(s; a0, a1, a2, a3, a4, a5)
+    }
+}
+
 impl Kernel<6> for Lanczos3 {
+    /// At distances x = t + k all weights have |sin(πx)| in common, and their sum divides it out. What is left, sin(πx/3)/x² with signs
+    /// that alternate, is taken times t (1 - t) and the squares of the outer four distances, so that nothing is divided but by the sum. The
+    /// sines are those of t and of 1 - t, and their sum: sin(π(t + 1)/3).
     #[inline(always)]
     fn weights<R: Real>(t: R) -> [R; 6] {
-        let (one, third) = (R::ONE, R::new(1.0 / 3.0));
-        let (sine, _) = R::sin_cos_half_turns(t);
-        let (s, c) = R::sin_cos_half_turns(t * third);
-        let (half, root) = (R::HALF, R::new(0.75_f64.sqrt()));
-        // sin(π(t + k)/3) for k = 1, 2; sin(π - x) = sin(x) gives those of k - t.
-        let (s1, s2) = (s * half + c * root, c * root - s * half);
-        let lobe = |x: R, wide: R| sine * wide / (x * x);
-        // sin(πx) sin(πx/3)/x² without its 0/0, for x in [0, 1].
-        let middle = |x: R| {
-            let y = x * third;
-            R::sinc_half_turns(x * x, x) * R::sinc_half_turns(y * y, y) * third
-        };
-        // sin(πx) alternates in sign from texel to texel; x is the distance from the place.
+        let (one, two, three) = (R::ONE, R::TWO, R::new(3.0));
+        let rest = one - t;
+        let (near, far) = (sinc_of_third(t), sinc_of_third(rest));
+        let (a, b) = (t * near, rest * far);
+        let q = t * rest;
+        // (1 + t)(2 - t) and (2 + t)(3 - t).
+        let (inner, outer) = (q + two, q + R::new(6.0));
+        let (inner, outer) = (inner * inner, outer * outer);
+        let (left, right) = (one + t, two - t);
+        let (beyond_left, beyond_right) = (two + t, three - t);
+        let (both, middle) = (q * inner, inner * outer);
+        let under = (R::ZERO - (a + b)) * (q * outer);
         let raw = [
-            lobe(t + R::TWO, s2),
-            R::ZERO - lobe(t + one, s1),
-            middle(t),
-            middle(one - t),
-            R::ZERO - lobe(R::TWO - t, s1),
-            lobe(R::new(3.0) - t, s),
+            b * both * (beyond_right * beyond_right),
+            under * (right * right),
+            near * rest * middle,
+            far * t * middle,
+            under * (left * left),
+            a * both * (beyond_left * beyond_left),
         ];
         let sum = ((raw[0] + raw[1]) + (raw[2] + raw[3])) + (raw[4] + raw[5]);
         let scale = one / sum;

@@ -112,12 +112,12 @@ impl<T: Texel> Gather<T> for Bilinear {
 
     #[inline(always)]
     fn ones<S: Simd, O: Filtered<T>, const STRAIGHT: bool>(
-        _: S,
+        simd: S,
         ones: Ones<'_, T, STRAIGHT>,
         (places, ()): ([&Places<T::Float>; 2], ()),
         target: (&mut [O], Rectangle, usize),
     ) -> bool {
-        ones.bilinear(places, target);
+        ones.bilinear(simd, places, target);
         true
     }
 

@@ -10,8 +10,10 @@
 use super::corners::mix;
 use super::place::Places;
 use super::rectangle::{Rectangle, each_row};
-use crate::image::texel::{Filtered, Texel};
+use crate::image::texel::{Filtered, Four, Texel};
 use crate::kernel::tile::prefetch_item;
+use crate::number::real::Real;
+use fearless_simd::{Simd, SimdBase};
 
 /// Lookups that are brought together.
 pub(super) const LENGTH: usize = 64;
@@ -61,41 +63,87 @@ impl<'a, T: Texel, const STRAIGHT: bool> Ones<'a, T, STRAIGHT> {
         [places, next]: [&Places<T::Float>; 2],
         (band, area, length): (&mut [O], Rectangle, usize),
     ) {
-        each_row(band, area, length, |top, out| {
-            let lookups = places.first[top..].iter().zip(&next.first[top..]);
-            for (out, (&first, &ahead)) in out.iter_mut().zip(lookups) {
-                prefetch_item(self.texels, ahead);
-                let texel = self.texels.get(first).copied().unwrap_or_default();
-                *out = O::exact(texel);
-            }
-        });
+        each_row(
+            band,
+            area,
+            length,
+            #[inline(always)]
+            |top: usize, out: &mut [O]| {
+                let lookups = places.first[top..].iter().zip(&next.first[top..]);
+                for (out, (&first, &ahead)) in out.iter_mut().zip(lookups) {
+                    prefetch_item(self.texels, ahead);
+                    let texel = self.texels.get(first).copied().unwrap_or_default();
+                    *out = O::exact(texel);
+                }
+            },
+        );
     }
 
     /// Fills it with the means of the four texels around them.
     #[inline(always)]
-    pub(super) fn bilinear<O: Filtered<T>>(
+    pub(super) fn bilinear<S: Simd, O: Filtered<T>>(
         self,
+        simd: S,
         [places, next]: [&Places<T::Float>; 2],
         (band, area, length): (&mut [O], Rectangle, usize),
     ) {
         let (mut above, mut below) = ([[T::default(); 2]; LENGTH], [[T::default(); 2]; LENGTH]);
-        each_row(band, area, length, |top, out| {
-            for (part, out) in out.chunks_mut(LENGTH).enumerate() {
-                let first = top + part * LENGTH;
-                let lookups = places.first[first..].iter().zip(&next.first[first..]);
-                for (k, (&first, &ahead)) in lookups.enumerate().take(out.len()) {
-                    prefetch_item(self.texels, ahead);
-                    prefetch_item(self.texels, ahead.wrapping_add_signed(self.steps[1]));
-                    [above[k], below[k]] = self.pairs(first);
+        each_row(
+            band,
+            area,
+            length,
+            // Where it is not inlined, it has the lanes of no level.
+            #[inline(always)]
+            |top: usize, out: &mut [O]| {
+                for (part, out) in out.chunks_mut(LENGTH).enumerate() {
+                    let first = top + part * LENGTH;
+                    let lookups = places.first[first..].iter().zip(&next.first[first..]);
+                    for (k, (&first, &ahead)) in lookups.enumerate().take(out.len()) {
+                        prefetch_item(self.texels, ahead);
+                        prefetch_item(self.texels, ahead.wrapping_add_signed(self.steps[1]));
+                        [above[k], below[k]] = self.pairs(first);
+                    }
+                    let steps = (&places.tx[first..], &places.ty[first..]);
+                    if T::BY_FOURS {
+                        mixed_by_fours(simd, [&above, &below], steps, out);
+                        continue;
+                    }
+                    let corners = above.iter().zip(&below).zip(steps.0.iter().zip(steps.1));
+                    for (out, ((above, below), (&tx, &ty))) in out.iter_mut().zip(corners) {
+                        let [[a, b], [c, d]] = [above, below].map(|pair| pair.map(T::load));
+                        *out = O::filtered(mix([a, b, c, d], tx, ty));
+                    }
                 }
-                let steps = places.tx[first..].iter().zip(&places.ty[first..]);
-                let corners = above.iter().zip(&below).zip(steps);
-                for (out, ((above, below), (&tx, &ty))) in out.iter_mut().zip(corners) {
-                    let [[a, b], [c, d]] = [above, below].map(|pair| pair.map(T::load));
-                    *out = O::filtered(mix([a, b, c, d], tx, ty));
-                }
-            }
-        });
+            },
+        );
+    }
+}
+
+/// The means of pairs of texels above and below places, which are converted several at a time.
+#[inline(always)]
+fn mixed_by_fours<S: Simd, T: Texel, O: Filtered<T>>(
+    simd: S,
+    pairs: [&[[T; 2]; LENGTH]; 2],
+    (tx, ty): (&[T::Float], &[T::Float]),
+    out: &mut [O],
+) {
+    let mut numbers = [[[T::Float::ZERO; 2]; LENGTH]; 2];
+    for (numbers, pairs) in numbers.iter_mut().zip(pairs) {
+        let into = numbers.as_flattened_mut().as_chunks_mut::<8>().0;
+        let from = pairs.as_flattened().as_chunks::<8>().0;
+        for (into, from) in into.iter_mut().zip(from) {
+            *into = T::load_eight(simd, from).to_array();
+        }
+    }
+    let mut mixed = [T::Float::ZERO; LENGTH];
+    let [above, below] = &numbers;
+    let corners = above.iter().zip(below).zip(tx.iter().zip(ty));
+    for (mixed, ((&[a, b], &[c, d]), (&tx, &ty))) in mixed.iter_mut().zip(corners) {
+        *mixed = mix([a, b, c, d], tx, ty);
+    }
+    for (out, mixed) in out.chunks_mut(4).zip(mixed.as_chunks::<4>().0) {
+        let four = O::filtered_four(simd, Four::<T, S>::load_array(simd, *mixed));
+        out.copy_from_slice(&four[..out.len()]);
     }
 }
 

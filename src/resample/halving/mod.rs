@@ -5,6 +5,8 @@
 //! covers has that of the nearest texel that does: of the level before ([`rim::nearest_valid_texel`]), and of the next one, where such a texel's
 //! sum goes to the one that owns it.
 
+mod pairs;
+
 use crate::error::Error;
 use crate::image::raster::Raster;
 use crate::image::rim::{self, Across};
@@ -18,6 +20,7 @@ use crate::map::grid::GridAxis;
 use crate::number::real::Real;
 use crate::projections::faces::MAX_FACES;
 use crate::resample::window::Window;
+use pairs::Covered;
 use std::cmp::Ordering;
 use std::ops::Range;
 
@@ -54,6 +57,8 @@ type Rect = [Range<usize>; 2];
 
 /// The solid angles of a rectangle of a face.
 struct Cells {
+    /// The columns of a face of the next level that cover it.
+    columns: Range<usize>,
     rect: Rect,
     solid_angles: Vec<f64>,
 }
@@ -204,6 +209,27 @@ impl Halving {
                 }
             }
         };
+        let pairs = self.pairs(cells.columns.clone());
+        let by_pairs = |face: usize, [i, j]: [usize; 2], out: &mut [T::Float]| {
+            let view = &views[face];
+            let count = out.len() / channels;
+            let parts = pairs.as_ref().and_then(|pairs| pairs.of(i..i + count));
+            let Some(parts) = parts.filter(|_| view.steps()[0] == 1) else {
+                return false;
+            };
+            let [xs, ys] = &cells.rect;
+            let x = self.across[i][0].0;
+            let covered = |&(y, part): &(usize, f64)| {
+                let first = (y - ys.start) * xs.len() + x - xs.start;
+                Covered {
+                    texels: &texels[view.index(x, y) * channels..][..2 * count * channels],
+                    solid_angles: &cells.solid_angles[first..][..2 * count],
+                    part,
+                }
+            };
+            let rows: Vec<_> = self.down[j].iter().map(covered).collect();
+            pairs::fill(channels, parts, &rows, out)
+        };
         let work = |row: usize, out: &mut [T::Float]| {
             let (mut sums, mut moved) = (vec![0.0; width], vec![0.0; width]);
             for run in self.coarse.runs(window.rows.start + row) {
@@ -222,6 +248,11 @@ impl Halving {
                 } else {
                     &self.moved
                 };
+                let own = (first - window.columns.start) * channels;
+                let own = own..own + (end - first) * channels;
+                if step == [1, 0] && by_pairs(face, at(first), &mut out[own]) {
+                    continue;
+                }
                 for column in first..end {
                     let texel = at(column);
                     sum(face, texel, &mut sums);
@@ -286,8 +317,11 @@ impl Halving {
     /// The solid angles of all that a window of the next level covers, which are alike on all faces.
     fn cells(&self, window: &Window) -> Result<Cells, Error> {
         let mut all: Option<Rect> = None;
+        let mut columns: Option<Range<usize>> = None;
         for rect in self.faces(window).into_iter().flatten() {
             let [xs, ys] = self.covered(&rect);
+            let own = columns.get_or_insert(rect[0].clone());
+            *own = own.start.min(rect[0].start)..own.end.max(rect[0].end);
             let all = all.get_or_insert([xs.clone(), ys.clone()]);
             include(all, [xs.start, ys.start]);
             include(all, [xs.end - 1, ys.end - 1]);
@@ -301,7 +335,11 @@ impl Halving {
             let (j, first) = (rect[1].start + row, rect[0].start);
             self.solid_angles.row(map, fine, j, first, out);
         });
-        Ok(Cells { rect, solid_angles })
+        Ok(Cells {
+            columns: columns.unwrap_or(0..0),
+            rect,
+            solid_angles,
+        })
     }
 }
 

@@ -1,0 +1,144 @@
+//! Rows of the next level whose texels cover two columns each of rows that are stored as rows, of an image without a rim.
+//!
+//! That is nearly every image. The sums are those of any texel, number by number; but where columns follow each other nothing is looked
+//! for, and a row is summed in one pass for each that it covers: texel by texel, the searching took four times as long as the sums.
+
+use super::Halving;
+use crate::image::texel::Texel;
+use crate::kernel::{Scalar, vectorize};
+use crate::number::real::Real;
+use std::ops::Range;
+
+/// Texels that are summed together: what is known of them stays in the nearest cache.
+const TOGETHER: usize = 64;
+
+/// What the texels of a row cover of one row of the level.
+pub(super) struct Covered<'a, T> {
+    /// The numbers of the columns, from the first on.
+    pub(super) texels: &'a [T],
+    /// Their solid angles.
+    pub(super) solid_angles: &'a [f64],
+    /// Which part of the row is covered.
+    pub(super) part: f64,
+}
+
+/// The part of each of two columns that a texel covers, for some columns of the next level.
+pub(super) struct Pairs {
+    /// The first column of these.
+    start: usize,
+    parts: Vec<[f64; 2]>,
+}
+
+impl Halving {
+    /// Those of the columns of a window; none where a texel covers others than two that follow those of the one before.
+    pub(super) fn pairs(&self, columns: Range<usize>) -> Option<Pairs> {
+        if self.fine.has_rim() || !self.moved.is_empty() {
+            return None;
+        }
+        let first = self.across.get(columns.start)?.first()?.0;
+        let part = |(k, covered): (usize, &Vec<(usize, f64)>)| match covered[..] {
+            [(x, a), (y, b)] if x == first + 2 * k && y == x + 1 => Some([a, b]),
+            _ => None,
+        };
+        let parts = self
+            .across
+            .get(columns.clone())?
+            .iter()
+            .enumerate()
+            .map(part);
+        Some(Pairs {
+            start: columns.start,
+            parts: parts.collect::<Option<_>>()?,
+        })
+    }
+}
+
+impl Pairs {
+    /// Those of columns, if they are all there.
+    pub(super) fn of(&self, columns: Range<usize>) -> Option<&[[f64; 2]]> {
+        let from = |column: usize| column.checked_sub(self.start);
+        self.parts.get(from(columns.start)?..from(columns.end)?)
+    }
+}
+
+/// Sums of texels that are put together.
+struct Sums {
+    weights: [f64; TOGETHER],
+    /// The first value of each number, and the sum of what the others differ by.
+    first: Vec<f64>,
+    sums: Vec<f64>,
+}
+
+/// Fills so many texels with the means of what they cover. False where the weight of some of it is none.
+pub(super) fn fill<T: Texel>(
+    channels: usize,
+    parts: &[[f64; 2]],
+    rows: &[Covered<'_, T>],
+    out: &mut [T::Float],
+) -> bool {
+    let lit = |row: &Covered<'_, T>| row.part > 0.0 && row.solid_angles.iter().all(|x| *x > 0.0);
+    if rows.is_empty() || !rows.iter().all(lit) {
+        return false;
+    }
+    vectorize(
+        #[inline(always)]
+        || match channels {
+            1 => fill_of::<T, 1>(1, parts, rows, out),
+            3 => fill_of::<T, 3>(3, parts, rows, out),
+            4 => fill_of::<T, 4>(4, parts, rows, out),
+            channels => fill_of::<T, 0>(channels, parts, rows, out),
+        },
+    );
+    true
+}
+
+/// CHANNELS is 0 where their number is known at run time only.
+#[inline(always)]
+fn fill_of<T: Texel, const CHANNELS: usize>(
+    channels: usize,
+    parts: &[[f64; 2]],
+    rows: &[Covered<'_, T>],
+    out: &mut [T::Float],
+) {
+    let n = if CHANNELS > 0 { CHANNELS } else { channels };
+    let mut sums = Sums {
+        weights: [0.0; TOGETHER],
+        first: vec![0.0; TOGETHER * n],
+        sums: vec![0.0; TOGETHER * n],
+    };
+    let chunks = parts.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER * n));
+    for (chunk, (parts, out)) in chunks.enumerate() {
+        sums.weights = [0.0; TOGETHER];
+        sums.sums.fill(0.0);
+        let begin = 2 * TOGETHER * chunk;
+        for (number, row) in rows.iter().enumerate() {
+            let texels = row.texels[begin * n..].chunks_exact(2 * n);
+            let solid_angles = row.solid_angles[begin..].as_chunks::<2>().0;
+            let into = sums.weights.iter_mut().zip(sums.first.chunks_exact_mut(n));
+            let into = into.zip(sums.sums.chunks_exact_mut(n));
+            let covered = texels.zip(solid_angles.iter().zip(parts));
+            for (((weight, first), sum), (pair, (solid_angle, part))) in into.zip(covered) {
+                let (left, right) = pair.split_at(n);
+                if number == 0 {
+                    for (first, x) in first.iter_mut().zip(left) {
+                        *first = x.load().to_f64();
+                    }
+                }
+                for (texel, k) in [(left, 0), (right, 1)] {
+                    let own = solid_angle[k] * part[k] * row.part;
+                    *weight += own;
+                    for ((sum, first), x) in sum.iter_mut().zip(&*first).zip(texel) {
+                        *sum += own * (x.load().to_f64() - first);
+                    }
+                }
+            }
+        }
+        let means = sums.first.chunks_exact(n).zip(sums.sums.chunks_exact(n));
+        let means = means.zip(&sums.weights);
+        for (out, ((first, sum), weight)) in out.chunks_exact_mut(n).zip(means) {
+            for ((out, first), sum) in out.iter_mut().zip(first).zip(sum) {
+                *out = <T::Float as Real>::new(first + sum / weight);
+            }
+        }
+    }
+}

@@ -24,6 +24,7 @@ from typing import (
 
 import numpy as np
 
+from . import _core
 from ._scalars import as_flag, as_items, as_text
 
 if TYPE_CHECKING:
@@ -383,19 +384,15 @@ def checked_image(
     array = as_image(image, None)
     if array.dtype.kind != "f":
         return array
-    # One pass and no mask of the image's size where all is well: a sum is finite only if every
-    # value is. One that overflows merely asks for the closer look.
-    with np.errstate(all="ignore"):
-        suspicious = not np.isfinite(array.sum(dtype=np.float64))
-    if suspicious:
+    # No mask of the image's size where all is well.
+    if not _core.all_finite(array):
         bad = ~np.isfinite(array)
-        if bad.any():
-            if not skipna:
-                raise ValueError(
-                    f"`{name}` has {_described(bad, 'NaN or infinite', origin)}; "
-                    "`skipna=True` counts them as 0."
-                )
-            array = np.where(bad, array.dtype.type(0), array)
+        if not skipna:
+            raise ValueError(
+                f"`{name}` has {_described(bad, 'NaN or infinite', origin)}; "
+                "`skipna=True` counts them as 0."
+            )
+        array = np.where(bad, array.dtype.type(0), array)
     if negative != "keep" and array.size and array.min() < 0:
         if negative == "raise":
             raise ValueError(

@@ -1,5 +1,6 @@
 //! Images: texel types, where each texel is stored, and what part of the sphere it stands for.
 
+pub(crate) mod finite;
 mod halves;
 pub(crate) mod planes;
 pub(crate) mod raster;

@@ -11,7 +11,7 @@ use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::texels::Directions;
 use crate::kernel::memory::expect_room;
-use crate::kernel::{Scalar, interrupt, threads};
+use crate::kernel::{Scalar, interrupt, threads, vectorize};
 use crate::light::patches::{Patches, Points, Sheet};
 use crate::map::Map;
 use std::collections::BTreeMap;
@@ -54,6 +54,18 @@ impl Cap {
         }
     }
 
+    /// Whether any of some directions, three numbers each, lies in it.
+    fn holds_any(self, toward: &[f64]) -> bool {
+        vectorize(
+            #[inline(always)]
+            || {
+                let toward = toward.as_chunks::<3>().0.iter();
+                toward.fold(false, |any, toward| any | self.holds(toward))
+            },
+        )
+    }
+
+    #[inline(always)]
     fn holds(self, toward: &[f64]) -> bool {
         let squares = [0, 1, 2].map(|c| (toward[c] - self.axis[c]) * (toward[c] - self.axis[c]));
         squares[0] + squares[1] + squares[2] <= self.square
@@ -151,6 +163,9 @@ impl<'a, T: Texel> Counted<'a, T> {
             let mut toward = vec![0.0; 3 * raster.columns * rows];
             directions.rows(first, &mut toward);
             for (j, toward) in toward.chunks_exact(3 * raster.columns).enumerate() {
+                if cap.is_some_and(|cap| !cap.holds_any(toward)) {
+                    continue;
+                }
                 let row = first + j;
                 self.row(row, |column, solid_angle, texel| {
                     let toward = &toward[3 * column..][..3];
@@ -188,6 +203,32 @@ pub fn luminance_of<T: Texel>(texel: &[T], weights: &[f64]) -> f64 {
         .filter(|(_, w)| **w != 0.0)
         .map(|(x, w)| x.load().to_f64() * w)
         .sum()
+}
+
+/// Texels whose luminance is found together.
+const TOGETHER: usize = 1 << 12;
+
+/// The luminance of each of some texels.
+pub fn luminances<T: Texel>(texels: &[T], weights: &[f64], out: &mut [f64]) {
+    let channels = weights.len();
+    threads::rows(out, TOGETHER, texels.len(), |number, out| {
+        let texels = texels[number * TOGETHER * channels..].chunks_exact(channels);
+        match <[f64; 3]>::try_from(weights) {
+            Ok(weights) => each_luminance(texels, &weights, out),
+            Err(_) => each_luminance(texels, weights, out),
+        }
+    });
+}
+
+#[inline(always)]
+fn each_luminance<'t, T: Texel>(
+    texels: impl Iterator<Item = &'t [T]>,
+    weights: &[f64],
+    out: &mut [f64],
+) {
+    for (out, texel) in out.iter_mut().zip(texels) {
+        *out = luminance_of(texel, weights);
+    }
 }
 
 /// Where a stored texel looks.

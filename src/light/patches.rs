@@ -216,10 +216,13 @@ impl<'a> Patches<'a> {
         let (first, width) = (columns.start, columns.len());
         let rows = match &self.weights {
             Some(weights) if width == w => weights[rows.start * w..rows.end * w].into(),
-            Some(weights) => rows
-                .flat_map(|j| &weights[j * w..][columns.clone()])
-                .copied()
-                .collect(),
+            Some(weights) => {
+                let mut found = Vec::with_capacity(rows.len() * width);
+                for j in rows {
+                    found.extend_from_slice(&weights[j * w..][columns.clone()]);
+                }
+                found.into()
+            }
             None => self.found_weights(rows, columns).into(),
         };
         StripWeights { rows, first, width }

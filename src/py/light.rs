@@ -4,11 +4,11 @@
 use super::arrays::{finish, output, writable};
 use super::images::{image, view, with_image};
 use super::projection::{PyProjection, size};
-use super::stopping::stoppable;
-use crate::image::weights;
+use super::stopping::{released, stoppable};
+use crate::image::{finite, weights};
 use crate::kernel::interrupt;
 use crate::light::prefilter::{Distribution, Source};
-use crate::light::{Lobe, dfg as table, integrate, under};
+use crate::light::{Lobe, dfg as table, integrate, lit, under};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -60,6 +60,37 @@ pub fn texel_weights<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let shape = size(&projection.0, shape)?;
     filled(py, &shape, |out| weights(&projection.0, &shape, out))
+}
+
+/// Whether all numbers of an array are finite.
+#[pyfunction]
+#[pyo3(signature = (object, /))]
+pub fn all_finite(py: Python<'_>, object: &Bound<'_, PyAny>) -> PyResult<bool> {
+    with_image!(image(object, None)?, image => {
+        let numbers = image.as_slice()?;
+        released(py, || finite::all_finite(numbers))
+    })
+}
+
+/// The luminance of each texel, whose channels are its last axis and make it with these weights.
+#[pyfunction]
+#[pyo3(signature = (object, weights, /))]
+pub fn luminances<'py>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    weights: PyReadonlyArrayDyn<'py, f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let weights = weights.as_slice()?;
+    with_image!(image(object, None)?, image => match image.shape() {
+        [texels @ .., channels] if *channels == weights.len() => {
+            let numbers = image.as_slice()?;
+            filled(py, texels, |out| {
+                lit::luminances(numbers, weights, out);
+                Ok(())
+            })
+        }
+        _ => Err(PyValueError::new_err("Expected a weight for each channel.")),
+    })
 }
 
 /// ∫ L dω of each channel and, last, of the constant 1: (C + 1,).

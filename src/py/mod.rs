@@ -63,7 +63,9 @@ mod _core {
     #[pymodule_export]
     use super::layers::{add_layer, divide_layer};
     #[pymodule_export]
-    use super::light::{dfg, integrals, lobe, moments, prefilter, texel_weights};
+    use super::light::{
+        all_finite, dfg, integrals, lobe, luminances, moments, prefilter, texel_weights,
+    };
     #[pymodule_export]
     use super::lights::{add_sun, energy, lights, remove_sun, sun};
     #[pymodule_export]

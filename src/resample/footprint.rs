@@ -55,12 +55,6 @@ pub struct Footprint {
     pub source: [f64; 3],
     /// Its two sides in the source, in texels along u and v.
     pub sides: [[f64; 2]; 2],
-    /// Their lengths in radians.
-    pub angles: [f64; 2],
-    /// The longer side of a source texel there, in radians.
-    pub texel: f64,
-    /// Its solid angle.
-    pub solid_angle: f64,
 }
 
 impl Footprint {
@@ -71,7 +65,6 @@ impl Footprint {
         Footprint {
             source,
             sides: if finite { sides } else { everything },
-            ..Footprint::default()
         }
     }
 
@@ -96,7 +89,7 @@ fn columns(j: [f64; 6]) -> [[f64; 3]; 2] {
     [[j[0], j[2], j[4]], [j[1], j[3], j[5]]]
 }
 
-/// What up to a [`TILE`] of parts see: a row for each number of their [`Footprint`], and what measuring needs in between. Kept from call to
+/// What up to a [`TILE`] of parts see: their [`Footprint`]s and more, in rows, and what measuring needs in between. Kept from call to
 /// call: of few parts, to clear so much took longer than the rest.
 pub struct Measuring {
     places: [Tile<f64, 3>; 2],
@@ -132,13 +125,9 @@ impl Measuring {
     /// What a part sees.
     pub fn at(&self, k: usize) -> Footprint {
         let [ax, ay, bx, by] = self.sides.at(k);
-        let [texel, solid_angle] = self.extents.at(k);
         Footprint {
             source: self.places[1].at(k),
             sides: [[ax, ay], [bx, by]],
-            angles: self.angles.at(k),
-            texel,
-            solid_angle,
         }
     }
 

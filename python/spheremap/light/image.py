@@ -89,11 +89,5 @@ def luminance_of(
     image: NDArray[Any], axes: int, weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the luminance of each texel, in float64."""
-    if image.ndim == axes:
-        alone: NDArray[np.float64] = np.multiply(image, weights[0], dtype=np.float64)
-        return alone
-    total: NDArray[np.float64] = np.multiply(image[..., 0], weights[0], dtype=np.float64)
-    for channel, weight in enumerate(weights[1:], 1):
-        if weight:
-            total += np.multiply(image[..., channel], weight, dtype=np.float64)
-    return total
+    texels = image[..., np.newaxis] if image.ndim == axes else image
+    return _core.luminances(texels, weights)

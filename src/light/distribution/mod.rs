@@ -53,7 +53,7 @@ use crate::light::kept::Kept;
 use crate::map::Map;
 use cells::Cells;
 pub use cells::STRAIGHT;
-use records::{recorded, sources};
+use records::{Sources, recorded};
 use row::Row;
 use search::{accumulate, fill_guide, normalize};
 use std::sync::Arc;
@@ -158,11 +158,8 @@ impl Distribution {
         // Where each texel's value is, its light and density, its channels, and the guides.
         let per_texel = 64 + 12 * channels;
         expect_room::<u8>(texels.saturating_mul(per_texel))?;
-        let sources = sources(&raster, faces);
-        let light: Vec<f64> = sources
-            .iter()
-            .map(|source| source.map_or(0.0, |texel| luminance[texel]))
-            .collect();
+        let sources = Sources::new(map, &raster);
+        let light = sources.of(luminance);
         accumulate(&mut conditional, columns, split, &rows, &light);
         let mut marginal = Vec::with_capacity(rows.len() + 1);
         let mut integral = 0.0;
@@ -199,7 +196,7 @@ impl Distribution {
         pages::advise(&mut density);
         density.extend(light.iter().map(|light| (light / integral) as f32));
         let records = T::records(recorded(&sources, image.texels(), channels, &density));
-        debug_assert_eq!(texels, sources.len());
+        debug_assert_eq!(texels, light.len());
         let into_view = map.view_rotation(None);
         Ok(Distribution {
             map: map.clone(),

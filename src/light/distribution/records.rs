@@ -6,10 +6,41 @@ use crate::image::rim::nearest_valid_texel;
 use crate::image::texel::Texel;
 use crate::kernel::pages;
 use crate::kernel::threads;
+use crate::map::Map;
 use crate::projections::projection::Outline;
+use std::borrow::Cow;
 
-/// For each texel, face by face, the stored texel that holds its value; none where it covers nothing.
-pub(super) fn sources(raster: &Raster, faces: usize) -> Vec<Option<usize>> {
+/// Where the values of texels are, face by face.
+pub(super) enum Sources {
+    /// They are stored in this order.
+    InOrder,
+    /// For each texel the stored one that holds its value; none where it covers nothing.
+    Listed(Vec<Option<usize>>),
+}
+
+impl Sources {
+    pub(super) fn new(map: &Map, raster: &Raster) -> Sources {
+        let layout = map.face_layout();
+        if layout.is_canonical() && !raster.has_rim() {
+            Sources::InOrder
+        } else {
+            Sources::Listed(sources(raster, layout.faces))
+        }
+    }
+
+    /// One number a texel, from one a stored texel: 0 where there is none.
+    pub(super) fn of<'n>(&self, stored: &'n [f64]) -> Cow<'n, [f64]> {
+        match self {
+            Sources::InOrder => stored.into(),
+            Sources::Listed(sources) => {
+                let of = |source: &Option<usize>| source.map_or(0.0, |texel| stored[texel]);
+                sources.iter().map(of).collect()
+            }
+        }
+    }
+}
+
+fn sources(raster: &Raster, faces: usize) -> Vec<Option<usize>> {
     let mut sources = vec![None; raster.width * raster.height * faces];
     threads::rows(
         &mut sources,
@@ -48,19 +79,29 @@ fn covers_some(raster: &Raster, i: usize, j: usize) -> bool {
 }
 
 pub(super) fn recorded<T: Texel>(
-    sources: &[Option<usize>],
+    sources: &Sources,
     stored: &[T],
     channels: usize,
     density: &[f32],
 ) -> Vec<T> {
-    let mut out = Vec::with_capacity(sources.len() * (channels + 1));
+    let width = channels + 1;
+    let mut out = vec![T::default(); density.len() * width];
     pages::advise(&mut out);
-    for (source, density) in sources.iter().zip(density) {
-        match source {
-            Some(texel) => out.extend_from_slice(&stored[texel * channels..][..channels]),
-            None => out.extend(std::iter::repeat_n(T::default(), channels)),
+    let points = out.len();
+    threads::rows(&mut out, TOGETHER * width, points, |number, out| {
+        for (k, record) in (number * TOGETHER..).zip(out.chunks_exact_mut(width)) {
+            let source = match sources {
+                Sources::InOrder => Some(k),
+                Sources::Listed(sources) => sources[k],
+            };
+            if let Some(texel) = source {
+                record[..channels].copy_from_slice(&stored[texel * channels..][..channels]);
+            }
+            record[channels] = T::from_f64(f64::from(density[k]));
         }
-        out.push(T::from_f64(f64::from(*density)));
-    }
+    });
     out
 }
+
+/// Records that are put together at a time.
+const TOGETHER: usize = 1 << 12;

@@ -9,7 +9,7 @@ use super::look::Room;
 use super::lookups::support;
 use super::mean::{Chunks, Margin, Rooms, find, put, texels_of};
 use super::shapes::{SEVERAL, Shapes, off, pick, reach};
-use super::spread::{LANES, MOST, Spread, Spreads};
+use super::spread::{LANES, MOST, Spreads};
 use super::texture::Texture;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
@@ -161,13 +161,12 @@ impl Parallelograms {
 
     /// That about place k.
     #[inline(always)]
-    pub(crate) fn at(&self, k: usize) -> Parallelogram {
+    fn at(&self, k: usize) -> Parallelogram {
         let shapes = &self.shapes;
         Parallelogram {
             center: self.centers.each_ref().map(|x| x[k]),
             sides: shapes.sides.each_ref().map(|[x, y]| [x[k], y[k]]),
             bends: shapes.bends.each_ref().map(|[x, y]| [x[k], y[k]]),
-            spread: shapes.spread(k),
         }
     }
 
@@ -264,27 +263,18 @@ impl<F: Scalar> Chunks<F> for Parallelograms {
 
 /// A place in texels, and sides that places are spread over, bent a little.
 #[derive(Clone, Copy)]
-pub(crate) struct Parallelogram {
-    pub(crate) center: [f64; 2],
+struct Parallelogram {
+    center: [f64; 2],
     sides: [[f32; 2]; 2],
     bends: [[f32; 2]; 3],
-    pub(crate) spread: Spread,
 }
 
 impl Parallelogram {
     /// How far it reaches from its center along x and y, at most.
     #[inline(always)]
-    pub(crate) fn reach(&self) -> [f32; 2] {
+    fn reach(&self) -> [f32; 2] {
         let ([a, b], [c, d, e]) = (self.sides, self.bends);
         [0, 1].map(|axis| reach((a[axis], b[axis]), (c[axis], d[axis], e[axis])))
-    }
-
-    /// How far a place, from -½ to ½ along both sides, lies from its center.
-    #[inline(always)]
-    pub(crate) fn at(&self, s: f32, t: f32) -> [f64; 2] {
-        let ([a, b], [c, d, e]) = (self.sides, self.bends);
-        let off = |axis: usize| off((s, t), (a[axis], b[axis]), (c[axis], d[axis], e[axis]));
-        [0, 1].map(|axis| f64::from(off(axis)))
     }
 
     /// Whether the image is valid wherever it reaches, and so many texels around it, for certain.

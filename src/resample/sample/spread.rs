@@ -325,7 +325,7 @@ mod tests {
             spread.places(first, &mut s, &mut t);
             all.extend(s.into_iter().zip(t).map(|(s, t)| [s, t].map(f64::from)));
         }
-        all.truncate(total(&spread));
+        all.truncate(total(spread));
         all
     }
 

@@ -2,7 +2,6 @@
 //!
 //! Part by part, roots and quotients of one waited for each other, and took as long as the lookups: here lanes are parts.
 
-use super::{NARROW, SHORTEST, STRAIGHT, WIDEST};
 use crate::image::raster::Raster;
 use crate::kernel::tile::{TILE, Tile};
 use crate::kernel::{Scalar, vectorize};
@@ -10,6 +9,18 @@ use crate::number::real;
 use crate::resample::footprint::Measuring;
 use crate::resample::sample::{LANES, MOST, Spread, Spreads, count, division, spread};
 use std::ops::Range;
+
+/// The widest part of a texel of several places, in radians: over it a map's density is taken as constant.
+pub(super) const WIDEST: f64 = 0.035;
+
+/// The widest in the source, as a share of it: near a pole, which way along it lies changes within a texel.
+const STRAIGHT: f64 = 1.0 / 32.0;
+
+/// Places are spread over this share of a side at least: over nothing that could be seen.
+const NARROW: f64 = 1e-3;
+
+/// Sides are not halved below this, in u or v.
+const SHORTEST: f64 = 1e-6;
 
 /// A whole texel that one lookup serves.
 const LEFT: u8 = 0;

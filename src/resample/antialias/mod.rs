@@ -14,7 +14,7 @@
 //! - Where a polynomial stands for a block's coordinates (`patch`), its derivatives are the Jacobian and the bend of it, and a texel
 //!   is a parallelogram in the source, bent a little and of one density, if it is small.
 //! - A texel that covers much is halved, again and again, until one Jacobian describes each part: a part has at
-//!   most [`MOST`] places and spans at most [`WIDEST`]. Near a pole halving ends with the rows.
+//!   most [`MOST`](crate::resample::sample::MOST) places and spans at most [`WIDEST`]. Near a pole halving ends with the rows.
 //! - What the source does not hold has no part in a mean. A texel whose own center sees nothing is `fill`, as without.
 //!
 //! A lone sun of one texel keeps its energy within 9 % (r near 1.4), 1 % from r = 4 on: places and texels beat against each
@@ -43,18 +43,9 @@ use crate::resample::sample::{
 };
 use accounts::{Owners, Sums};
 use coarse::coarse;
-use divided::{Divided, Room};
+use divided::{Divided, Room, WIDEST};
 use std::cell::LazyCell;
 use std::ops::Range;
-
-/// The widest part of a texel of several places, in radians: over it a map's density is taken as constant.
-const WIDEST: f64 = 0.035;
-
-/// The widest in the source, as a share of it: near a pole, which way along it lies changes within a texel.
-const STRAIGHT: f64 = 1.0 / 32.0;
-
-/// Places are spread over this share of a side at least: over nothing that could be seen.
-const NARROW: f64 = 1e-3;
 
 /// By how many source texels a texel may differ from a bent parallelogram that is taken for it: as little as f32
 /// coordinates are off.
@@ -64,9 +55,6 @@ const BEND: f64 = 1.0 / 350.0;
 /// Slopes of 16 texels are k²/2 of a third derivative u‴ from those in the middle, and from a line through the nodes at most 17.5 u‴; places are
 /// moved by up to half of that. A texel's own term of third order is u‴/48, so this is a share of 1/32.
 const ALIKE: f64 = 1.0 / 32.0 / 8.75 / 48.0;
-
-/// Sides are not halved below this, in u or v.
-const SHORTEST: f64 = 1e-6;
 
 /// Averages for the texels of a band of the target.
 pub(crate) struct Antialias<'s, 'a, T: Texel, R> {

@@ -3,7 +3,6 @@
 //! That is nearly every image. The sums are those of any texel, number by number; but where columns follow each other nothing is looked
 //! for, and a row is summed in one pass for each that it covers: texel by texel, the searching took four times as long as the sums.
 
-use super::Halving;
 use crate::image::texel::Texel;
 use crate::kernel::{Scalar, vectorize};
 use crate::number::real::Real;
@@ -29,31 +28,21 @@ pub(super) struct Pairs {
     parts: Vec<[f64; 2]>,
 }
 
-impl Halving {
-    /// Those of the columns of a window; none where a texel covers others than two that follow those of the one before.
-    pub(super) fn pairs(&self, columns: Range<usize>) -> Option<Pairs> {
-        if self.fine.has_rim() || !self.moved.is_empty() {
-            return None;
-        }
-        let first = self.across.get(columns.start)?.first()?.0;
+impl Pairs {
+    /// Those of some columns of the next level, of which `across` says what each covers, and which part of it; none where one covers others
+    /// than two that follow those of the one before.
+    pub(super) fn new(across: &[Vec<(usize, f64)>], columns: Range<usize>) -> Option<Pairs> {
+        let start = columns.start;
+        let own = across.get(columns)?;
+        let (first, _) = own.first()?.first()?;
         let part = |(k, covered): (usize, &Vec<(usize, f64)>)| match covered[..] {
             [(x, a), (y, b)] if x == first + 2 * k && y == x + 1 => Some([a, b]),
             _ => None,
         };
-        let parts = self
-            .across
-            .get(columns.clone())?
-            .iter()
-            .enumerate()
-            .map(part);
-        Some(Pairs {
-            start: columns.start,
-            parts: parts.collect::<Option<_>>()?,
-        })
+        let parts = own.iter().enumerate().map(part).collect::<Option<_>>()?;
+        Some(Pairs { start, parts })
     }
-}
 
-impl Pairs {
     /// Those of columns, if they are all there.
     pub(super) fn of(&self, columns: Range<usize>) -> Option<&[[f64; 2]]> {
         let from = |column: usize| column.checked_sub(self.start);

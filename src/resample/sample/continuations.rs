@@ -43,3 +43,34 @@ impl Continuations {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_found_again_only_where_another_took_its_slot() {
+        let known = Continuations::default();
+        let mut found = 0;
+        let mut ask = |place: Place| {
+            let mut texels = Vec::new();
+            let find = || {
+                found += 1;
+                vec![(place.0, 0.25), (7, place.1 as f64)]
+            };
+            known.of(place, find, |texel, weight| texels.push((texel, weight)));
+            assert_eq!(texels, [(place.0, 0.25), (7, place.1 as f64)]);
+            found
+        };
+        let far = SLOTS as isize;
+        assert_eq!(
+            [ask((1, -2, 5)), ask((1, -2, 5)), ask((0, -2, 5))],
+            [1, 1, 2]
+        );
+        // In the same slot.
+        assert_eq!(
+            [ask((1, far - 2, 5)), ask((1, far - 2, 5)), ask((1, -2, 5))],
+            [3, 3, 4]
+        );
+    }
+}

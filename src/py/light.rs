@@ -82,7 +82,7 @@ pub fn luminances<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let weights = weights.as_slice()?;
     with_image!(image(object, None)?, image => match image.shape() {
-        [texels @ .., channels] if *channels == weights.len() => {
+        [texels @ .., channels] if *channels == weights.len() && *channels > 0 => {
             let numbers = image.as_slice()?;
             filled(py, texels, |out| {
                 lit::luminances(numbers, weights, out);

@@ -145,7 +145,9 @@ impl Measuring {
             self.sizes.set(n, part.size);
             n += 1;
         }
-        *into = *from;
+        for (into, from) in into.0.iter_mut().zip(&from.0) {
+            into[..n].copy_from_slice(&from[..n]);
+        }
         coordinate_map.take(into, n);
         let [by_target, by_source] = &mut self.jacobians;
         coordinate_map.jacobians(n, [from, into], [by_target, by_source]);

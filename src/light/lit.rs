@@ -11,7 +11,7 @@ use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::texels::Directions;
 use crate::kernel::memory::expect_room;
-use crate::kernel::{Scalar, interrupt, threads, vectorize};
+use crate::kernel::{Scalar, interrupt, pages, threads, vectorize};
 use crate::light::patches::{Patches, Points, Sheet};
 use crate::map::Map;
 use std::collections::BTreeMap;
@@ -162,6 +162,9 @@ impl<'a, T: Texel> Counted<'a, T> {
             let first = band * BAND;
             let rows = BAND.min(self.stored_rows() - first);
             let mut toward = vec![0.0; 3 * raster.columns * rows];
+            if cap.is_none() {
+                lit.reserve(raster.columns * rows);
+            }
             directions.rows(first, &mut toward);
             for (j, toward) in toward.chunks_exact(3 * raster.columns).enumerate() {
                 if cap.is_some_and(|cap| !cap.holds_any(toward)) {
@@ -185,6 +188,7 @@ impl<'a, T: Texel> Counted<'a, T> {
         });
         interrupt::check()?;
         let mut all = Lit::none(channels);
+        all.reserve(bands.iter().map(|band| band.index.len()).sum());
         for band in bands {
             all.index.extend(band.index);
             all.direction.extend(band.direction);
@@ -349,6 +353,20 @@ impl Lit {
             light: Vec::new(),
             luminance: Vec::new(),
         }
+    }
+
+    /// Makes room for so many, in large pages where there are many: what is written once is as often a page that the system clears.
+    fn reserve(&mut self, count: usize) {
+        self.index.reserve_exact(count);
+        self.direction.reserve_exact(count);
+        self.weight.reserve_exact(count);
+        self.light.reserve_exact(count * self.channels);
+        self.luminance.reserve_exact(count);
+        pages::advise(&mut self.index);
+        pages::advise(&mut self.direction);
+        pages::advise(&mut self.weight);
+        pages::advise(&mut self.light);
+        pages::advise(&mut self.luminance);
     }
 
     /// The radiance of one.

@@ -26,8 +26,6 @@ SUBJECTS = tuple(name for name in sm.__all__ if isinstance(getattr(sm, name), Mo
 ASKED_FOR = ("xarray", "dask")
 # Whose methods no page repeats.
 PLAIN = "tuple, list, dict, str, Warning"
-READ = ("torch", "torch.light", "torch.packing", "torch.sh", "jax")
-
 Definition = ast.FunctionDef | ast.ClassDef
 
 
@@ -83,16 +81,31 @@ def file_of(module: str) -> Path:
     return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
 
 
+def public(tree: ast.Module) -> list[str]:
+    """Return a module's `__all__`."""
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return list(ast.literal_eval(node.value))
+    return []
+
+
+def with_parts(module: str) -> list[str]:
+    """Return a module, and those of its names that are modules."""
+    names = public(ast.parse(file_of(module).read_text(encoding="utf-8")))
+    parts = (f"{module}.{name}" for name in names)
+    return [module, *(part for part in parts if file_of(part).exists())]
+
+
+READ = (*with_parts("torch"), *with_parts("jax"))
+
+
 def read(module: str) -> tuple[str, list[Item]]:
     """Return what the file of a module says: its docstring, and its names, in files beside it."""
     path = file_of(module)
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    names: list[str] = []
     defined: dict[str, Definition] = {}
     for node in tree.body:
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
-            names = ast.literal_eval(node.value)
-        elif isinstance(node, Definition):
+        if isinstance(node, Definition):
             defined[node.name] = node
         elif isinstance(node, ast.ImportFrom) and node.level == 1 and node.module:
             beside = ast.parse((path.parent / f"{node.module}.py").read_text(encoding="utf-8"))
@@ -101,7 +114,7 @@ def read(module: str) -> tuple[str, list[Item]]:
                 if alias.name in functions:
                     defined[alias.asname or alias.name] = functions[alias.name]
     items = []
-    for name in sorted(names):
+    for name in sorted(public(tree)):
         if f"{module}.{name}" not in READ:
             node = defined[name]
             said = summary(ast.get_docstring(node), name)

@@ -218,22 +218,10 @@ pub fn luminances<T: Texel>(texels: &[T], weights: &[f64], out: &mut [f64]) {
     let channels = weights.len();
     threads::rows(out, TOGETHER, texels.len(), |number, out| {
         let texels = texels[number * TOGETHER * channels..].chunks_exact(channels);
-        match <[f64; 3]>::try_from(weights) {
-            Ok(weights) => each_luminance(texels, &weights, out),
-            Err(_) => each_luminance(texels, weights, out),
+        for (out, texel) in out.iter_mut().zip(texels) {
+            *out = luminance_of(texel, weights);
         }
     });
-}
-
-#[inline(always)]
-fn each_luminance<'t, T: Texel>(
-    texels: impl Iterator<Item = &'t [T]>,
-    weights: &[f64],
-    out: &mut [f64],
-) {
-    for (out, texel) in out.iter_mut().zip(texels) {
-        *out = luminance_of(texel, weights);
-    }
 }
 
 /// Where a stored texel looks.
@@ -355,18 +343,13 @@ impl Lit {
         }
     }
 
-    /// Makes room for so many, in large pages where there are many: what is written once is as often a page that the system clears.
+    /// Makes room for so many.
     fn reserve(&mut self, count: usize) {
-        self.index.reserve_exact(count);
-        self.direction.reserve_exact(count);
-        self.weight.reserve_exact(count);
-        self.light.reserve_exact(count * self.channels);
-        self.luminance.reserve_exact(count);
-        pages::advise(&mut self.index);
-        pages::advise(&mut self.direction);
-        pages::advise(&mut self.weight);
-        pages::advise(&mut self.light);
-        pages::advise(&mut self.luminance);
+        pages::reserve(&mut self.index, count);
+        pages::reserve(&mut self.direction, count);
+        pages::reserve(&mut self.weight, count);
+        pages::reserve(&mut self.light, count * self.channels);
+        pages::reserve(&mut self.luminance, count);
     }
 
     /// The radiance of one.

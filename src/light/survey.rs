@@ -114,72 +114,24 @@ impl Survey {
         let view = patches.raster().view(patches.face(strip));
         let mut all = Survey::none(image.channels());
         for (j, row) in patches.rows(strip).zip(weights.rows()) {
-            let texels = (weights.first()..)
-                .zip(row)
-                .filter(|(_, weight)| **weight > 0.0);
-            let texels = texels.map(|(i, &weight)| (view.index(i, j), weight));
-            let survey = match image.channels() {
-                1 => Survey::of_texels::<T, 1>(image, texels, luminance),
-                3 => Survey::of_texels::<T, 3>(image, texels, luminance),
-                4 => Survey::of_texels::<T, 4>(image, texels, luminance),
-                _ => Survey::of_texels::<T, 0>(image, texels, luminance),
-            };
+            let mut survey = Survey::none(image.channels());
+            for (i, &weight) in (weights.first()..).zip(row) {
+                if weight > 0.0 {
+                    let index = view.index(i, j);
+                    survey.see(weight, index, image.texel(index), luminance);
+                }
+            }
             all = all.and(survey);
         }
         all
     }
 
-    /// Of stored texels, each with its solid angle. CHANNELS is 0 where their number is known at run time only: one that is known here stays
-    /// in registers.
-    fn of_texels<T: Texel, const CHANNELS: usize>(
-        image: &ImageView<'_, T>,
-        texels: impl Iterator<Item = (usize, f64)>,
-        luminance: &[f64],
-    ) -> Survey {
-        let mut survey = Survey::none(image.channels());
-        let mut sums = [0.0; CHANNELS];
-        let mut of_channels = [0.0; CHANNELS];
-        if CHANNELS > 0 {
-            of_channels.copy_from_slice(luminance);
-        }
-        for (index, weight) in texels {
-            let texel = image.texel(index);
-            if let Ok(texel) = <&[T; CHANNELS]>::try_from(texel)
-                && CHANNELS > 0
-            {
-                let luminance = luminance_of(texel, &of_channels);
-                survey.see(weight, index, luminance, texel, &mut sums);
-            } else {
-                let mut sums = std::mem::take(&mut survey.integral);
-                survey.see(
-                    weight,
-                    index,
-                    luminance_of(texel, luminance),
-                    texel,
-                    &mut sums,
-                );
-                survey.integral = sums;
-            }
-        }
-        if CHANNELS > 0 {
-            survey.integral.copy_from_slice(&sums);
-        }
-        survey
-    }
-
-    #[inline(always)]
-    fn see<T: Texel>(
-        &mut self,
-        weight: f64,
-        index: usize,
-        luminance: f64,
-        texel: &[T],
-        sums: &mut [f64],
-    ) {
+    fn see<T: Texel>(&mut self, weight: f64, index: usize, texel: &[T], of_channels: &[f64]) {
+        let luminance = luminance_of(texel, of_channels);
         self.solid_angle += weight;
         self.luminance += weight * luminance;
         let mut below = false;
-        for (sum, x) in sums.iter_mut().zip(texel) {
+        for (sum, x) in self.integral.iter_mut().zip(texel) {
             let x = x.load().to_f64();
             *sum += weight * x;
             below |= x < 0.0;

@@ -192,8 +192,8 @@ impl Distribution {
         let mut marginal_guide = vec![0; 2 * rows.len() + 1];
         fill_guide(&marginal, &mut marginal_guide);
 
-        let mut density = Vec::with_capacity(light.len());
-        pages::advise(&mut density);
+        let mut density = Vec::new();
+        pages::reserve(&mut density, light.len());
         density.extend(light.iter().map(|light| (light / integral) as f32));
         let records = T::records(recorded(&sources, image.texels(), channels, &density));
         debug_assert_eq!(texels, light.len());

@@ -495,8 +495,6 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
     /// Those of a part of a texel: so many that one part fills the lanes.
     fn place_many(&mut self, (texel, part): (u16, usize), places: usize) {
         let weight = self.weight(part);
-        let [from, _] = self.measuring.centers();
-        let face = R::new(from.0[2][part]);
         let spread = self.divided.spread(part);
         self.next.begin(texel, weight);
         for first in (0..places).step_by(LANES) {
@@ -505,13 +503,10 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
                 self.look();
                 self.next.begin(texel, weight);
             }
-            let own = self.next.count..self.next.count + count;
-            self.next.count = own.end;
             let measured = &*self.measuring;
             (self.divided).places_of(measured, (part, &spread), first, &mut self.room);
-            let Tile([us, vs, faces]) = self.lookups.tile();
-            faces[own.clone()].fill(face);
-            self.room.write([&mut us[own.clone()], &mut vs[own]]);
+            let (room, into) = self.take(part, count);
+            room.write(into);
         }
     }
 
@@ -528,15 +523,20 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
                 self.look();
             }
             self.next.begin(texels[part], self.weight(part));
-            let own = self.next.count..self.next.count + places;
-            self.next.count = own.end;
-            let [from, _] = self.measuring.centers();
-            let face = R::new(from.0[2][part]);
-            let Tile([us, vs, faces]) = self.lookups.tile();
-            faces[own.clone()].fill(face);
-            (self.room).write_lane(lane, [&mut us[own.clone()], &mut vs[own]]);
+            let (room, into) = self.take(part, places);
+            room.write_lane(lane, into);
         }
         end
+    }
+
+    /// Takes the next places for so many of a part. Returns what was found, and where u and v are to be written.
+    fn take(&mut self, part: usize, count: usize) -> (&Room, [&mut [R]; 2]) {
+        let own = self.next.count..self.next.count + count;
+        self.next.count = own.end;
+        let [from, _] = self.measuring.centers();
+        let Tile([us, vs, faces]) = self.lookups.tile();
+        faces[own.clone()].fill(R::new(from.0[2][part]));
+        (&self.room, [&mut us[own.clone()], &mut vs[own]])
     }
 
     /// How much each place of a part counts.

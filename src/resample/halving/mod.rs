@@ -209,7 +209,8 @@ impl Halving {
                 }
             }
         };
-        let plain = !has_rim && self.moved.is_empty();
+        let lit = cells.solid_angles.iter().all(|x| *x > 0.0);
+        let plain = lit && !has_rim && self.moved.is_empty();
         let pairs = Pairs::new(&self.across, cells.columns.clone()).filter(|_| plain);
         let by_pairs = |face: usize, [i, j]: [usize; 2], out: &mut [T::Float]| {
             let view = &views[face];
@@ -229,7 +230,8 @@ impl Halving {
                 }
             };
             let rows: Vec<_> = self.down[j].iter().map(covered).collect();
-            pairs::fill(channels, parts, &rows, out)
+            pairs::fill(channels, parts, &rows, out);
+            true
         };
         let work = |row: usize, out: &mut [T::Float]| {
             let (mut sums, mut moved) = (vec![0.0; width], vec![0.0; width]);

@@ -50,25 +50,13 @@ impl Pairs {
     }
 }
 
-/// Sums of texels that are put together.
-struct Sums {
-    weights: [f64; TOGETHER],
-    /// The first value of each number, and the sum of what the others differ by.
-    first: Vec<f64>,
-    sums: Vec<f64>,
-}
-
-/// Fills so many texels with the means of what they cover. False where the weight of some of it is none.
+/// Fills so many texels with the means of what they cover, all of it of some weight.
 pub(super) fn fill<T: Texel>(
     channels: usize,
     parts: &[[f64; 2]],
     rows: &[Covered<'_, T>],
     out: &mut [T::Float],
-) -> bool {
-    let lit = |row: &Covered<'_, T>| row.part > 0.0 && row.solid_angles.iter().all(|x| *x > 0.0);
-    if rows.is_empty() || !rows.iter().all(lit) {
-        return false;
-    }
+) {
     vectorize(
         #[inline(always)]
         || match channels {
@@ -78,7 +66,6 @@ pub(super) fn fill<T: Texel>(
             channels => fill_of::<T, 0>(channels, parts, rows, out),
         },
     );
-    true
 }
 
 /// CHANNELS is 0 where their number is known at run time only.
@@ -90,21 +77,18 @@ fn fill_of<T: Texel, const CHANNELS: usize>(
     out: &mut [T::Float],
 ) {
     let n = if CHANNELS > 0 { CHANNELS } else { channels };
-    let mut sums = Sums {
-        weights: [0.0; TOGETHER],
-        first: vec![0.0; TOGETHER * n],
-        sums: vec![0.0; TOGETHER * n],
-    };
+    // For each number the first value, and the sum of what the others differ by.
+    let (mut first, mut sums) = (vec![0.0; TOGETHER * n], vec![0.0; TOGETHER * n]);
     let chunks = parts.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER * n));
     for (chunk, (parts, out)) in chunks.enumerate() {
-        sums.weights = [0.0; TOGETHER];
-        sums.sums.fill(0.0);
+        let mut weights = [0.0; TOGETHER];
+        sums.fill(0.0);
         let begin = 2 * TOGETHER * chunk;
         for (number, row) in rows.iter().enumerate() {
             let texels = row.texels[begin * n..].chunks_exact(2 * n);
             let solid_angles = row.solid_angles[begin..].as_chunks::<2>().0;
-            let into = sums.weights.iter_mut().zip(sums.first.chunks_exact_mut(n));
-            let into = into.zip(sums.sums.chunks_exact_mut(n));
+            let into = weights.iter_mut().zip(first.chunks_exact_mut(n));
+            let into = into.zip(sums.chunks_exact_mut(n));
             let covered = texels.zip(solid_angles.iter().zip(parts));
             for (((weight, first), sum), (pair, (solid_angle, part))) in into.zip(covered) {
                 let (left, right) = pair.split_at(n);
@@ -122,8 +106,8 @@ fn fill_of<T: Texel, const CHANNELS: usize>(
                 }
             }
         }
-        let means = sums.first.chunks_exact(n).zip(sums.sums.chunks_exact(n));
-        let means = means.zip(&sums.weights);
+        let means = first.chunks_exact(n).zip(sums.chunks_exact(n));
+        let means = means.zip(&weights);
         for (out, ((first, sum), weight)) in out.chunks_exact_mut(n).zip(means) {
             for ((out, first), sum) in out.iter_mut().zip(first).zip(sum) {
                 *out = <T::Float as Real>::new(first + sum / weight);

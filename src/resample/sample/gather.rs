@@ -18,9 +18,9 @@
 //! copy costs more); asking for the output's memory as well.
 
 use super::corners::mix;
-use super::ones::{LENGTH, Ones};
+use super::ones::Ones;
 use super::place::Places;
-use super::rectangle::{Rectangle, each_row};
+use super::rectangle::{LENGTH, Rectangle, each_part};
 use super::weights::Weights;
 use super::wide::{Window, along, columns_of, four, four_of, slack, texel_of};
 use crate::image::raster::Raster;
@@ -190,32 +190,29 @@ impl<T: Texel, const TAPS: usize> Gather<T> for Separable<TAPS> {
         }
         let [across, down] = weights.each_ref().map(first::<T::Float, TAPS>);
         let mut columns = [[[T::Float::ZERO; 4]; LENGTH]; 2];
-        each_row(
+        each_part(
             band,
             area,
             length,
             #[inline(always)]
             |top: usize, out: &mut [O]| {
-                for (part, out) in out.chunks_mut(LENGTH).enumerate() {
-                    let top = top + part * LENGTH;
-                    for k in 0..out.len() {
-                        let (first, ahead) = (places.first[top + k], next.first[top + k]);
-                        for r in 0..TAPS {
-                            prefetch_item(ones.texels, ahead.wrapping_add(r * row));
-                        }
-                        let window = Window {
-                            numbers: &ones.texels[first..][..needed],
-                            step: row,
-                            width,
-                        };
-                        let down = down.map(|weights| weights[top + k]);
-                        let [left, right] = &mut columns;
-                        [left[k], right[k]] = columns_of(simd, window, &down);
+                for k in 0..out.len() {
+                    let (first, ahead) = (places.first[top + k], next.first[top + k]);
+                    for r in 0..TAPS {
+                        prefetch_item(ones.texels, ahead.wrapping_add(r * row));
                     }
-                    let across = across.map(|row| &row[top..][..out.len()]);
-                    for (k, out) in out.iter_mut().enumerate() {
-                        *out = O::filtered(along(across, &columns, k));
-                    }
+                    let window = Window {
+                        numbers: &ones.texels[first..][..needed],
+                        step: row,
+                        width,
+                    };
+                    let down = down.map(|weights| weights[top + k]);
+                    let [left, right] = &mut columns;
+                    [left[k], right[k]] = columns_of(simd, window, &down);
+                }
+                let across = across.map(|row| &row[top..][..out.len()]);
+                for (k, out) in out.iter_mut().enumerate() {
+                    *out = O::filtered(along(across, &columns, k));
                 }
             },
         );

@@ -9,14 +9,11 @@
 
 use super::corners::mix;
 use super::place::Places;
-use super::rectangle::{Rectangle, each_row};
+use super::rectangle::{LENGTH, Rectangle, each_part};
 use crate::image::texel::{Filtered, Four, Texel};
 use crate::kernel::tile::prefetch_item;
 use crate::number::real::Real;
 use fearless_simd::{Simd, SimdBase};
-
-/// Lookups that are brought together.
-pub(super) const LENGTH: usize = 64;
 
 /// The texels of a face, STRAIGHT if its rows are stored as rows.
 #[derive(Clone, Copy)]
@@ -63,13 +60,13 @@ impl<'a, T: Texel, const STRAIGHT: bool> Ones<'a, T, STRAIGHT> {
         [places, next]: [&Places<T::Float>; 2],
         (band, area, length): (&mut [O], Rectangle, usize),
     ) {
-        each_row(
+        each_part(
             band,
             area,
             length,
             #[inline(always)]
-            |top: usize, out: &mut [O]| {
-                let lookups = places.first[top..].iter().zip(&next.first[top..]);
+            |first: usize, out: &mut [O]| {
+                let lookups = places.first[first..].iter().zip(&next.first[first..]);
                 for (out, (&first, &ahead)) in out.iter_mut().zip(lookups) {
                     prefetch_item(self.texels, ahead);
                     let texel = self.texels.get(first).copied().unwrap_or_default();
@@ -88,38 +85,33 @@ impl<'a, T: Texel, const STRAIGHT: bool> Ones<'a, T, STRAIGHT> {
         (band, area, length): (&mut [O], Rectangle, usize),
     ) {
         let (mut above, mut below) = ([[T::default(); 2]; LENGTH], [[T::default(); 2]; LENGTH]);
-        each_row(
+        each_part(
             band,
             area,
             length,
-            // Where it is not inlined, it has the lanes of no level.
             #[inline(always)]
-            |top: usize, out: &mut [O]| {
-                for (part, out) in out.chunks_mut(LENGTH).enumerate() {
-                    let first = top + part * LENGTH;
-                    let lookups = places.first[first..].iter().zip(&next.first[first..]);
-                    for (k, (&first, &ahead)) in lookups.enumerate().take(out.len()) {
-                        prefetch_item(self.texels, ahead);
-                        prefetch_item(self.texels, ahead.wrapping_add_signed(self.steps[1]));
-                        [above[k], below[k]] = self.pairs(first);
-                    }
-                    let steps = (&places.tx[first..], &places.ty[first..]);
-                    if T::BY_FOURS {
-                        mixed_by_fours(simd, [&above, &below], steps, out);
-                        continue;
-                    }
-                    let corners = above.iter().zip(&below).zip(steps.0.iter().zip(steps.1));
-                    for (out, ((above, below), (&tx, &ty))) in out.iter_mut().zip(corners) {
-                        let [[a, b], [c, d]] = [above, below].map(|pair| pair.map(T::load));
-                        *out = O::filtered(mix([a, b, c, d], tx, ty));
-                    }
+            |first: usize, out: &mut [O]| {
+                let lookups = places.first[first..].iter().zip(&next.first[first..]);
+                for (k, (&first, &ahead)) in lookups.enumerate().take(out.len()) {
+                    prefetch_item(self.texels, ahead);
+                    prefetch_item(self.texels, ahead.wrapping_add_signed(self.steps[1]));
+                    [above[k], below[k]] = self.pairs(first);
+                }
+                let steps = (&places.tx[first..], &places.ty[first..]);
+                if T::BY_FOURS {
+                    return mixed_by_fours(simd, [&above, &below], steps, out);
+                }
+                let corners = above.iter().zip(&below).zip(steps.0.iter().zip(steps.1));
+                for (out, ((above, below), (&tx, &ty))) in out.iter_mut().zip(corners) {
+                    let [[a, b], [c, d]] = [above, below].map(|pair| pair.map(T::load));
+                    *out = O::filtered(mix([a, b, c, d], tx, ty));
                 }
             },
         );
     }
 }
 
-/// The means of pairs of texels above and below places, which are converted several at a time.
+/// Writes the means of pairs of texels above and below places, which are converted several at a time: bytes take half as long again that way.
 #[inline(always)]
 fn mixed_by_fours<S: Simd, T: Texel, O: Filtered<T>>(
     simd: S,

@@ -82,6 +82,10 @@ impl Projection for Cylindrical {
         projection::size_of_aspect(self.aspect, n)
     }
 
+    fn graticule(self) -> Option<f64> {
+        Some(self.edge)
+    }
+
     fn coverage(self) -> Coverage {
         Coverage::Part(self.solid_angle(Rect::WHOLE))
     }

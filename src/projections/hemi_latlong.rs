@@ -38,6 +38,10 @@ impl Projection for HemiLatlong {
         HemiLatlong
     }
 
+    fn graticule(self) -> Option<f64> {
+        Some(1.0)
+    }
+
     fn coverage(self) -> Coverage {
         Coverage::Part(2.0 * PI)
     }

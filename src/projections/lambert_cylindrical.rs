@@ -46,6 +46,10 @@ impl Projection for LambertCylindrical {
         projection::size_of_aspect(PI, n)
     }
 
+    fn graticule(self) -> Option<f64> {
+        Some(1.0)
+    }
+
     fn coverage(self) -> Coverage {
         Coverage::Sphere
     }

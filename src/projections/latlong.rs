@@ -43,6 +43,10 @@ impl Projection for Latlong {
         Latlong
     }
 
+    fn graticule(self) -> Option<f64> {
+        Some(1.0)
+    }
+
     fn coverage(self) -> Coverage {
         Coverage::Sphere
     }

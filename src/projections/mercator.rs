@@ -66,6 +66,10 @@ impl Projection for Mercator {
         projection::size_of_aspect(PI / self.edge, n)
     }
 
+    fn graticule(self) -> Option<f64> {
+        Some(1.0)
+    }
+
     fn coverage(self) -> Coverage {
         Coverage::Part(4.0 * PI * self.edge.tanh())
     }

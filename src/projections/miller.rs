@@ -97,6 +97,10 @@ impl Projection for Miller {
         projection::size_of_aspect(PI / (1.25 * EDGE), n)
     }
 
+    fn graticule(self) -> Option<f64> {
+        Some(1.0)
+    }
+
     fn coverage(self) -> Coverage {
         Coverage::Sphere
     }

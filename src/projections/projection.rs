@@ -335,6 +335,12 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// Whether dω/(du dv) is the same all along a row, as where rows are parallels.
     const EVEN_ROWS: bool = Self::INFO.equal_area;
 
+    /// Where columns are meridians and rows parallels about the view frame's y axis: the longitude of the right edge in half
+    /// turns, that of the middle being 0.
+    fn graticule(self) -> Option<f64> {
+        None
+    }
+
     /// Whether these parameters, each within its range, go together; if not, what was expected and what came.
     fn check(_parameters: &[f64]) -> Result<(), String> {
         Ok(())

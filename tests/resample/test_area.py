@@ -250,6 +250,83 @@ def test_the_same_bits_for_any_number_of_threads_and_level():
     assert_same_bits_everywhere(
         lambda: [area(image, "latlong", "cube", 8, rotation=TURN)], threads=(1, 2, 5)
     )
+    kinds = [image, image.astype(np.float16), image.astype(float), (255 * image).astype(np.uint8)]
+    assert_same_bits_everywhere(
+        lambda: [area(x, "latlong", "mercator", 13) for x in kinds], threads=(1, 2, 5)
+    )
+
+
+def overlaps(of, among):
+    """How long each interval between edges is in each of others."""
+    low = np.maximum(of[:-1, None], among[:-1])
+    return np.clip(np.minimum(of[1:, None], among[1:]) - low, 0, None)
+
+
+@pytest.mark.parametrize("size", [5, 12, 40])
+@pytest.mark.parametrize("dtype", ["uint8", "float16", "float32", "float64"])
+def test_panoramas_share_zones_and_sectors(dtype, size):
+    """Archimedes: the zone between two parallels is as large as its height."""
+    image = (np.random.default_rng(15).random((24, 48, 3)) * 200).astype(dtype)
+    got = area(image, "latlong", "lambert_cylindrical", size)
+    height, width = got.shape[:2]
+    rows = overlaps(
+        np.linspace(-1, 1, height + 1), -np.cos(np.pi * np.linspace(0, 1, len(image) + 1))
+    )
+    columns = overlaps(np.linspace(0, 1, width + 1), np.linspace(0, 1, image.shape[1] + 1))
+    sums = np.einsum("ij,jkc,lk->ilc", rows, image.astype(float), columns)
+    want = sums / (rows.sum(1)[:, None] * columns.sum(1))[..., None]
+    unit = {"uint8": 1, "float16": 2.0**-3, "float32": 2.0**-16, "float64": 0}[dtype]
+    # Half a unit of the type, and overlaps of less than 3e-8 of a texel of at most 200 are none.
+    assert np.abs(got - want).max() <= 0.5 * unit + 2e-5
+
+
+@pytest.mark.parametrize("columns", [1, 7, 12, 24])
+def test_a_panorama_turns_about_its_axis(columns):
+    image = np.random.default_rng(16).random((24, 48, 2))
+    turn = sm.rotation(360 * columns / 48, 0.0, 0.0)
+    turned = sm.convert(image, "latlong", "latlong", filter="nearest", rotation=turn)
+    assert np.array_equal(turned, np.roll(image, columns, 1)) or np.array_equal(
+        turned, np.roll(image, -columns, 1)
+    )
+    got = area(image, "latlong", "miller", 10, rotation=turn)
+    # The same sums but for where edges are rounded.
+    assert np.allclose(got, area(turned, "latlong", "miller", 10), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "program",
+    [c["name"] for c in sm.conventions("latlong") if c["grid"] == "centers"],
+)
+def test_every_program_has_the_same_texels(program):
+    image = np.random.default_rng(17).random((8, 16, 2))
+    world = f"latlong:{program}"
+    moved = sm.convert(image, "latlong", world, size=8, filter="nearest")
+    # One share each, which rounding keeps from 1.
+    assert np.allclose(area(image, "latlong", world, 8), moved, rtol=1e-12)
+
+
+def test_panoramas_in_part():
+    """Nothing below the horizon, no poles in a Mercator's square, and half of the way around."""
+    image = np.ones((6, 24))
+    got = area(image, "hemi_latlong", "latlong", 10, fill=-3.0)
+    assert np.all(got[:5] == 1.0) and np.all(got[5:] == -3.0)
+    half = sm.projection("cylindrical", fov=180.0, aspect=2.0)
+    got = area(np.ones(half.shape(8)), half, "latlong", 16, fill=-3.0)
+    assert np.all(got[:, :8] == -3.0) and np.all(got[:, 24:] == -3.0)
+    assert np.all(got[7:9, 8:24] == 1.0) and np.all(got[0] == -3.0)
+    poles = area(np.ones(sm.projection("mercator").shape(32)), "mercator", "latlong", 90, fill=-3.0)
+    # 85.05 degrees are the edge.
+    assert np.all(poles[[0, 1, -2, -1]] == -3.0) and np.all(poles[2:-2] == 1.0)
+
+
+def test_nan_in_a_panorama():
+    image = np.ones((16, 32, 2))
+    image[5, 9, 0] = np.nan
+    spread = area(image, "latlong", "latlong", 8)
+    assert np.argwhere(np.isnan(spread)).tolist() == [[2, 4, 0]]
+    assert np.all(area(image, "latlong", "latlong", 8, skipna=True) == 1)
+    image[4:6, 8:10, 1] = np.nan
+    assert np.isnan(area(image, "latlong", "latlong", 8, skipna=True)[2, 4, 1])
 
 
 def test_errors():

@@ -27,7 +27,10 @@
 //!   the light as well, and an image seen by a program that knows no rim has no dark edge.
 //! - NaN and infinity spread to every texel that they touch, unless they are skipped: then their weight is 0.
 //!
-//! # Three paths
+//! # Four paths
+//!
+//! Where columns of both images are meridians and rows parallels about one axis, a share is a product of two lengths
+//! (`graticule`): one pass over rows and one along them. All other images go one of three ways.
 //!
 //! The fast path (`sweep`) takes eight cells of the target at once (`eight`). Their corners go into the source through the
 //! vectorized kernels, and neighboring corners tell each edge's cubic in the source's plane (`edges`). Cut at the lines between
@@ -55,7 +58,9 @@
 //! texel the whole row.
 
 mod fast;
+mod frame;
 mod general;
+mod graticule;
 mod lattice;
 mod sphere;
 mod statistic;
@@ -72,7 +77,8 @@ use crate::image::texel::Texel;
 use crate::image::view::ImageView;
 use crate::kernel::tile::prefetch_item;
 use crate::kernel::{interrupt, threads};
-use crate::map::Map;
+use crate::resample::area::frame::frame;
+use crate::resample::area::graticule::Graticule;
 use crate::resample::area::lattice::Lattice;
 use crate::resample::area::statistic::Tallies;
 use crate::resample::area::sweep::{Sweep, Tally};
@@ -80,7 +86,6 @@ use crate::resample::area::traced::density::Density;
 use crate::resample::filters::AreaFilter;
 use crate::resample::request::Request;
 use crate::resample::window::Window;
-use glam::DMat3;
 
 /// Fills the image that a request asks for with what each of its texels covers, by `filter`. With `skipna`, what is not finite has no
 /// weight.
@@ -97,7 +102,7 @@ pub(crate) fn convert<T: Texel>(
 /// Which way cells may go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Path {
-    /// The fast one unless the images are small.
+    /// Whatever takes the least time.
     Best,
     /// The fast one where it serves.
     #[cfg(test)]
@@ -132,6 +137,12 @@ fn convert_by<T: Texel>(
         fill,
         window,
     } = request;
+    if path == Path::Best
+        && let Some(graticule) = Graticule::between(request)?
+    {
+        graticule.convert(request, filter, skipna, out);
+        return Ok(());
+    }
     let frame = frame(image.map(), map, rotation);
     let mut from = Lattice::new(image.map(), image.shape(), None)?;
     let mut into = Lattice::new(map, shape, Some(frame))?;
@@ -139,7 +150,7 @@ fn convert_by<T: Texel>(
     let texels = into.raster.texels();
     let fast = match path {
         Path::Best => {
-            let parts = parts_of_source(&from);
+            let parts = parts_for(&from, fast::plane::FEWEST);
             let all = from.raster.texels();
             all * parts * parts <= CELLS * (all + texels)
         }
@@ -149,12 +160,15 @@ fn convert_by<T: Texel>(
         Path::General => false,
     };
     let mut coarse = None;
+    let mut followed = None;
     let mut cost = COST;
     let mut varies = [[true; 2]; 2];
     if fast {
         // The general path has texels as they are: around a blind spot it is the less exact the finer cells are.
         coarse = Some(from);
-        (from, into) = refined(Lattice::new(image.map(), image.shape(), None)?, into);
+        let source = || Lattice::new(image.map(), image.shape(), None);
+        followed = Some(finer(source()?, traced::density::FEWEST));
+        (from, into) = refined(source()?, into);
         varies = [Density::varies(&from), Density::varies(&into)];
         cost = CELL_COST * into.refined * into.refined;
     }
@@ -165,8 +179,9 @@ fn convert_by<T: Texel>(
     let work = |window: &Window, number: usize, band: &mut [T]| {
         let columns = window.columns.len();
         let first = window.rows.start + number * height;
-        let coarse = coarse.as_ref().unwrap_or(&from);
-        let mut sweep = Sweep::new([&from, coarse], &into, varies, fast);
+        let [coarse, followed] =
+            [&coarse, &followed].map(|lattice| lattice.as_ref().unwrap_or(&from));
+        let mut sweep = Sweep::new([&from, followed, coarse], &into, varies, fast);
         let mut tallies = Tallies::new(image, filter, skipna, side * side);
         let rows = band.len() / (columns * channels);
         let at = (first, window.columns.clone());
@@ -293,8 +308,7 @@ impl Rim {
 
 /// Both lattices as the fast path needs them.
 fn refined<'a>(from: Lattice<'a>, into: Lattice<'a>) -> (Lattice<'a>, Lattice<'a>) {
-    let parts = parts_of_source(&from);
-    let from = from.refine(parts);
+    let from = finer(from, fast::plane::FEWEST);
     // Cells a steradian, the square root of it.
     let fine = |lattice: &Lattice<'_>| {
         let faces = lattice.map.info().faces;
@@ -308,9 +322,15 @@ fn refined<'a>(from: Lattice<'a>, into: Lattice<'a>) -> (Lattice<'a>, Lattice<'a
     (from, into)
 }
 
-/// Into how many parts sides of a source's texels are cut on the fast path.
-fn parts_of_source(from: &Lattice<'_>) -> usize {
-    even(fast::plane::FEWEST as f64 / shorter_side(from))
+/// A source in at least so many cells along each side.
+fn finer<'a>(from: Lattice<'a>, fewest: usize) -> Lattice<'a> {
+    let parts = parts_for(&from, fewest);
+    from.refine(parts)
+}
+
+/// Into how many parts sides of an image's texels are cut for so many cells.
+fn parts_for(lattice: &Lattice<'_>, fewest: usize) -> usize {
+    even(fewest as f64 / shorter_side(lattice))
 }
 
 fn shorter_side(lattice: &Lattice<'_>) -> f64 {
@@ -354,21 +374,3 @@ fn fetch<T: Texel>(
 /// Points that a texel counts for when threads are handed out, and a cell on the fast path.
 const COST: usize = 256;
 const CELL_COST: usize = 16;
-
-/// The matrix from the target's view frame to the source's.
-///
-/// The target is turned by a hair about an axis of no symmetry. Edges of the two images that would lie on
-/// each other, as those of a latlong and a cube do, then cross instead, and rounding does not decide
-/// again and again on which side of a seam a place lies. The turn moves light by 1e-9 of a texel
-/// at 4096 columns, and loses none.
-fn frame(source: &Map, target: &Map, rotation: Option<DMat3>) -> [[f64; 3]; 3] {
-    const HAIR: [f64; 3] = [0.61e-11, -0.53e-11, 0.29e-11];
-    let [x, y, z] = HAIR;
-    let (into, from) = (
-        source.view_rotation(rotation),
-        target.view_rotation(None).inverse(),
-    );
-    let columns =
-        [[1.0, z, -y], [-z, 1.0, x], [y, -x, 1.0]].map(|axis| into.apply(from.apply(axis)));
-    [0, 1, 2].map(|row| [0, 1, 2].map(|column| columns[column][row]))
-}

@@ -8,31 +8,40 @@ use crate::resample::filters::AreaFilter;
 
 /// A weighted mean on its way.
 #[derive(Clone, Copy)]
-struct Sum {
+pub(super) struct Sum {
     sum: f64,
     weight: f64,
     least: f64,
     most: f64,
 }
 
-const NONE: Sum = Sum {
-    sum: 0.0,
-    weight: 0.0,
-    least: f64::INFINITY,
-    most: f64::NEG_INFINITY,
-};
-
 impl Sum {
+    pub const NONE: Sum = Sum {
+        sum: 0.0,
+        weight: 0.0,
+        least: f64::INFINITY,
+        most: f64::NEG_INFINITY,
+    };
+
     #[inline(always)]
-    fn add(&mut self, value: f64, weight: f64) {
+    pub fn add(&mut self, value: f64, weight: f64) {
         self.sum += weight * value;
         self.weight += weight;
         self.least = self.least.min(value);
         self.most = self.most.max(value);
     }
 
+    /// Adds what is in another one.
+    #[inline(always)]
+    pub fn merge(&mut self, other: &Sum, weight: f64) {
+        self.sum += weight * other.sum;
+        self.weight += weight * other.weight;
+        self.least = self.least.min(other.least);
+        self.most = self.most.max(other.most);
+    }
+
     /// The mean, within the values; NaN of none.
-    fn mean(&self) -> f64 {
+    pub fn mean(&self) -> f64 {
         let mean = self.sum / self.weight;
         if mean < self.least {
             self.least
@@ -42,6 +51,12 @@ impl Sum {
             mean
         }
     }
+}
+
+/// Whether a sum of what is weighed, over that of the weights, is the mean. Rounding takes means of equal numbers beyond them
+/// by parts in 1e16, which only f64 has.
+pub(super) fn is_plain<T: Texel>(skipna: bool) -> bool {
+    !skipna && size_of::<T>() < 8
 }
 
 /// The texels of a block of the target.
@@ -72,8 +87,7 @@ impl<'a, T: Texel> Tallies<'a, T> {
         texels: usize,
     ) -> Self {
         let channels = image.channels();
-        // Rounding takes means of equal numbers beyond them by parts in 1e16, which only f64 has.
-        let plain = filter == AreaFilter::Area && !skipna && size_of::<T>() < 8;
+        let plain = filter == AreaFilter::Area && is_plain::<T>(skipna);
         let numbers = plain.then(|| image.texels());
         let (plain, sums, lists) = match filter {
             AreaFilter::Area if numbers.is_some() => (texels, 0, 0),
@@ -86,7 +100,7 @@ impl<'a, T: Texel> Tallies<'a, T> {
             skipna,
             channels,
             covers: vec![false; texels],
-            sums: vec![NONE; sums],
+            sums: vec![Sum::NONE; sums],
             numbers,
             plain: vec![0.0; plain * channels],
             weights: vec![0.0; plain],
@@ -97,7 +111,7 @@ impl<'a, T: Texel> Tallies<'a, T> {
 
     pub fn clear(&mut self) {
         self.covers.fill(false);
-        self.sums.fill(NONE);
+        self.sums.fill(Sum::NONE);
         self.plain.fill(0.0);
         self.weights.fill(0.0);
         self.lists.iter_mut().for_each(Vec::clear);

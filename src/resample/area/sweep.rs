@@ -6,6 +6,7 @@
 //! own in two to sixty-four parts, eight cells side by side as well. Those that cross a seam are followed one by one (`seams`), and
 //! where that fails, or the sum of a cell's shares is not its solid angle, the general path (`overlay`) has the word.
 
+use crate::geometry::solid_angle::Rect;
 use crate::geometry::vector::{dot, sub};
 use crate::projections::projection::Outline;
 use crate::resample::area::fast::edges::{Edges, FINE, Found, Outlines, Places, on_its_own};
@@ -108,6 +109,7 @@ pub(super) struct Sweep<'l, 'a> {
     varies: [[bool; 2]; 2],
     overlay: Overlay<'l, 'a>,
     coarse: &'l Lattice<'a>,
+    followed: &'l Lattice<'a>,
     source: Density<'l, 'a>,
     target: Density<'l, 'a>,
     shares: Shares,
@@ -133,9 +135,9 @@ pub(super) struct Sweep<'l, 'a> {
 }
 
 impl<'l, 'a> Sweep<'l, 'a> {
-    /// The source comes twice: in cells for the fast path and for the general one.
+    /// The source comes thrice: in cells for the fast path, for those that are followed and for the general path.
     pub fn new(
-        [from, coarse]: [&'l Lattice<'a>; 2],
+        [from, followed, coarse]: [&'l Lattice<'a>; 3],
         into: &'l Lattice<'a>,
         varies: [[bool; 2]; 2],
         fast: bool,
@@ -147,7 +149,8 @@ impl<'l, 'a> Sweep<'l, 'a> {
             varies,
             overlay: Overlay::new(coarse, into),
             coarse,
-            source: Density::new(from, varies[0]),
+            followed,
+            source: Density::new(followed, varies[0]),
             target: Density::new(into, varies[1]),
             shares: Shares::default(),
             border: Border::default(),
@@ -563,27 +566,32 @@ impl<'l, 'a> Sweep<'l, 'a> {
 
     /// A cell whose border crosses seams, or is not smooth; false if that cannot be done.
     fn follow(&mut self, face: usize, at: [usize; 2]) -> bool {
-        if self.from.map.outline() == Outline::Shape || !self.whole(face, at) {
+        let from = self.followed;
+        if from.map.outline() == Outline::Shape || !self.whole(face, at) {
             return false;
         }
         let [(u0, u1), (v0, v1)] = self.into.rectangle(at);
         let middle = self.into.decode(face, [0.5 * (u0 + u1), 0.5 * (v0 + v1)]);
-        let Some(spot) = self.from.locate(middle) else {
+        let Some(spot) = from.locate(middle) else {
             return false;
         };
-        let size = self.target.cells(face, at).first().map_or(f64::NAN, mean);
+        let mut size = self.target.cells(face, at).first().map_or(f64::NAN, mean);
+        if size.is_nan() {
+            // A crease runs through it; its border bends there, and is as well followed as any other.
+            size = self.into.raster.solid_angle(Rect { u0, u1, v0, v1 });
+        }
         let own = self
             .source
             .cells(spot.face, spot.at)
             .first()
             .map_or(f64::NAN, mean);
         let fine = 0.5 * FINE * (size / own).min(1.0);
-        if !self.border.trace(self.from, self.into, face, at, fine) {
+        if !self.border.trace(from, self.into, face, at, fine) {
             return false;
         }
         self.shares.start();
         let sense = self.into.sense(face);
-        let (shares, from, source) = (&mut self.shares, self.from, &mut self.source);
+        let (shares, source) = (&mut self.shares, &mut self.source);
         self.border.faces(from, |on, pieces| {
             shares.add(from, source, on, pieces, sense * from.sense(on), size)
         }) && adds_up(self.shares.total, self.shares.least, size, CLOSE)

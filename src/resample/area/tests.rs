@@ -1,11 +1,14 @@
 //! Both paths give the same weights, and every source texel keeps its light.
 
+use super::graticule::Meridians;
 use super::*;
 use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
 use crate::image::raster::shape_of_size;
+use crate::map::Map;
 use crate::projections::REGISTRY;
 use crate::projections::projection::{Coverage, Outline};
+use glam::DMat3;
 
 fn map(name: &str) -> Map {
     Map::new(name).unwrap()
@@ -101,9 +104,11 @@ fn worst_sun(a: &str, n: usize, b: &str, m: usize, rotation: Option<DMat3>) -> (
     let from = Lattice::new(&source, &from_shape, None).unwrap();
     let into = Lattice::new(&target, &into_shape, Some(matrix)).unwrap();
     let coarse = Lattice::new(&source, &from_shape, None).unwrap();
+    let followed = Lattice::new(&source, &from_shape, None).unwrap();
+    let followed = finer(followed, traced::density::FEWEST);
     let (from, into) = refined(from, into);
     let varies = [Density::varies(&from), Density::varies(&into)];
-    let mut sweep = Sweep::new([&from, &coarse], &into, varies, true);
+    let mut sweep = Sweep::new([&from, &followed, &coarse], &into, varies, true);
     let mut kept = vec![0.0; from.raster.texels()];
     let parts = into.refined;
     let solid_angle = |raster: &Raster, map: &Map, i: usize, j: usize| {
@@ -173,6 +178,61 @@ fn no_sun_loses_light() {
             );
             assert!(worst < 1e-6, "{a} {b} {} {worst:e}", rotation.is_some());
             assert!(counts[0] + counts[1] > 8 * counts[2], "{a} {b} {counts:?}");
+        }
+    }
+}
+
+/// Panoramas and cylinders have rows and columns in common, and the general path says the same.
+#[test]
+fn meridians_and_parallels_agree_with_the_general_path() {
+    use crate::geometry::axes::from_angles;
+    let names: Vec<&str> = REGISTRY
+        .iter()
+        .filter(|info| map(info.name).visit_canonical(Meridians).is_some())
+        .map(|info| info.name)
+        .collect();
+    assert!(names.len() >= 6);
+    let turns = [
+        None,
+        Some(from_angles(90.0, 0.0, 0.0)),
+        Some(from_angles(-37.0, 0.0, 0.0)),
+        Some(from_angles(11.0, 180.0, 0.0)),
+    ];
+    for (k, a) in names.iter().enumerate() {
+        for (l, b) in names.iter().enumerate() {
+            let (source, target) = (map(a), map(b));
+            // Larger, smaller and about as large, by turns.
+            let (n, m) = [(9, 14), (14, 5), (11, 11)][(k + l) % 3];
+            let (from, into) = (shape_of_size(&source, n), shape_of_size(&target, m));
+            let rotation = turns[(k + 2 * l) % 4];
+            let [best, general] = [Path::Best, Path::General]
+                .map(|path| converted(path, (&source, &from), (&target, &into), rotation).0);
+            for (k, (p, q)) in best.iter().zip(&general).enumerate() {
+                let same = (p - q).abs() < 1e-6 || (p.is_nan() && q.is_nan());
+                assert!(same, "{a} {from:?} {b} {into:?} {rotation:?} {k}: {p} {q}");
+            }
+        }
+    }
+}
+
+/// A claim of each map that makes it: longitude grows with u alone, and v tells the height.
+#[test]
+fn columns_are_meridians_where_they_are_said_to_be() {
+    for info in REGISTRY {
+        let map = map(info.name);
+        let Some(edge) = map.visit_canonical(Meridians) else {
+            continue;
+        };
+        let lattice = Lattice::new(&map, &shape_of_size(&map, 16), None).unwrap();
+        for (i, j) in (0..=20).flat_map(|i| (0..=20).map(move |j| (i, j))) {
+            let [u, v] = [i, j].map(|k| f64::from(k) / 20.0);
+            let ([x, y, z], [_, height, _]) =
+                (lattice.decode(0, [u, v]), lattice.decode(0, [0.5, v]));
+            assert!((y - height).abs() < 1e-15, "{} {u} {v}", info.name);
+            let flat = x.hypot(z);
+            let (sin, cos) = (edge * (2.0 * u - 1.0) * std::f64::consts::PI).sin_cos();
+            let off = (x - flat * sin).abs().max((z - flat * cos).abs());
+            assert!(off < 1e-15, "{} {u} {v}", info.name);
         }
     }
 }

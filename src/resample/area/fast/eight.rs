@@ -36,16 +36,16 @@ const WIDEST: usize = 160;
 /// Bends beside the way along from which on crossings are solved for.
 const BENT: f64 = 0.05;
 
-/// For a cell of the window: ∫ of 1 over what lies in it and across each cell on its left, of Y over both, and of X over
-/// what lies in it, X and Y from its center.
-type Sums = [Lanes; 5];
+/// What a cell of the window has N of: ∫ of 1 over what lies in it and across each cell on its left, of Y over both, of Y² - 1/12
+/// over both where that counts, and over what lies in it of X, then of XY and X² - 1/12. X and Y are from its center.
+type Sums<const N: usize> = [Lanes; N];
 
 /// A part of the way along an edge: from and to.
 type Part = [Lanes; 2];
 
 /// What comes out, and room for the way there.
 pub(in crate::resample::area) struct Eight {
-    sums: Vec<Sums>,
+    sums: Vec<Lanes>,
     /// Between which places an edge is in each column and in each row of the window.
     parts: [[Part; WIDEST]; 2],
     /// Cells of the window that an edge comes to: columns and rows.
@@ -275,17 +275,25 @@ impl SimdWork for Work<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Work { eight, cells } = self;
-        match cells.plane.varies() {
-            [false, false] => shares::<S, 0>(simd, eight, cells),
-            [false, true] => shares::<S, 1>(simd, eight, cells),
-            _ => shares::<S, 2>(simd, eight, cells),
+        match (cells.plane.varies(), cells.plane.bends) {
+            ([false, false], _) => shares::<S, 2>(simd, eight, cells),
+            ([false, true], false) => shares::<S, 4>(simd, eight, cells),
+            ([false, true], true) => shares::<S, 6>(simd, eight, cells),
+            (_, false) => shares::<S, 5>(simd, eight, cells),
+            (_, true) => shares::<S, 9>(simd, eight, cells),
         }
     }
 }
 
-/// The shares where the density is constant (0), varies along v (1) or along u as well (2): no moments that count for nothing.
+/// Whether N sums hold those of a density that varies along v, along u and along v, and that bends.
+const fn counted(sums: usize) -> [bool; 3] {
+    [sums > 2, sums == 5 || sums == 9, sums == 6 || sums == 9]
+}
+
+/// The shares, by N sums: 2 where the density is constant, 4 where it varies along v, 5 where along u as well, and 6 and 9 where it
+/// bends too. So no moment is computed that counts for nothing.
 #[inline(always)]
-fn shares<S: Simd, const MOMENTS: usize>(simd: S, eight: &mut Eight, cells: &Cells<'_>) {
+fn shares<S: Simd, const N: usize>(simd: S, eight: &mut Eight, cells: &Cells<'_>) {
     let number = |x| f64x8::splat(simd, x);
     let zero = number(0.0);
     let mut base = [zero; 2];
@@ -312,7 +320,7 @@ fn shares<S: Simd, const MOMENTS: usize>(simd: S, eight: &mut Eight, cells: &Cel
     eight.window = window;
     let [columns, rows] = window;
     eight.sums.clear();
-    eight.sums.resize(columns * rows, Sums::default());
+    eight.sums.resize(columns * rows * N, Lanes::default());
     eight.met.resize(columns * rows, [0; 2]);
     for edge in cells.edges {
         let x = Cubic::new(simd, cells, edge, 0, base[0]);
@@ -352,23 +360,23 @@ fn shares<S: Simd, const MOMENTS: usize>(simd: S, eight: &mut Eight, cells: &Cel
                 let (p, q) = (&across[column], &down[row]);
                 let start = p[0].load(simd).max(q[0].load(simd));
                 let length = (p[1].load(simd).min(q[1].load(simd)) - start).max(zero);
-                let sums = &mut eight.sums[row * columns + column];
-                piece::<S, MOMENTS>(simd, [&x, &y], middles, sense, [start, length], sums);
+                let sums = &mut eight.sums.as_chunks_mut::<N>().0[row * columns + column];
+                piece(simd, [&x, &y], middles, sense, [start, length], sums);
             }
         }
     }
-    weigh::<S, MOMENTS>(simd, eight, cells);
+    weigh::<S, N>(simd, eight, cells);
 }
 
 /// Adds what the part of an edge from `start` on, so long, does to a cell whose left side and middle row are there.
 #[inline(always)]
-fn piece<S: Simd, const MOMENTS: usize>(
+fn piece<S: Simd, const N: usize>(
     simd: S,
     [x, y]: [&Cubic<S>; 2],
     [left, middle]: [f64; 2],
     sense: f64x8<S>,
     [start, length]: [f64x8<S>; 2],
-    sums: &mut Sums,
+    sums: &mut Sums<N>,
 ) {
     // Two places of Gauss, which are exact for the area of a parabola.
     const FIRST: f64 = 0.211_324_865_405_187_1;
@@ -376,7 +384,10 @@ fn piece<S: Simd, const MOMENTS: usize>(
     let (left, middle, one, half) = (number(left), number(middle), number(1.0), number(0.5));
     let weight = half * length * sense;
     let zero = number(0.0);
-    let [mut area, mut along, mut down, mut height, mut higher] = [zero; 5];
+    let [down_counts, along_counts, bends] = const { counted(N) };
+    let twelfth = number(1.0 / 12.0);
+    let [mut area, mut height, mut down, mut higher, mut along] = [zero; 5];
+    let [mut bend_down, mut bend_higher, mut both, mut bend_along] = [zero; 4];
     for place in [FIRST, 1.0 - FIRST] {
         let t = start + number(place) * length;
         let p = x.at(t) - left;
@@ -384,25 +395,51 @@ fn piece<S: Simd, const MOMENTS: usize>(
         let a = w * p;
         area += a;
         height += w;
-        if MOMENTS > 0 {
-            let q = y.at(t) - middle;
+        let q = y.at(t) - middle;
+        if down_counts {
             down += a * q;
             higher += w * q;
         }
-        if MOMENTS > 1 {
-            along += a * (p - one);
+        if down_counts && bends {
+            let bend = q * q - twelfth;
+            bend_down += a * bend;
+            bend_higher += w * bend;
+        }
+        if along_counts {
+            let a = a * (p - one);
+            along += a;
+            if bends {
+                both += a * q;
+                bend_along += a * (p + p - one);
+            }
         }
     }
-    // The order of `Sums`: what each level of moments needs comes first.
-    let all = [area, height, down, higher, half * along];
-    for (sum, more) in sums.iter_mut().zip(all).take(2 + [0, 2, 3][MOMENTS]) {
+    let along = half * along;
+    let all = if bends {
+        let bend_along = number(1.0 / 6.0) * bend_along;
+        [
+            area,
+            height,
+            down,
+            higher,
+            bend_down,
+            bend_higher,
+            along,
+            half * both,
+            bend_along,
+        ]
+    } else {
+        [area, height, down, higher, along, zero, zero, zero, zero]
+    };
+    for (sum, more) in sums.iter_mut().zip(all) {
         (sum.load(simd) + more).store_array(&mut sum.0);
     }
 }
 
 /// The weights that come of the sums.
 #[inline(always)]
-fn weigh<S: Simd, const MOMENTS: usize>(simd: S, eight: &mut Eight, cells: &Cells<'_>) {
+fn weigh<S: Simd, const N: usize>(simd: S, eight: &mut Eight, cells: &Cells<'_>) {
+    let [down_counts, along_counts, bends] = const { counted(N) };
     let zero = f64x8::splat(simd, 0.0);
     let [columns, rows] = eight.window;
     let (sense, sizes) = (f64x8::splat(simd, cells.sense), cells.sizes.load(simd));
@@ -412,29 +449,44 @@ fn weigh<S: Simd, const MOMENTS: usize>(simd: S, eight: &mut Eight, cells: &Cell
     eight.weights.resize(columns * rows, Lanes::default());
     eight.enough.clear();
     eight.enough.resize(columns * rows, 0);
-    let mut spread = [Lanes::default(); 3];
+    let (mut straight, mut bent) = ([Lanes::default(); 3], [Lanes::default(); 6]);
     for row in 0..rows {
-        let [mut height, mut higher] = [zero; 2];
+        let [mut height, mut higher, mut bend_higher] = [zero; 3];
         for column in (0..columns).rev() {
-            if column + 1 == columns || MOMENTS > 1 {
-                cells
-                    .plane
-                    .read(&eight.base, [column, row], cells.limits, &mut spread);
+            if column + 1 == columns || along_counts {
+                let (plane, at) = (cells.plane, [column, row]);
+                if bends {
+                    plane.read(&eight.base, at, cells.limits, &mut bent);
+                    straight = [bent[0], bent[1], bent[2]];
+                } else {
+                    plane.read(&eight.base, at, cells.limits, &mut straight);
+                }
             }
-            let whole = spread[0].load(simd);
-            let (along, down) = (spread[1].load(simd), spread[2].load(simd));
-            let sums = &eight.sums[row * columns + column];
-            let own = sums[0].load(simd);
-            let mut weight = whole * (own + height);
-            if MOMENTS > 0 {
-                weight += down * (sums[2].load(simd) + higher);
-                higher += sums[3].load(simd);
+            let whole = straight[0].load(simd);
+            let (along, down) = (straight[1].load(simd), straight[2].load(simd));
+            let mut sums = [zero; N];
+            let stored = &eight.sums.as_chunks::<N>().0[row * columns + column];
+            for (sum, stored) in sums.iter_mut().zip(stored) {
+                *sum = stored.load(simd);
             }
-            if MOMENTS > 1 {
-                weight += along * sums[4].load(simd);
+            let mut weight = whole * (sums[0] + height);
+            if down_counts {
+                weight += down * (sums[2] + higher);
+                higher += sums[3];
+            }
+            if down_counts && bends {
+                weight += bent[5].load(simd) * (sums[4] + bend_higher);
+                bend_higher += sums[5];
+            }
+            if along_counts {
+                weight += along * sums[if bends { 6 } else { 4 }];
+            }
+            if along_counts && bends {
+                weight += bent[4].load(simd) * sums[7];
+                weight += bent[3].load(simd) * sums[8];
             }
             weight = sense * weight;
-            height += sums[1].load(simd);
+            height += sums[1];
             total += weight;
             least = least.min(weight);
             let k = row * columns + column;
@@ -449,6 +501,7 @@ fn weigh<S: Simd, const MOMENTS: usize>(simd: S, eight: &mut Eight, cells: &Cell
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::raster::shape_of_size;
     use crate::map::Map;
     use crate::resample::area::fast::lanes::LANES;
     use crate::resample::area::lattice::Lattice;
@@ -485,15 +538,10 @@ mod tests {
         seeds: [[f64; 24]; LANES],
         center: [f64; 2],
         size: f64,
-        name: &str,
+        (name, n): (&str, usize),
     ) -> Result<(), TestCaseError> {
         let map = Map::new(name).unwrap();
-        let shape: &[usize] = match name {
-            "cube" => &[6, 1024, 1024],
-            "latlong" => &[1024, 2048],
-            _ => &[1024, 1024],
-        };
-        let lattice = Lattice::new(&map, shape, None).unwrap();
+        let lattice = Lattice::new(&map, &shape_of_size(&map, n), None).unwrap();
         let varies = Density::varies(&lattice);
         let mut plane = Plane::default();
         let low = center.map(|x| x as usize - 40);
@@ -535,7 +583,8 @@ mod tests {
         prop_assert!(eight.run(&cells));
         let own = plane.get(low.map(|k| k + 40)).unwrap();
         for (lane, want) in want.iter().enumerate() {
-            // A line for the density instead of a quadratic: beside a cube's corner 1e-7 for each of X², XY and Y², and twice
+            // A line for the density instead of a quadratic, or of 256 cells the nearest quadratic instead of one through the middles of
+            // sides: beside a cube's corner 1e-7 for each of X², XY and Y², and twice
             // that where two sides cut the same cell. Where a long side turns back beside a line, parts in 1e7 of its length.
             let bound = 6e-7 * own * (1.0 + size);
             let cut = 4.0;
@@ -571,7 +620,21 @@ mod tests {
             size in prop::sample::select(vec![0.01, 0.3, 1.0, 1.7, 9.0]),
             name in prop::sample::select(vec!["cube", "latlong", "equal_area"]),
         ) {
-            are_as_one_by_one(seeds, center, size, name)?;
+            are_as_one_by_one(seeds, center, size, (name, 1024))?;
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(1000))]
+        /// Where densities bend.
+        #[test]
+        fn eight_of_a_small_image_are_as_one_by_one(
+            seeds in prop::array::uniform8(prop::array::uniform24(-1.0..1.0)),
+            center in prop::array::uniform2(60.0..190.0),
+            size in prop::sample::select(vec![0.01, 0.3, 1.0, 1.7, 9.0]),
+            name in prop::sample::select(vec!["cube", "latlong", "equal_area"]),
+        ) {
+            are_as_one_by_one(seeds, center, size, (name, 256))?;
         }
     }
 
@@ -588,7 +651,7 @@ mod tests {
             let seeds = seeds.map(|seed| {
                 std::array::from_fn(|k| if k < 8 { 0.1 * seed[k] } else { 0.2 * seed[k] })
             });
-            are_as_one_by_one(seeds, center, size, name)?;
+            are_as_one_by_one(seeds, center, size, (name, 1024))?;
         }
     }
 
@@ -598,7 +661,7 @@ mod tests {
         let mut seeds = [[0.0; 24]; LANES];
         seeds[6][21] = -0.086_058_208_009_411_12;
         seeds[6][23] = 0.721_948_176_089_433;
-        are_as_one_by_one(seeds, [60.0, 60.0], 1.7, "cube").unwrap();
+        are_as_one_by_one(seeds, [60.0, 60.0], 1.7, ("cube", 1024)).unwrap();
     }
 
     /// A ten-thousandth of a texel behind the line that it crosses, a long side turns back.
@@ -609,7 +672,7 @@ mod tests {
         seeds[6][3] = -0.369_688_088_773_104_7;
         seeds[6][9] = 0.250_653_469_531_782;
         seeds[6][11] = -0.821_351_877_592_941_4;
-        are_as_one_by_one(seeds, [60.0, 210.118_521_057_787_92], 9.0, "cube").unwrap();
+        are_as_one_by_one(seeds, [60.0, 210.118_521_057_787_92], 9.0, ("cube", 1024)).unwrap();
     }
 
     #[test]

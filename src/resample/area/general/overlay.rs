@@ -786,7 +786,7 @@ mod tests {
                         let (source, target) = (sphere(a), sphere(b));
                         let rotation =
                             turned.then(|| crate::geometry::axes::from_angles(33.0, -20.0, 71.0));
-                        let frame = crate::resample::area::frame(&source, &target, rotation);
+                        let frame = crate::resample::area::frame::frame(&source, &target, rotation);
                         let shape = shape_of_size(&source, 20);
                         let from = Lattice::new(&source, &shape, None).unwrap();
                         let shape = shape_of_size(&target, 17);
@@ -811,7 +811,7 @@ mod tests {
             let (source, target) = (map(a), map(b));
             for (n, m) in (3..12).flat_map(|n| (3..12).map(move |m| (n, m))) {
                 let from = Lattice::new(&source, &[n, 2 * n], None).unwrap();
-                let frame = crate::resample::area::frame(&source, &target, None);
+                let frame = crate::resample::area::frame::frame(&source, &target, None);
                 let into = Lattice::new(&target, &[m, 2 * m], Some(frame)).unwrap();
                 let (rows, columns) = worst(&from, &into);
                 assert!(

@@ -2,7 +2,7 @@
 //! one (for the others see `plane`).
 //!
 //! In a cell the density is the quadratic through its values at the corners, the sides' middles and the center;
-//! with 512 cells along a face it is right to 2e-7 where the formula is smooth, in the row at a pole as well
+//! with [`FEWEST`] cells along a face it is right to 2e-7 where the formula is smooth, in the row at a pole as well
 //! (where the density's third derivative is largest beside it), and a whole cell to 1e-9.
 //! A cell with a crease through it has none, and is left to the general path: NaN.
 //! Cells are computed in tiles, which are kept while they are near. Where the density does not depend on a
@@ -10,6 +10,9 @@
 
 use crate::map::verbs::DensityCanonical;
 use crate::resample::area::lattice::Lattice;
+
+/// Cells along a side of a face from which on a quadratic through these places serves for the density in a cell.
+pub(in crate::resample::area) const FEWEST: usize = 512;
 
 /// Cells along a side of a tile.
 const TILE: usize = 16;

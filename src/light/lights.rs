@@ -17,10 +17,12 @@
 //! that cannot be cut into two that both hold light stay whole: there are fewer lights where light comes from fewer
 //! places. All sums run in stored order on one thread: neither threads nor SIMD levels change a bit.
 
-use super::lit::Lit;
+use super::lit::{Counted, Lit};
 use crate::error::Error;
 use crate::image::ImageView;
 use crate::image::texel::Texel;
+use crate::kernel::memory::expect_room;
+use crate::kernel::pages;
 use crate::map::Map;
 use crate::number::real::Real;
 use std::cmp::Ordering;
@@ -90,12 +92,17 @@ pub fn lights<T: Texel>(
     count: usize,
     method: Method,
 ) -> Result<Vec<Light>, Error> {
-    cut(&Lit::new(image, luminance)?, count, method)
+    let counted = Counted::new(image, luminance)?;
+    let mut grid = Grid::new(counted.covered(), image.channels())?;
+    let places = grid.places;
+    let latlong = Map::new("latlong")?;
+    let see = |lit: Lit| (places.of(&latlong, &lit), lit);
+    counted.in_bands(see, |(cells, lit)| grid.add(&cells, &lit))?;
+    Ok(cut(&grid, count, method))
 }
 
-fn cut(lit: &Lit, count: usize, method: Method) -> Result<Vec<Light>, Error> {
-    let grid = Grid::new(lit)?;
-    let mut sums: Vec<Vec<f64>> = regions(&grid, count, method)
+fn cut(grid: &Grid, count: usize, method: Method) -> Vec<Light> {
+    let mut sums: Vec<Vec<f64>> = regions(grid, count, method)
         .into_iter()
         .map(|region| grid.sums(region))
         .collect();
@@ -114,46 +121,68 @@ fn cut(lit: &Lit, count: usize, method: Method) -> Result<Vec<Light>, Error> {
             solid_angle: sums[0],
         }
     };
-    Ok(sums.into_iter().map(light).collect())
+    sums.into_iter().map(light).collect()
 }
 
-/// Sums over the texels of each cell of a latlong: solid angle, energy, energy times direction (3), and ∫ L dω.
-struct Grid {
+/// The cells of a latlong.
+#[derive(Clone, Copy, Debug)]
+struct Places {
     rows: usize,
     columns: usize,
+}
+
+impl Places {
+    /// In which of them each of some texels is.
+    fn of(self, latlong: &Map, lit: &Lit) -> Vec<u32> {
+        let mut uv = vec![0.0; 2 * lit.direction.len()];
+        latlong.encode_numbers(None, lit.direction.as_flattened(), &mut uv);
+        let at = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
+        let places = uv.as_chunks::<2>().0.iter();
+        places
+            .map(|[u, v]| (at(*v, self.rows) * self.columns + at(*u, self.columns)) as u32)
+            .collect()
+    }
+}
+
+/// Sums over the texels of each cell: solid angle, energy, energy times direction (3), and ∫ L dω.
+struct Grid {
+    places: Places,
     each: usize,
     cells: Vec<f64>,
 }
 
 impl Grid {
-    fn new(lit: &Lit) -> Result<Grid, Error> {
-        let covered: f64 = lit.weight.iter().sum();
+    /// An empty one for so many texels, which cover so much of the sphere.
+    fn new((texels, covered): (usize, f64), channels: usize) -> Result<Grid, Error> {
         // As many cells on the whole sphere as it would have texels.
-        let texels = lit.weight.len() as f64 * 4.0 * PI / covered;
+        let texels = texels as f64 * 4.0 * PI / covered;
         let rows = (0.5 * texels).sqrt().round_ties_even().clamp(2.0, 512.0) as usize;
-        let (columns, each) = (2 * rows, 5 + lit.channels);
-        let mut cells = vec![0.0; rows * columns * each];
-        let mut uv = vec![0.0; 2 * lit.direction.len()];
-        let latlong = Map::new("latlong")?;
-        latlong.encode_numbers(None, lit.direction.as_flattened(), &mut uv);
-        for (k, [u, v]) in uv.as_chunks::<2>().0.iter().enumerate() {
-            let at = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
-            let cell = at(*v, rows) * columns + at(*u, columns);
+        let (columns, each) = (2 * rows, 5 + channels);
+        // A table of sums is made of it.
+        expect_room::<f64>(rows * columns * (each + 4))?;
+        let mut cells = Vec::new();
+        pages::reserve(&mut cells, rows * columns * each);
+        cells.resize(rows * columns * each, 0.0);
+        Ok(Grid {
+            places: Places { rows, columns },
+            each,
+            cells,
+        })
+    }
+
+    /// Adds texels, which are in these cells.
+    fn add(&mut self, cells: &[u32], lit: &Lit) {
+        for (k, cell) in cells.iter().enumerate() {
             let weight = lit.weight[k];
             let energy = lit.luminance[k].max(0.0) * weight;
             let direction = lit.direction[k].map(|x| energy * x);
             let light = lit.radiance(k).iter().map(|x| weight * x);
             let values = [weight, energy].into_iter().chain(direction).chain(light);
-            for (sum, value) in cells[cell * each..][..each].iter_mut().zip(values) {
+            let sums = &mut self.cells[*cell as usize * self.each..][..self.each];
+            for (sum, value) in sums.iter_mut().zip(values) {
                 *sum += value;
             }
         }
-        Ok(Grid {
-            rows,
-            columns,
-            each,
-            cells,
-        })
     }
 
     /// The sums over a region.
@@ -161,7 +190,7 @@ impl Grid {
         let mut sums = vec![0.0; self.each];
         for row in region.top..region.bottom {
             for column in region.left..region.right {
-                let cell = (row * self.columns + column) * self.each;
+                let cell = (row * self.places.columns + column) * self.each;
                 for (sum, value) in sums.iter_mut().zip(&self.cells[cell..]) {
                     *sum += value;
                 }
@@ -238,9 +267,11 @@ struct Table {
 
 impl Table {
     fn new(grid: &Grid) -> Table {
-        let (rows, columns) = (grid.rows, grid.columns);
+        let Places { rows, columns } = grid.places;
         let width = columns + 1;
-        let mut sums = vec![[0.0; 4]; (rows + 1) * width];
+        let mut sums = Vec::new();
+        pages::reserve(&mut sums, (rows + 1) * width);
+        sums.resize((rows + 1) * width, [0.0; 4]);
         // Down each column first, then along the rows.
         for row in 0..rows {
             for column in 0..columns {
@@ -370,9 +401,9 @@ fn regions(grid: &Grid, count: usize, method: Method) -> Vec<Region> {
         made: 0,
         region: Region {
             top: 0,
-            bottom: grid.rows,
+            bottom: grid.places.rows,
             left: 0,
-            right: grid.columns,
+            right: grid.places.columns,
         },
     }]);
     let mut made = 1;
@@ -417,6 +448,14 @@ mod tests {
         Lit::new(&view, &[1.0]).unwrap()
     }
 
+    fn cut(lit: &Lit, count: usize, method: Method) -> Vec<Light> {
+        let covered = (lit.weight.len(), lit.weight.iter().sum());
+        let mut grid = Grid::new(covered, lit.channels).unwrap();
+        let cells = grid.places.of(&Map::new("latlong").unwrap(), lit);
+        grid.add(&cells, lit);
+        super::cut(&grid, count, method)
+    }
+
     const METHODS: [Method; 2] = [Method::Median, Method::Variance];
 
     #[test]
@@ -425,7 +464,7 @@ mod tests {
         let integral: f64 = lit.light.iter().zip(&lit.weight).map(|(l, w)| l * w).sum();
         for method in METHODS {
             for count in [1, 7, 60] {
-                let lights = cut(&lit, count, method).unwrap();
+                let lights = cut(&lit, count, method);
                 assert_eq!(lights.len(), count);
                 let sum: f64 = lights.iter().map(|light| light.irradiance[0]).sum();
                 // Rounding of 512 sums.
@@ -444,12 +483,12 @@ mod tests {
             _ => 0.0,
         });
         for method in METHODS {
-            let found = cut(&two, 10, method).unwrap();
+            let found = cut(&two, 10, method);
             assert_eq!(found.len(), 2);
             let off = (0..3).map(|c| found[0].direction[c] - two.direction[3 * 32 + 4][c]);
             assert!(off.fold(0.0, |m: f64, x| m.max(x.abs())) < 1e-14);
         }
-        let dark = cut(&lit(|_, _| 0.0), 10, Method::Median).unwrap();
+        let dark = cut(&lit(|_, _| 0.0), 10, Method::Median);
         assert_eq!((dark.len(), dark[0].direction), (1, [0.0, 1.0, 0.0]));
     }
 

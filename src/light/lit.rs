@@ -19,6 +19,9 @@ use std::collections::BTreeMap;
 /// Stored rows that are listed at a time.
 const BAND: usize = 16;
 
+/// Bands that are seen at a time.
+const AT_A_TIME: usize = 8;
+
 /// The texels of an image that hold sphere, in the order in which they are stored.
 #[derive(Clone, Debug)]
 pub struct Lit {
@@ -150,41 +153,28 @@ impl<'a, T: Texel> Counted<'a, T> {
         direction_of(self.image.map(), self.raster(), index)
     }
 
+    /// How many there are, and the sum of their solid angles.
+    pub fn covered(&self) -> (usize, f64) {
+        let (mut count, mut covered) = (0, 0.0);
+        for row in 0..self.stored_rows() {
+            self.row(row, |_, solid_angle, _| {
+                count += 1;
+                covered += solid_angle;
+            });
+        }
+        (count, covered)
+    }
+
     /// The list of them, or of those in a cap.
     pub fn listed(&self, cap: Option<Cap>) -> Result<Lit, Error> {
         let (raster, channels) = (self.raster(), self.image.channels());
-        // All of this, growing by doubling, and what finding lights and suns among it takes.
+        // All of this, growing by doubling, and what finding suns among it takes.
         let per_texel = 160 + 32 * channels;
         expect_room::<u8>(raster.texels().saturating_mul(per_texel))?;
         let directions = Directions::new(self.image.map(), raster, None);
         let mut bands = vec![Lit::none(channels); self.stored_rows().div_ceil(BAND)];
-        let list = |band: usize, lit: &mut Lit| {
-            let first = band * BAND;
-            let rows = BAND.min(self.stored_rows() - first);
-            let mut toward = vec![0.0; 3 * raster.columns * rows];
-            if cap.is_none() {
-                lit.reserve(raster.columns * rows);
-            }
-            directions.rows(first, &mut toward);
-            for (j, toward) in toward.chunks_exact(3 * raster.columns).enumerate() {
-                if cap.is_some_and(|cap| !cap.holds_any(toward)) {
-                    continue;
-                }
-                let row = first + j;
-                self.row(row, |column, solid_angle, texel| {
-                    let toward = &toward[3 * column..][..3];
-                    if cap.is_none_or(|cap| cap.holds(toward)) {
-                        lit.index.push(row * raster.columns + column);
-                        lit.direction.push([toward[0], toward[1], toward[2]]);
-                        lit.weight.push(solid_angle);
-                        lit.light.extend(texel.iter().map(|x| x.load().to_f64()));
-                        lit.luminance.push(self.luminance(texel));
-                    }
-                });
-            }
-        };
         threads::rows(&mut bands, 1, raster.texels() * 8, |band, lit| {
-            list(band, &mut lit[0]);
+            lit[0] = self.band(&directions, band, cap);
         });
         interrupt::check()?;
         let mut all = Lit::none(channels);
@@ -197,6 +187,62 @@ impl<'a, T: Texel> Counted<'a, T> {
             all.luminance.extend(band.luminance);
         }
         Ok(all)
+    }
+
+    /// Calls `take` with what `see` makes of the list of each band of stored rows, in their order. Some are seen at a time, on all
+    /// threads, and no more are in memory.
+    pub fn in_bands<R: Send>(
+        &self,
+        see: impl Fn(Lit) -> R + Sync,
+        mut take: impl FnMut(R),
+    ) -> Result<(), Error> {
+        let directions = Directions::new(self.image.map(), self.raster(), None);
+        let points = BAND * AT_A_TIME * self.raster().columns * 8;
+        let all = self.stored_rows().div_ceil(BAND);
+        for first in (0..all).step_by(AT_A_TIME) {
+            let mut seen: Vec<Option<R>> =
+                (first..all.min(first + AT_A_TIME)).map(|_| None).collect();
+            let [from, to] =
+                [first, first + AT_A_TIME].map(|k| 0.5 + 0.4 * (k.min(all) as f64 / all as f64));
+            interrupt::part(from, to, || {
+                threads::rows(&mut seen, 1, points, |number, seen| {
+                    seen[0] = Some(see(self.band(&directions, first + number, None)));
+                });
+            });
+            interrupt::check()?;
+            seen.into_iter().flatten().for_each(&mut take);
+        }
+        Ok(())
+    }
+
+    /// The list of those in a band of stored rows, or of those of them in a cap.
+    fn band(&self, directions: &Directions<'_, f64>, number: usize, cap: Option<Cap>) -> Lit {
+        let columns = self.raster().columns;
+        let first = number * BAND;
+        let rows = BAND.min(self.stored_rows() - first);
+        let mut lit = Lit::none(self.image.channels());
+        let mut toward = vec![0.0; 3 * columns * rows];
+        if cap.is_none() {
+            lit.reserve(columns * rows);
+        }
+        directions.rows(first, &mut toward);
+        for (j, toward) in toward.chunks_exact(3 * columns).enumerate() {
+            if cap.is_some_and(|cap| !cap.holds_any(toward)) {
+                continue;
+            }
+            let row = first + j;
+            self.row(row, |column, solid_angle, texel| {
+                let toward = &toward[3 * column..][..3];
+                if cap.is_none_or(|cap| cap.holds(toward)) {
+                    lit.index.push(row * columns + column);
+                    lit.direction.push([toward[0], toward[1], toward[2]]);
+                    lit.weight.push(solid_angle);
+                    lit.light.extend(texel.iter().map(|x| x.load().to_f64()));
+                    lit.luminance.push(self.luminance(texel));
+                }
+            });
+        }
+        lit
     }
 }
 

@@ -106,7 +106,11 @@ impl Visitor for Height {
 /// The edges of an image's rows or columns, first to last.
 fn edges(lattice: &Lattice<'_>, axis: usize) -> Vec<f64> {
     let count = [lattice.raster.width, lattice.raster.height][axis];
-    let cell = |k: usize| lattice.rectangle([k, k].map(|k| k.min(count - 1)))[axis];
+    let cell = |k: usize| {
+        let mut at = [0; 2];
+        at[axis] = k;
+        lattice.rectangle(at)[axis]
+    };
     let mut edges: Vec<f64> = (0..count).map(|k| cell(k).0).collect();
     edges.push(cell(count - 1).1);
     edges
@@ -129,7 +133,8 @@ impl Graticule {
         };
         const AS_IT_IS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let turn = turn(source, target, request.rotation, AS_IT_IS);
-        if turn[1][0].hypot(turn[1][2]) > HAIR {
+        let upright = turn[1][0].hypot(turn[1][2]) <= HAIR;
+        if !upright {
             return Ok(None);
         }
         let from = Lattice::new(source, request.image.shape(), None)?.refine(1);
@@ -163,6 +168,11 @@ impl Graticule {
         let needed = first
             .zip(last)
             .map_or(0..0, |(first, last)| first..last + 1);
+        let way = match filter {
+            AreaFilter::Mode => Way::Lists,
+            AreaFilter::Area if is_plain::<T>(skipna) => Way::Plain,
+            AreaFilter::Area => Way::Sums,
+        };
         interrupt::part(0.0, 1.0, || {
             threads::bands(out, width, points, 1, |first, band| {
                 let mut tallies = Tallies::new(image, filter, skipna, 1);
@@ -171,43 +181,46 @@ impl Graticule {
                     let rows = self.rows.of(window.rows.start + first + row);
                     let texels = rows.iter().map(|&(row, share)| {
                         let texels = &image.texels()[row * wide..][..wide];
-                        (
-                            &texels[needed.start * channels..needed.end * channels],
-                            share,
-                        )
+                        let met = &texels[needed.start * channels..needed.end * channels];
+                        (met, share)
                     });
-                    let by_lists = filter == AreaFilter::Mode;
-                    if !by_lists && is_plain::<T>(skipna) {
-                        line.add_plain(texels);
-                    } else if !by_lists {
-                        line.add(texels, skipna);
+                    match way {
+                        Way::Plain => line.add_plain(texels),
+                        Way::Sums => line.add(texels, skipna),
+                        Way::Lists => {}
                     }
-                    for (column, out) in window.columns.clone().zip(out.chunks_exact_mut(channels))
-                    {
+                    let texels = window.columns.clone().zip(out.chunks_exact_mut(channels));
+                    for (column, out) in texels {
                         let columns = self.columns.of(column);
                         if rows.is_empty() || columns.is_empty() {
                             out.copy_from_slice(request.fill);
-                        } else if by_lists {
-                            line.pairs.clear();
-                            for &(row, part) in rows {
-                                let pair = |&(column, share): &(usize, f64)| {
-                                    (row * wide / channels + column, part * share)
-                                };
-                                line.pairs.extend(columns.iter().map(pair));
+                            continue;
+                        }
+                        match way {
+                            Way::Plain => line.store_plain(columns, needed.start, out),
+                            Way::Sums => line.store(columns, needed.start, out),
+                            Way::Lists => {
+                                tallies.clear();
+                                tallies.add(0, line.list(rows, columns, wide / channels));
+                                tallies.store(0, request.fill, out);
                             }
-                            tallies.clear();
-                            tallies.add(0, &line.pairs);
-                            tallies.store(0, request.fill, out);
-                        } else if is_plain::<T>(skipna) {
-                            line.store_plain(columns, needed.start, out);
-                        } else {
-                            line.store(columns, needed.start, out);
                         }
                     }
                 }
             });
         });
     }
+}
+
+/// How what texels share is put together.
+#[derive(Clone, Copy)]
+enum Way {
+    /// As sums alone.
+    Plain,
+    /// With what has weight, the least and the most.
+    Sums,
+    /// One by one.
+    Lists,
 }
 
 /// The rows of the source that each row of the target meets; `way` is -1 where the target stands on its head.
@@ -289,15 +302,14 @@ struct Line {
 impl Line {
     /// Σ of rows, weighed.
     fn add_plain<'a, T: Texel>(&mut self, rows: impl Iterator<Item = (&'a [T], f64)>) {
+        let rows: Vec<(&[T], f64)> = rows.collect();
         self.plain.clear();
-        for (row, share) in rows {
-            self.plain.resize(row.len(), 0.0);
-            run_simd(AddRow {
-                sums: &mut self.plain,
-                row,
-                share,
-            });
-        }
+        self.plain
+            .resize(rows.first().map_or(0, |(row, _)| row.len()), 0.0);
+        run_simd(AddRows {
+            sums: &mut self.plain,
+            rows: &rows,
+        });
     }
 
     /// The same where values that are not finite may count for nothing, and a mean has to lie within the values.
@@ -312,6 +324,21 @@ impl Line {
                 }
             }
         }
+    }
+
+    /// The stored texels in these rows and columns of an image so wide, and how much of each.
+    fn list(
+        &mut self,
+        rows: &[(usize, f64)],
+        columns: &[(usize, f64)],
+        wide: usize,
+    ) -> &[(usize, f64)] {
+        self.pairs.clear();
+        for &(row, part) in rows {
+            let pair = |&(column, share): &(usize, f64)| (row * wide + column, part * share);
+            self.pairs.extend(columns.iter().map(pair));
+        }
+        &self.pairs
     }
 
     /// Writes the texel that meets these columns, which are counted from the image's first; the line has those from `first` on.
@@ -364,28 +391,41 @@ impl Line {
     }
 }
 
-/// Adds a row of numbers to sums, weighed.
-struct AddRow<'a, T> {
+/// Numbers of a row that are added at a time: their sums stay in the CPU's first cache.
+const PART: usize = 1024;
+
+/// Adds rows of numbers to sums, weighed.
+struct AddRows<'a, T> {
     sums: &'a mut [f64],
-    row: &'a [T],
-    share: f64,
+    rows: &'a [(&'a [T], f64)],
 }
 
-impl<T: Texel> SimdWork for AddRow<'_, T> {
+impl<T: Texel> SimdWork for AddRows<'_, T> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let AddRow { sums, row, share } = self;
-        let (sums, rest) = sums.as_chunks_mut::<8>();
-        let (eights, last) = row.as_chunks::<8>();
-        for (sums, eight) in sums.iter_mut().zip(eights) {
-            let mut numbers = [<T::Float as Real>::ZERO; 8];
-            T::load_eight(simd, eight).store_array(&mut numbers);
-            for (sum, number) in sums.iter_mut().zip(numbers) {
-                *sum += share * number.to_f64();
+        for (number, sums) in self.sums.chunks_mut(PART).enumerate() {
+            for (row, share) in self.rows {
+                add(simd, sums, &row[number * PART..][..sums.len()], *share);
             }
         }
-        for (sum, value) in rest.iter_mut().zip(last) {
-            *sum += share * value.load().to_f64();
+    }
+}
+
+#[inline(always)]
+fn add<T: Texel, S: Simd>(simd: S, sums: &mut [f64], row: &[T], share: f64) {
+    let (eights, last) = row.as_chunks::<8>();
+    // Of conversions one by one the compiler makes lanes by itself, and better ones.
+    let together = if T::BY_FOURS { eights.len() } else { 0 };
+    let (sums, rest) = sums.split_at_mut(8 * together);
+    for (sums, eight) in sums.as_chunks_mut::<8>().0.iter_mut().zip(eights) {
+        let mut numbers = [<T::Float as Real>::ZERO; 8];
+        T::load_eight(simd, eight).store_array(&mut numbers);
+        for (sum, number) in sums.iter_mut().zip(numbers) {
+            *sum += share * number.to_f64();
         }
+    }
+    let last = if T::BY_FOURS { last } else { row };
+    for (sum, value) in rest.iter_mut().zip(last) {
+        *sum += share * value.load().to_f64();
     }
 }

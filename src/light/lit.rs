@@ -6,6 +6,7 @@
 //! a weighted sum of channels, in f64 and in their order.
 
 use crate::error::{Error, expect_length};
+use crate::geometry::vector::dot;
 use crate::image::ImageView;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
@@ -66,6 +67,15 @@ impl Cap {
                 toward.fold(false, |any, toward| any | self.holds(toward))
             },
         )
+    }
+
+    /// Whether a parallel about an axis comes into it, so far along the axis and so far from it.
+    fn meets(self, axis: [f64; 3], [along, from]: [f64; 2]) -> bool {
+        let own = dot(self.axis, axis);
+        let flat = (1.0 - own * own).max(0.0).sqrt();
+        // The nearest place of a circle about an axis is in one plane with it. Rounding may move any of these by some 1e-16.
+        let square = (along - own) * (along - own) + (from - flat) * (from - flat);
+        square <= self.square * (1.0 + 1e-9) + 1e-9
     }
 
     #[inline(always)]
@@ -215,12 +225,25 @@ impl<'a, T: Texel> Counted<'a, T> {
         Ok(())
     }
 
+    /// Whether no texel of a stored row lies in a cap, as far as can be told without looking where each lies.
+    fn misses(&self, row: usize, cap: Cap) -> bool {
+        let (map, raster) = (self.image.map(), self.raster());
+        if map.meridians().is_none() {
+            return false;
+        }
+        let axis = map.view_rotation(None).inverse().apply([0.0, 1.0, 0.0]);
+        !cap.meets(axis, map.parallel(raster.along_v.center(row as f64)))
+    }
+
     /// The list of those in a band of stored rows, or of those of them in a cap.
     fn band(&self, directions: &Directions<'_, f64>, number: usize, cap: Option<Cap>) -> Lit {
         let columns = self.raster().columns;
         let first = number * BAND;
         let rows = BAND.min(self.stored_rows() - first);
         let mut lit = Lit::none(self.image.channels());
+        if cap.is_some_and(|cap| (first..first + rows).all(|row| self.misses(row, cap))) {
+            return lit;
+        }
         let mut toward = vec![0.0; 3 * columns * rows];
         if cap.is_none() {
             lit.reserve(columns * rows);
@@ -416,6 +439,7 @@ impl Lit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::raster::shape_of_size;
     use crate::map::Map;
 
     #[test]
@@ -443,6 +467,39 @@ mod tests {
             total(&again).to_bits(),
             total(&Lit::new(&image, &[1.0]).unwrap()).to_bits()
         );
+    }
+
+    /// Whole bands are left out by their parallels alone.
+    #[test]
+    fn a_cap_holds_what_lies_in_it() {
+        for name in [
+            "latlong",
+            "latlong:blender",
+            "mercator",
+            "hemi_latlong",
+            "octahedral",
+        ] {
+            let map = Map::new(name).unwrap();
+            let shape = shape_of_size(&map, 64);
+            let image = vec![1.0_f32; shape.iter().product()];
+            let image = ImageView::new(&map, &shape, 1, &image).unwrap();
+            let counted = Counted::new(&image, &[1.0]).unwrap();
+            let all = counted.listed(None).unwrap();
+            for k in (0..all.index.len()).step_by(97) {
+                for radius in [1e-6, 0.02, 0.4, 2.0] {
+                    let cap = Cap::new(all.direction[k], radius);
+                    let held = all.index.iter().zip(&all.direction);
+                    let held = held
+                        .filter(|(_, d)| cap.holds(&d[..]))
+                        .map(|(index, _)| *index);
+                    assert_eq!(
+                        counted.listed(Some(cap)).unwrap().index,
+                        held.collect::<Vec<_>>(),
+                        "{name} {k} {radius}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

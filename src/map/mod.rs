@@ -12,6 +12,7 @@ pub(crate) mod grid;
 pub(crate) mod layout;
 mod name;
 mod options;
+mod parallels;
 mod pullback;
 mod slices;
 mod typed;

@@ -13,9 +13,7 @@ use crate::error::Error;
 use crate::geometry::solid_angle::Rect;
 use crate::image::texel::Texel;
 use crate::kernel::{Scalar, SimdWork, interrupt, run_simd, threads};
-use crate::map::Map;
 use crate::number::real::Real;
-use crate::projections::projection::{Projection, Uv, Visitor};
 
 use crate::resample::area::frame::turn;
 use crate::resample::area::lattice::{Lattice, NOTHING};
@@ -71,38 +69,6 @@ pub(super) struct Graticule {
     columns: Shares,
 }
 
-/// The longitude of a map's right edge in half turns, where its columns are meridians.
-pub(super) struct Meridians;
-
-impl Visitor for Meridians {
-    type Output = Option<f64>;
-    fn visit<P: Projection>(self, p: P) -> Option<f64> {
-        p.graticule()
-    }
-}
-
-/// The v of a direction in the plane of the middle meridian.
-struct Parallel([f64; 2]);
-
-impl Visitor for Parallel {
-    type Output = f64;
-    fn visit<P: Projection>(self, p: P) -> f64 {
-        let [y, z] = self.0;
-        p.encode([0.0, y, z]).v
-    }
-}
-
-/// How far down and how far from the axis a row of the target lies.
-struct Height(f64);
-
-impl Visitor for Height {
-    type Output = [f64; 2];
-    fn visit<P: Projection>(self, p: P) -> [f64; 2] {
-        let [x, y, z] = p.decode(Uv::flat(0.5, self.0));
-        [y, x.hypot(z)]
-    }
-}
-
 /// The edges of an image's rows or columns, first to last.
 fn edges(lattice: &Lattice<'_>, axis: usize) -> Vec<f64> {
     let count = [lattice.raster.width, lattice.raster.height][axis];
@@ -127,8 +93,7 @@ impl Graticule {
     /// None unless columns of both images are meridians and rows parallels, about the same axis.
     pub fn between<T: Texel>(request: Request<'_, T>) -> Result<Option<Self>, Error> {
         let (source, target) = (request.image.map(), request.map);
-        let meridians = |map: &Map| map.visit_canonical(Meridians);
-        let (Some(from_edge), Some(into_edge)) = (meridians(source), meridians(target)) else {
+        let (Some(from_edge), Some(into_edge)) = (source.meridians(), target.meridians()) else {
             return Ok(None);
         };
         const AS_IT_IS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -237,8 +202,8 @@ fn rows([from, into]: [&Lattice<'_>; 2], way: f64) -> Shares {
     let ours: Vec<f64> = edges(into, 1)
         .into_iter()
         .map(|v| {
-            let [y, flat] = into.map.visit_canonical(Height(v));
-            let v = from.map.visit_canonical(Parallel([way * y, flat]));
+            let [y, flat] = into.map.parallel(v);
+            let v = from.map.row_of([way * y, flat]);
             // What the source does not reach lies above it or below.
             if v.is_nan() {
                 f64::from(u8::from(way * y > 0.0))

@@ -1,6 +1,5 @@
 //! Both paths give the same weights, and every source texel keeps its light.
 
-use super::graticule::Meridians;
 use super::*;
 use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
@@ -188,7 +187,7 @@ fn meridians_and_parallels_agree_with_the_general_path() {
     use crate::geometry::axes::from_angles;
     let names: Vec<&str> = REGISTRY
         .iter()
-        .filter(|info| map(info.name).visit_canonical(Meridians).is_some())
+        .filter(|info| map(info.name).meridians().is_some())
         .map(|info| info.name)
         .collect();
     assert!(names.len() >= 6);
@@ -220,7 +219,7 @@ fn meridians_and_parallels_agree_with_the_general_path() {
 fn columns_are_meridians_where_they_are_said_to_be() {
     for info in REGISTRY {
         let map = map(info.name);
-        let Some(edge) = map.visit_canonical(Meridians) else {
+        let Some(edge) = map.meridians() else {
             continue;
         };
         let lattice = Lattice::new(&map, &shape_of_size(&map, 16), None).unwrap();

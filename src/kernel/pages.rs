@@ -35,6 +35,14 @@ pub fn reserve<T>(table: &mut Vec<T>, count: usize) {
     advise(table);
 }
 
+/// So many of a value, in large pages.
+pub fn filled<T: Copy>(count: usize, value: T) -> Vec<T> {
+    let mut table = Vec::new();
+    reserve(&mut table, count);
+    table.resize(count, value);
+    table
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -160,13 +160,10 @@ impl Grid {
         let (columns, each) = (2 * rows, 5 + channels);
         // A table of sums is made of it.
         expect_room::<f64>(rows * columns * (each + 4))?;
-        let mut cells = Vec::new();
-        pages::reserve(&mut cells, rows * columns * each);
-        cells.resize(rows * columns * each, 0.0);
         Ok(Grid {
             places: Places { rows, columns },
             each,
-            cells,
+            cells: pages::filled(rows * columns * each, 0.0),
         })
     }
 
@@ -269,9 +266,7 @@ impl Table {
     fn new(grid: &Grid) -> Table {
         let Places { rows, columns } = grid.places;
         let width = columns + 1;
-        let mut sums = Vec::new();
-        pages::reserve(&mut sums, (rows + 1) * width);
-        sums.resize((rows + 1) * width, [0.0; 4]);
+        let mut sums = pages::filled((rows + 1) * width, [0.0; 4]);
         // Down each column first, then along the rows.
         for row in 0..rows {
             for column in 0..columns {

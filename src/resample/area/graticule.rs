@@ -14,7 +14,6 @@ use crate::geometry::solid_angle::Rect;
 use crate::image::texel::Texel;
 use crate::kernel::{Scalar, SimdWork, interrupt, run_simd, threads};
 use crate::number::real::Real;
-
 use crate::resample::area::frame::turn;
 use crate::resample::area::lattice::{Lattice, NOTHING};
 use crate::resample::area::statistic::{Sum, Tallies, is_plain};
@@ -69,17 +68,10 @@ pub(super) struct Graticule {
     columns: Shares,
 }
 
-/// The edges of an image's rows or columns, first to last.
-fn edges(lattice: &Lattice<'_>, axis: usize) -> Vec<f64> {
-    let count = [lattice.raster.width, lattice.raster.height][axis];
-    let cell = |k: usize| {
-        let mut at = [0; 2];
-        at[axis] = k;
-        lattice.rectangle(at)[axis]
-    };
-    let mut edges: Vec<f64> = (0..count).map(|k| cell(k).0).collect();
-    edges.push(cell(count - 1).1);
-    edges
+/// The edges of an image's columns (axis 0) or rows, first to last.
+fn edges(lattice: &Lattice<'_>, axis: usize) -> impl Iterator<Item = f64> {
+    let count = [lattice.columns, lattice.rows][axis];
+    (0..=count).map(move |k| lattice.line(axis, 2 * k as isize))
 }
 
 /// The cells between edges that an interval meets: all that may share more than an end with it.
@@ -190,7 +182,7 @@ enum Way {
 
 /// The rows of the source that each row of the target meets; `way` is -1 where the target stands on its head.
 fn rows([from, into]: [&Lattice<'_>; 2], way: f64) -> Shares {
-    let theirs = edges(from, 1);
+    let theirs: Vec<f64> = edges(from, 1).collect();
     let zone = |v0: f64, v1: f64| {
         from.raster.solid_angle(Rect {
             v0,
@@ -200,7 +192,6 @@ fn rows([from, into]: [&Lattice<'_>; 2], way: f64) -> Shares {
     };
     let zones: Vec<f64> = theirs.windows(2).map(|row| zone(row[0], row[1])).collect();
     let ours: Vec<f64> = edges(into, 1)
-        .into_iter()
         .map(|v| {
             let [y, flat] = into.map.parallel(v);
             let v = from.map.row_of([way * y, flat]);
@@ -233,8 +224,7 @@ fn columns(
     [ahead, way]: [f64; 2],
 ) -> Shares {
     let longitudes = |lattice: &Lattice<'_>, edge: f64| -> Vec<f64> {
-        let all = edges(lattice, 0).into_iter();
-        all.map(|u| (2.0 * u - 1.0) * edge).collect()
+        edges(lattice, 0).map(|u| (2.0 * u - 1.0) * edge).collect()
     };
     let theirs = longitudes(from, from_edge);
     let ours = longitudes(into, into_edge);

@@ -449,21 +449,21 @@ fn weigh<S: Simd, const N: usize>(simd: S, eight: &mut Eight, cells: &Cells<'_>)
     eight.weights.resize(columns * rows, Lanes::default());
     eight.enough.clear();
     eight.enough.resize(columns * rows, 0);
-    let (mut straight, mut bent) = ([Lanes::default(); 3], [Lanes::default(); 6]);
+    let mut spread = [Lanes::default(); 6];
+    let known = if bends { 6 } else { 3 };
     for row in 0..rows {
         let [mut height, mut higher, mut bend_higher] = [zero; 3];
         for column in (0..columns).rev() {
             if column + 1 == columns || along_counts {
-                let (plane, at) = (cells.plane, [column, row]);
-                if bends {
-                    plane.read(&eight.base, at, cells.limits, &mut bent);
-                    straight = [bent[0], bent[1], bent[2]];
-                } else {
-                    plane.read(&eight.base, at, cells.limits, &mut straight);
-                }
+                cells.plane.read(
+                    &eight.base,
+                    [column, row],
+                    cells.limits,
+                    &mut spread[..known],
+                );
             }
-            let whole = straight[0].load(simd);
-            let (along, down) = (straight[1].load(simd), straight[2].load(simd));
+            let whole = spread[0].load(simd);
+            let (along, down) = (spread[1].load(simd), spread[2].load(simd));
             let mut sums = [zero; N];
             let stored = &eight.sums.as_chunks::<N>().0[row * columns + column];
             for (sum, stored) in sums.iter_mut().zip(stored) {
@@ -475,15 +475,15 @@ fn weigh<S: Simd, const N: usize>(simd: S, eight: &mut Eight, cells: &Cells<'_>)
                 higher += sums[3];
             }
             if down_counts && bends {
-                weight += bent[5].load(simd) * (sums[4] + bend_higher);
+                weight += spread[5].load(simd) * (sums[4] + bend_higher);
                 bend_higher += sums[5];
             }
             if along_counts {
                 weight += along * sums[if bends { 6 } else { 4 }];
             }
             if along_counts && bends {
-                weight += bent[4].load(simd) * sums[7];
-                weight += bent[3].load(simd) * sums[8];
+                weight += spread[4].load(simd) * sums[7];
+                weight += spread[3].load(simd) * sums[8];
             }
             weight = sense * weight;
             height += sums[1];

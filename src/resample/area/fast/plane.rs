@@ -331,14 +331,14 @@ impl Plane {
         self.steps.map(|step| step > 0)
     }
 
-    /// The first N numbers of the cells so many columns and rows from each lane's own; 0 for those that are not held.
+    /// The first numbers of the cells so many columns and rows from each lane's own; 0 for those that are not held.
     #[inline(always)]
-    pub fn read<const N: usize>(
+    pub fn read(
         &self,
         base: &[Lanes; 2],
         by: [usize; 2],
         limits: [usize; 2],
-        spread: &mut [Lanes; N],
+        spread: &mut [Lanes],
     ) {
         for lane in 0..LANES {
             let x = (base[0].0[lane] as i32 as usize + by[0]).min(limits[0] - 1);

@@ -29,6 +29,9 @@ pub enum Arrangement {
 /// Pixels along the side of a square, a power of two.
 const SIDE: usize = 64;
 
+/// What is done with a part of a map: behind a pointer, as it is called once for thousands of pixels.
+pub(super) type Then<'t> = &'t (dyn Fn(&mut [u8]) + Sync);
+
 /// How many bytes a pixel has, where the compiler may know.
 trait Width: Copy + Send + Sync {
     fn bytes(self) -> usize;
@@ -61,7 +64,7 @@ pub(super) fn copy(
     bytes: usize,
     source: (Arrangement, &[u8]),
     target: (Arrangement, &mut [u8]),
-    then: impl Fn(&mut [u8]) + Sync,
+    then: Then<'_>,
 ) {
     match bytes {
         1 => Job::new(grid, Fixed::<1>, source).run(target, then),
@@ -120,7 +123,7 @@ impl<'a, W: Width> Job<'a, W> {
         }
     }
 
-    fn run(&self, (to, target): (Arrangement, &mut [u8]), then: impl Fn(&mut [u8]) + Sync) {
+    fn run(&self, (to, target): (Arrangement, &mut [u8]), then: Then<'_>) {
         let points = 12 * self.side * self.side;
         if self.from == to {
             let chunk = SIDE * SIDE * self.width.bytes();
@@ -143,7 +146,7 @@ impl<'a, W: Width> Job<'a, W> {
     }
 
     /// Writes images: a task is as many rows of a face as a square has.
-    fn rows(&self, points: usize, target: &mut [u8], then: impl Fn(&mut [u8]) + Sync) {
+    fn rows(&self, points: usize, target: &mut [u8], then: Then<'_>) {
         let (n, w) = (self.side, self.width);
         let faces = target.chunks_mut(n * n * w.bytes()).enumerate();
         let tasks = faces.flat_map(|(face, out)| {
@@ -313,7 +316,7 @@ impl<'a, W: Width> Job<'a, W> {
     }
 
     /// Writes nested order: a task is a square.
-    fn squares(&self, points: usize, target: &mut [u8], then: impl Fn(&mut [u8]) + Sync) {
+    fn squares(&self, points: usize, target: &mut [u8], then: Then<'_>) {
         let (n, w) = (self.side, self.width);
         let side = SIDE.min(n);
         let each = side * side;
@@ -348,7 +351,7 @@ impl<'a, W: Width> Job<'a, W> {
     }
 
     /// Writes rings: a task is SIDE of them, all around.
-    fn rings(&self, points: usize, target: &mut [u8], then: impl Fn(&mut [u8]) + Sync) {
+    fn rings(&self, points: usize, target: &mut [u8], then: Then<'_>) {
         let (n, w) = (self.side, self.width);
         let mut rest = target;
         let tasks = (1..4 * n).step_by(SIDE).map(|ring| {

@@ -277,7 +277,7 @@ pub fn arrange(
     source: (Arrangement, &[u8]),
     target: (Arrangement, &mut [u8]),
 ) -> Result<(), Error> {
-    arrange_then(nside, bytes, source, target, |_| ())
+    arrange_then(nside, bytes, source, target, &|_| ())
 }
 
 /// The same, with something done to each part of the target while it is in the cache.
@@ -286,7 +286,7 @@ pub(crate) fn arrange_then(
     bytes: usize,
     source: (Arrangement, &[u8]),
     target: (Arrangement, &mut [u8]),
-    then: impl Fn(&mut [u8]) + Sync,
+    then: &(dyn Fn(&mut [u8]) + Sync),
 ) -> Result<(), Error> {
     let nested = [source.0, target.0].contains(&Arrangement::Nested);
     let order = if nested { Order::Nested } else { Order::Ring };

@@ -10,6 +10,7 @@ use crate::map::Map;
 use crate::map::grid::{Grid, GridAxis};
 use crate::projections::Kind;
 use crate::projections::faces::{FacePlacement, MAX_FACES};
+use crate::projections::projection::one;
 use crate::projections::projection::{Outline, Projection, Uv, Visitor};
 use std::ops::Range;
 
@@ -411,7 +412,7 @@ impl Raster {
         impl Visitor for Contains {
             type Output = bool;
             fn visit<P: Projection>(self, p: P) -> bool {
-                p.contains(Uv::flat(self.0, self.1))
+                one::contains(p, Uv::flat(self.0, self.1))
             }
         }
         self.kind.visit(Contains(u, v))

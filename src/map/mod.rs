@@ -36,6 +36,7 @@ use crate::map::verbs::{
 };
 use crate::projections::faces::{Cells, FaceLayout, FaceTable};
 use crate::projections::projection::Visitor;
+use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use crate::projections::{Kind, REGISTRY};
 use glam::DMat3;
@@ -461,17 +462,16 @@ impl Map {
                     .collect()
             }
         }
-        // A call: of a lens, whose formula does not look at the face, LLVM 22 takes it for what every lane has alike, and its loop
+        // By calls: of a lens, whose formula does not look at the face, LLVM 22 takes it for what every lane has alike, and its loop
         // vectorizer asks the operands of that in a time that doubles with each step of Newton's method.
-        #[inline(never)]
         fn is_reversed<P: Projection>(p: P, face: usize) -> bool {
             let uv = Uv {
                 u: 0.45,
                 v: 0.4,
                 face: face as f64,
             };
-            let [a, b] = p.jacobian(uv).map(glam::DVec3::from);
-            a.cross(b).dot(glam::DVec3::from(p.decode(uv))) < 0.0
+            let [a, b] = one::jacobian(p, uv).map(glam::DVec3::from);
+            a.cross(b).dot(glam::DVec3::from(one::decode(p, uv))) < 0.0
         }
         let turned = |(face, reversed): (usize, bool)| {
             let o = self.face_layout.places[face].orientation;

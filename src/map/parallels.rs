@@ -1,6 +1,7 @@
 //! Maps whose columns are meridians and whose rows are parallels: where these lie.
 
 use crate::map::Map;
+use crate::projections::projection::one;
 use crate::projections::projection::{Projection, Uv, Visitor};
 
 struct Meridians;
@@ -17,7 +18,7 @@ struct Parallel(f64);
 impl Visitor for Parallel {
     type Output = [f64; 2];
     fn visit<P: Projection>(self, p: P) -> [f64; 2] {
-        let [x, y, z] = p.decode(Uv::flat(0.5, self.0));
+        let [x, y, z] = one::decode(p, Uv::flat(0.5, self.0));
         [y, x.hypot(z)]
     }
 }
@@ -28,7 +29,7 @@ impl Visitor for Row {
     type Output = f64;
     fn visit<P: Projection>(self, p: P) -> f64 {
         let [y, flat] = self.0;
-        p.encode([0.0, y, flat]).v
+        one::encode(p, [0.0, y, flat]).v
     }
 }
 

@@ -15,6 +15,7 @@ use crate::kernel::tile::{TILE, Tile, Tuples, TuplesMut};
 use crate::kernel::{Frame, Point, Scalar, SignedPermutation, vectorize};
 use crate::number::real::{Normal, Real, max};
 use crate::projections::projection::Visitor;
+use crate::projections::projection::one;
 use crate::projections::projection::{Projection, Uv};
 
 /// The direction with its largest component brought near 1, and whether it is a direction at all:
@@ -299,9 +300,9 @@ impl<R: Scalar> Visitor for ValidCanonical<'_, R> {
         for (uv, valid) in self.input.as_chunks::<3>().0.iter().zip(self.output) {
             let [u, v, face] = uv.map(Scalar::to_f64);
             // As `decode`: where it computes in f64, what lies in the image there does, and what numbers of this type cannot tell.
-            *valid = !P::SINGLE && p.contains(Uv { u, v, face }) || {
+            *valid = !P::SINGLE && one::contains(p, Uv { u, v, face }) || {
                 let [u, v, face] = *uv;
-                p.contains(Uv { u, v, face })
+                one::contains(p, Uv { u, v, face })
             };
         }
     }
@@ -323,7 +324,7 @@ impl<R: Scalar> Visitor for Beyond<'_, R> {
         let output = self.output.as_chunks_mut::<3>().0;
         for (uv, d) in self.input.as_chunks::<3>().0.iter().zip(output) {
             let [u, v, face] = uv.map(Scalar::to_f64);
-            let there = p.decode(p.beyond(Uv { u, v, face }));
+            let there = one::decode(p, p.beyond(Uv { u, v, face }));
             *d = self.turn.apply(there).map(R::new);
         }
     }

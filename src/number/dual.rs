@@ -171,6 +171,11 @@ impl<R: Real> Real for Dual<R> {
     }
 
     #[inline(always)]
+    fn part<O>(formula: impl FnOnce() -> O) -> O {
+        R::part(formula)
+    }
+
+    #[inline(always)]
     fn new(x: f64) -> Self {
         Self::constant(R::new(x))
     }

@@ -115,6 +115,13 @@ pub trait Real:
         Self::select(condition, a(), b())
     }
 
+    /// A part of a formula that stands in it often: inlined, for it becomes lanes, but by numbers that are no hardware's, which make it
+    /// a call.
+    #[inline(always)]
+    fn part<O>(formula: impl FnOnce() -> O) -> O {
+        formula()
+    }
+
     /// The same as [`Real::select`], of which the compiler may make a branch, which keeps a loop from being vectorized.
     fn choose(condition: Self::Mask, a: Self, b: Self) -> Self;
 

@@ -330,6 +330,11 @@ impl Real for Trace {
         value
     }
 
+    #[inline(never)]
+    fn part<O>(formula: impl FnOnce() -> O) -> O {
+        formula()
+    }
+
     fn new(x: f64) -> Self {
         Trace(constant(x))
     }

@@ -15,6 +15,7 @@ use super::hemioctahedral::DIAGONALS;
 use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, max, min};
 use crate::projections::faces::CUBE_LAYOUTS;
+use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -118,7 +119,7 @@ impl Projection for CubeEqualArea {
     fn beyond(self, uv: Uv<f64>) -> Uv<f64> {
         let (p, q) = uv.pq();
         let [p, q] = [p, q].map(|x| x.clamped(-FARTHEST, FARTHEST));
-        self.encode(self.decode(Uv::centered(p, q, uv.face)))
+        one::encode(self, one::decode(self, Uv::centered(p, q, uv.face)))
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

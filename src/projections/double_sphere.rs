@@ -11,6 +11,7 @@
 use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, max};
 use crate::projections::common::lens;
+use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
 
 /// Two spheres.
@@ -140,7 +141,7 @@ impl Projection for DoubleSphere {
     }
 
     fn density_range(self) -> (f64, f64) {
-        lens::extremes(1.0, |r| self.density(Uv::centered(r, 0.0, 0.0)))
+        lens::extremes(1.0, |r| one::density(self, Uv::centered(r, 0.0, 0.0)))
     }
 
     fn seam(self) -> Seam {
@@ -171,7 +172,7 @@ impl Projection for DoubleSphere {
             let (factor, z) = self.unproject(r * r);
             f64::atan2(factor * r, z)
         };
-        lens::solid_angle(rect, |u, v| self.density(Uv::flat(u, v)), theta)
+        lens::solid_angle(rect, |u, v| one::density(self, Uv::flat(u, v)), theta)
     }
 
     #[inline(always)]

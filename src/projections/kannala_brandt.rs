@@ -18,6 +18,7 @@ use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, SINGLE, min, scaled};
 use crate::projections::common::angle;
 use crate::projections::common::lens;
+use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
@@ -235,7 +236,7 @@ impl Projection for KannalaBrandt {
     }
 
     fn density_range(self) -> (f64, f64) {
-        let (low, high) = lens::extremes(1.0, |r| self.density(Uv::centered(r, 0.0, 0.0)));
+        let (low, high) = lens::extremes(1.0, |r| one::density(self, Uv::centered(r, 0.0, 0.0)));
         // sin π is 0 and not what a rounded π gives.
         (if self.rim == 1.0 { 0.0 } else { low }, high)
     }
@@ -283,7 +284,7 @@ impl Projection for KannalaBrandt {
                 .max(0.0)
                 .sqrt()
         };
-        lens::solid_angle(rect, |u, v| self.density(Uv::flat(u, v)), theta)
+        lens::solid_angle(rect, |u, v| one::density(self, Uv::flat(u, v)), theta)
     }
 
     #[inline(always)]

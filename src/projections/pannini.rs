@@ -14,6 +14,7 @@ use crate::geometry::solid_angle::Rect;
 use crate::number::real::Real;
 use crate::projections::common::lens;
 use crate::projections::projection;
+use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Info, Parameter, Projection, Seam, Uv};
 
 /// A cylinder seen from behind its axis.
@@ -144,7 +145,7 @@ impl Projection for Pannini {
 
     fn density_range(self) -> (f64, f64) {
         // Largest on the horizon and smallest on the edge above or below it, for each column.
-        let along = |q: f64| lens::extremes(1.0, |p| self.density(Uv::centered(p, q, 0.0)));
+        let along = |q: f64| lens::extremes(1.0, |p| one::density(self, Uv::centered(p, q, 0.0)));
         let (horizon, edge) = (along(0.0), along(1.0));
         (horizon.0.min(edge.0), horizon.1.max(edge.1))
     }

@@ -411,7 +411,7 @@ pub trait Projection: Copy + Send + Sync + 'static {
     /// The place that the image continues with beyond the edge of a face, wherever it lies: for filters that reach
     /// over edges, by up to two texels. The default is what the face's formula, continued, meets.
     fn beyond(self, uv: Uv<f64>) -> Uv<f64> {
-        self.encode(self.decode(uv))
+        one::encode(self, one::decode(self, uv))
     }
 
     /// Where, at `inset` from an edge, the place is whose middle with its mirror image in the edge is at `along` on
@@ -432,14 +432,7 @@ pub trait Projection: Copy + Send + Sync + 'static {
             Outline::Square => solid_angle::quadrature,
             Outline::Disk | Outline::Shape => solid_angle::outlined,
         };
-        quadrature(rect, &|u, v| {
-            let uv = Uv::flat(u, v);
-            if self.contains(uv) {
-                self.density(uv)
-            } else {
-                f64::NAN
-            }
-        })
+        quadrature(rect, &|u, v| one::held_density(self, Uv::flat(u, v)))
     }
 
     /// The columns ∂d/∂u and ∂d/∂v, by running `decode` on dual numbers.
@@ -457,6 +450,87 @@ pub trait Projection: Copy + Send + Sync + 'static {
     #[inline(always)]
     fn density<R: Real>(self, uv: Uv<R>) -> R {
         density(self, uv)
+    }
+}
+
+pub(crate) mod one {
+    //! The formulas of one place.
+    //!
+    //! Formulas are inlined where loops turn them into lanes. What runs place by place, as bisections, quadratures and borders do, gains
+    //! nothing by a long one inlined, and has many callers: with a copy of the formula in each, cameras alone were a quarter of the library.
+    //! So here those of projections that are not [`COMMON`](Projection::COMMON) are calls.
+
+    use super::{Projection, Uv};
+    use crate::kernel::Scalar;
+
+    /// Runs a formula of a projection, the rare one's as a call.
+    #[inline(always)]
+    fn run<P: Projection, O>(formula: impl FnOnce() -> O) -> O {
+        if const { P::COMMON } {
+            formula()
+        } else {
+            called(formula)
+        }
+    }
+
+    #[inline(never)]
+    fn called<O>(formula: impl FnOnce() -> O) -> O {
+        formula()
+    }
+
+    /// [`Projection::encode`].
+    #[inline(always)]
+    pub(crate) fn encode<P: Projection>(p: P, d: [f64; 3]) -> Uv<f64> {
+        run::<P, _>(
+            #[inline(always)]
+            || p.encode(d),
+        )
+    }
+
+    /// [`Projection::decode`].
+    #[inline(always)]
+    pub(crate) fn decode<P: Projection>(p: P, uv: Uv<f64>) -> [f64; 3] {
+        run::<P, _>(
+            #[inline(always)]
+            || p.decode(uv),
+        )
+    }
+
+    /// [`Projection::jacobian`].
+    #[inline(always)]
+    pub(crate) fn jacobian<P: Projection>(p: P, uv: Uv<f64>) -> [[f64; 3]; 2] {
+        run::<P, _>(
+            #[inline(always)]
+            || p.jacobian(uv),
+        )
+    }
+
+    /// [`Projection::density`].
+    #[inline(always)]
+    pub(crate) fn density<P: Projection>(p: P, uv: Uv<f64>) -> f64 {
+        run::<P, _>(
+            #[inline(always)]
+            || p.density(uv),
+        )
+    }
+
+    /// [`Projection::contains`].
+    #[inline(always)]
+    pub(crate) fn contains<P: Projection, R: Scalar>(p: P, uv: Uv<R>) -> bool {
+        run::<P, _>(
+            #[inline(always)]
+            || p.contains(uv),
+        )
+    }
+
+    /// [`Projection::density`] where the image holds something, and NaN elsewhere.
+    #[inline(always)]
+    pub(crate) fn held_density<P: Projection>(p: P, uv: Uv<f64>) -> f64 {
+        if contains(p, uv) {
+            density(p, uv)
+        } else {
+            f64::NAN
+        }
     }
 }
 
@@ -486,7 +560,7 @@ pub fn density<P: Projection, R: Real>(projection: P, uv: Uv<R>) -> R {
 /// A point of an edge and the unit vector along it.
 fn on_edge<P: Projection>(projection: P, edge: Edge, along: f64) -> ([f64; 3], [f64; 3]) {
     const STEP: f64 = 1e-4;
-    let at = |along: f64| projection.decode(edge.place(along.clamp(-1.0, 1.0), 0.0));
+    let at = |along: f64| one::decode(projection, edge.place(along.clamp(-1.0, 1.0), 0.0));
     let (before, after) = (at(along - STEP), at(along + STEP));
     let tangent = [0, 1, 2].map(|k| after[k] - before[k]);
     let length = dot(tangent, tangent).sqrt();
@@ -497,7 +571,7 @@ fn on_edge<P: Projection>(projection: P, edge: Edge, along: f64) -> ([f64; 3], [
 fn foot_of_perpendicular<P: Projection>(projection: P, edge: Edge, along: f64, inset: f64) -> f64 {
     let (point, tangent) = on_edge(projection, edge, along);
     let ahead = |x: f64| {
-        let d = projection.decode(edge.place(x, inset));
+        let d = one::decode(projection, edge.place(x, inset));
         [0, 1, 2]
             .iter()
             .map(|&k| (d[k] - point[k]) * tangent[k])
@@ -525,9 +599,9 @@ fn mirrored_across<P: Projection>(projection: P, edge: Edge, along: f64, inset: 
         point[2] * tangent[0] - point[0] * tangent[2],
         point[0] * tangent[1] - point[1] * tangent[0],
     ];
-    let d = projection.decode(edge.place(along, inset));
+    let d = one::decode(projection, edge.place(along, inset));
     let depth = 2.0 * dot(d, normal);
-    projection.encode([0, 1, 2].map(|k| d[k] - depth * normal[k]))
+    one::encode(projection, [0, 1, 2].map(|k| d[k] - depth * normal[k]))
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@
 use crate::geometry::solid_angle::Rect;
 use crate::number::real::Real;
 use crate::projections::common::lens;
+use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};
 
 /// A sphere seen from a point ξ behind its center.
@@ -94,7 +95,7 @@ impl Projection for Unified {
     }
 
     fn density_range(self) -> (f64, f64) {
-        lens::extremes(1.0, |r| self.density(Uv::centered(r, 0.0, 0.0)))
+        lens::extremes(1.0, |r| one::density(self, Uv::centered(r, 0.0, 0.0)))
     }
 
     fn seam(self) -> Seam {
@@ -125,7 +126,7 @@ impl Projection for Unified {
             let eta = self.eta(r * r);
             f64::atan2(eta * r, eta - self.xi)
         };
-        lens::solid_angle(rect, |u, v| self.density(Uv::flat(u, v)), theta)
+        lens::solid_angle(rect, |u, v| one::density(self, Uv::flat(u, v)), theta)
     }
 
     #[inline(always)]

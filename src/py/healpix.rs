@@ -151,9 +151,9 @@ pub fn healpix_arrange<'py>(
     disjoint(source, target)?;
     let (source, target) = ((was, source), (becomes, target));
     stoppable(py, || match unseen {
-        4 => arrange_then(nside, bytes, source, target, unseen_to_nan_f32),
-        8 => arrange_then(nside, bytes, source, target, unseen_to_nan_f64),
-        _ => arrange_then(nside, bytes, source, target, |_| ()),
+        4 => arrange_then(nside, bytes, source, target, &unseen_to_nan_f32),
+        8 => arrange_then(nside, bytes, source, target, &unseen_to_nan_f64),
+        _ => arrange_then(nside, bytes, source, target, &|_| ()),
     })
 }
 

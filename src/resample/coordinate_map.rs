@@ -6,6 +6,7 @@ use crate::kernel::tile::Tile;
 use crate::map::Map;
 use crate::map::verbs::{DecodeTile, EncodeTile, JacobianTile};
 use crate::projections::projection::Visitor;
+use crate::projections::projection::one;
 use crate::projections::projection::{Projection, Uv};
 use glam::DMat3;
 
@@ -100,7 +101,7 @@ impl<R: Scalar> Visitor for OnlyValid<'_, R> {
     fn visit<P: Projection>(self, p: P) {
         for k in 0..self.1 {
             let [u, v, face] = self.0.at(k);
-            if !p.contains(Uv { u, v, face }) {
+            if !one::contains(p, Uv { u, v, face }) {
                 self.0.0[0][k] = R::NAN;
             }
         }

@@ -16,6 +16,7 @@ use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, TuplesMut};
 use crate::map::Map;
 use crate::map::verbs::DecodeTile;
+use crate::projections::projection::one;
 use crate::projections::projection::{Projection, Uv, Visitor};
 
 /// What a depth image holds.
@@ -118,11 +119,8 @@ struct Middle(f64);
 impl Visitor for Middle {
     type Output = [f64; 3];
     fn visit<P: Projection>(self, p: P) -> [f64; 3] {
-        p.decode(Uv {
-            u: 0.5,
-            v: 0.5,
-            face: self.0,
-        })
+        let (u, v, face) = (0.5, 0.5, self.0);
+        one::decode(p, Uv { u, v, face })
     }
 }
 

@@ -22,6 +22,7 @@ use crate::image::view::ImageView;
 use crate::kernel::Scalar;
 use crate::kernel::threads;
 use crate::map::Map;
+use crate::projections::projection::one;
 use crate::projections::projection::{Projection, Seam, Uv, Visitor};
 
 /// The shape of an image of this shape with a border of `n` texels: faces that lie in one image are taken apart.
@@ -256,7 +257,7 @@ impl Visitor for OverRim<'_> {
                 ((radius + 1.0).rem_euclid(2.0) - 1.0).clamp(-LIMIT, LIMIT)
             };
             let [u, v] = [p, q].map(|x| 0.5 + 0.5 * (x / radius * inside));
-            *out = self.turn.apply(projection.decode(Uv { u, v, face }));
+            *out = self.turn.apply(one::decode(projection, Uv { u, v, face }));
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::cells::is_straight;
 use crate::geometry::solid_angle::Rect;
 use crate::projections::projection::Visitor;
+use crate::projections::projection::one;
 use crate::projections::projection::{Outline, Projection, Uv};
 
 /// A rectangle counts as smooth where nine points on it and nine on each half agree so well, relative: then they stand
@@ -20,15 +21,15 @@ impl Visitor for Refine {
         let [mut u0, mut u1, mut v0, mut v1, face, mut s, mut t] = self.0;
         let exact = |u0, u1, v0, v1| p.solid_angle(Rect { u0, u1, v0, v1 });
         let at = |u, v| Uv { u, v, face };
-        let smooth = |u0, u1, v0, v1| nine_points(u0, u1, v0, v1, |u, v| p.density(at(u, v)));
+        let smooth = |u0, u1, v0, v1| nine_points(u0, u1, v0, v1, |u, v| one::density(p, at(u, v)));
         // What nine points say of this half of a smooth rectangle.
         let mut half = None;
         // 48 halvings leave 2⁻²⁴ of each side.
         for _ in 0..48 {
             let corners = [at(u0, v0), at(u1, v0), at(u0, v1), at(u1, v1)];
-            let corners_hold = corners.iter().all(|uv| p.contains(*uv));
+            let corners_hold = corners.iter().all(|uv| one::contains(p, *uv));
             let area = (u1 - u0) * (v1 - v0);
-            let densities = corners.map(|uv| p.density(uv));
+            let densities = corners.map(|uv| one::density(p, uv));
             let straight = |here: f64| corners_hold && is_straight(densities, area, here);
             // It may be smooth along one axis alone, but then corners and nine points do not say the same.
             if half.is_some_and(straight) {
@@ -71,7 +72,9 @@ impl Visitor for Refine {
             (u0, v1),
             (u1, v1),
         ];
-        let held = places.into_iter().find(|(u, v)| p.contains(at(*u, *v)));
+        let held = places
+            .into_iter()
+            .find(|(u, v)| one::contains(p, at(*u, *v)));
         let (u, v) = held.unwrap_or(places[0]);
         [u, u, v, v, face, 0.5, 0.5]
     }

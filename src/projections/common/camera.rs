@@ -16,6 +16,7 @@ use crate::number::real::{Real, max};
 use crate::projections::common::angle;
 use crate::projections::common::lens::{self, LEAST_SLOPE};
 use crate::projections::projection;
+use crate::projections::projection::one;
 use crate::projections::projection::{
     Coverage, Info, Outline, Parameter, Projection, Seam, Uv, Visitor, size_of_aspect,
 };
@@ -166,12 +167,13 @@ impl<L: Lens> Camera<L> {
         ]
     }
 
-    /// Whether the lens holds all, and whether it holds any, of many places of the image, most of them along its border.
+    /// Whether the lens holds all, and whether it holds any, of many places of the image, most of them along its border: of a camera
+    /// that is not known to be whole.
     fn held(self) -> (bool, bool) {
         const INSIDE: usize = 24;
         const ALONG: usize = 128;
         let at = |k: usize, n: usize| k as f64 / n as f64;
-        let held = |u: f64, v: f64| self.lens.holds(self.point(Uv::flat(u, v)));
+        let held = |u: f64, v: f64| one::contains(self, Uv::flat(u, v));
         let inside = (0..(INSIDE + 1) * (INSIDE + 1)).map(|k| {
             let (i, j) = (k % (INSIDE + 1), k / (INSIDE + 1));
             held(at(i, INSIDE), at(j, INSIDE))
@@ -194,7 +196,7 @@ impl<L: Lens> Camera<L> {
             let (sin, cos) = (0.5 * PI * s).sin_cos();
             let [u, v] = at(from + (to - from) * sin * sin);
             let uv = Uv::flat(u, v);
-            let ([x, y, z], slope) = (self.decode(uv), self.jacobian(uv)[axis]);
+            let ([x, y, z], slope) = (one::decode(self, uv), one::jacobian(self, uv)[axis]);
             let turn = x * slope[1] - y * slope[0];
             // sin²θ is (1 - z)(1 + z): what does not cancel.
             let share = if z > 0.0 {
@@ -215,13 +217,13 @@ impl<L: Lens> Camera<L> {
         } else {
             32
         };
-        let held = |[u, v]: [f64; 2]| self.contains(Uv::flat(u, v));
+        let held = |[u, v]: [f64; 2]| one::contains(self, Uv::flat(u, v));
         let cap = 2.0 * (0.5 * self.lens.rim()).sin().powi(2);
         // A lens that sees the direction behind it has that all along its rim; it is a round one, which keeps azimuths.
         let behind = self.lens.rim() > PI - 1e-6;
         let azimuth = |[u, v]: [f64; 2]| {
             let uv = Uv::flat(u, v);
-            let ([a, b], [x, y, _]) = (self.point(uv), self.decode(uv));
+            let ([a, b], [x, y, _]) = (self.point(uv), one::decode(self, uv));
             if behind { b.atan2(a) } else { y.atan2(x) }
         };
         let (mut sum, mut pieces) = (0.0, 0);
@@ -287,7 +289,11 @@ impl<L: Lens> Camera<L> {
         let at = |k: usize| k as f64 / PARTS as f64;
         let value = |u: f64, v: f64| {
             let uv = Uv::flat(u, v);
-            if self.contains(uv) { f(uv) } else { f64::NAN }
+            if one::contains(self, uv) {
+                f(uv)
+            } else {
+                f64::NAN
+            }
         };
         let part = |k: usize| {
             let (i, j) = (k % PARTS, k / PARTS);
@@ -307,8 +313,8 @@ impl<L: Lens> Camera<L> {
         const LATTICE: usize = 48;
         let value = |at: [f64; 2]| {
             let uv = Uv::flat(at[0], at[1]);
-            if self.contains(uv) {
-                sign * self.density(uv)
+            if one::contains(self, uv) {
+                sign * one::density(self, uv)
             } else {
                 f64::NEG_INFINITY
             }
@@ -405,9 +411,9 @@ impl<L: Lens> Projection for Camera<L> {
         // Along the circle at which the lens ends, where that lies in the image.
         let (sin, cos) = (self.lens.rim() * (1.0 - 1e-12)).sin_cos();
         let rim = lens::extremes(2.0 * PI, |azimuth| {
-            let uv = self.encode([sin * azimuth.cos(), sin * azimuth.sin(), cos]);
-            if self.contains(uv) {
-                self.density(uv)
+            let uv = one::encode(self, [sin * azimuth.cos(), sin * azimuth.sin(), cos]);
+            if one::contains(self, uv) {
+                one::density(self, uv)
             } else {
                 high
             }
@@ -464,14 +470,7 @@ impl<L: Lens> Projection for Camera<L> {
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {
-        let density = |u: f64, v: f64| {
-            let uv = Uv::flat(u, v);
-            if self.contains(uv) {
-                self.density(uv)
-            } else {
-                f64::NAN
-            }
-        };
+        let density = |u: f64, v: f64| one::held_density(self, Uv::flat(u, v));
         if !self.whole {
             // Beside the rim the density has a root: where it varies much, and where the rim is.
             let corners = [(0, 0), (0, 1), (1, 0), (1, 1)]
@@ -485,7 +484,7 @@ impl<L: Lens> Projection for Camera<L> {
         match self.lens.solid_angle(rect, self.half(), self.principal) {
             Some(exact) => exact,
             None if (rect.u1 - rect.u0).max(rect.v1 - rect.v0) <= 1.0 / 64.0 => {
-                solid_angle::smooth(rect, |u, v| self.density(Uv::flat(u, v)))
+                solid_angle::smooth(rect, |u, v| one::density(self, Uv::flat(u, v)))
             }
             None => solid_angle::quadrature(rect, &density),
         }

@@ -369,11 +369,21 @@ impl<const N: usize, const PRISM: bool, const WAY: u8> Distortion<N, PRISM, WAY>
         }
         let ratio = self.guess.at(a * a + b * b);
         if WAY == SHORT {
-            let step = |at| self.newton(at, known);
+            let step = |at| {
+                R::part(
+                    #[inline(always)]
+                    || self.newton(at, known),
+                )
+            };
             return step(step(step([a * ratio, b * ratio])));
         }
         let at = within([a * ratio, b * ratio], self.start);
-        let step = |at| self.nearer(at, known);
+        let step = |at| {
+            R::part(
+                #[inline(always)]
+                || self.nearer(at, known),
+            )
+        };
         // No loop: it is too long for the compiler to unroll, and stands in the way of lanes.
         let at = step(step(step(step(at))));
         step(step(step(step(at))))
@@ -383,7 +393,10 @@ impl<const N: usize, const PRISM: bool, const WAY: u8> Distortion<N, PRISM, WAY>
     #[inline(always)]
     pub fn undistort<R: Real>(self, point: [R; 2]) -> [R; 2] {
         let known = point.map(R::value);
-        let at = self.inverse::<R::Value>(known);
+        let at = R::part(
+            #[inline(always)]
+            || self.inverse::<R::Value>(known),
+        );
         // The last step's derivative is that of the solution.
         self.newton(at.map(R::constant), point)
     }

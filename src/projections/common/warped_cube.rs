@@ -11,6 +11,7 @@ use crate::geometry::solid_angle::Rect;
 use crate::number::real::Real;
 use crate::projections::cube::{from_face, to_face};
 use crate::projections::faces::CUBE_LAYOUTS;
+use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Edge, Info, Projection, Seam, Uv};
 use std::fmt::Debug;
 
@@ -114,7 +115,7 @@ impl<W: Warp> Projection for Warped<W> {
     fn beyond(self, uv: Uv<f64>) -> Uv<f64> {
         let (p, q) = uv.pq();
         let [p, q] = [p, q].map(|x| x.clamped(-FARTHEST, FARTHEST));
-        self.encode(self.decode(Uv::centered(p, q, uv.face)))
+        one::encode(self, one::decode(self, Uv::centered(p, q, uv.face)))
     }
 
     fn beside(self, _: Edge, along: f64, inset: f64) -> f64 {
@@ -127,7 +128,7 @@ impl<W: Warp> Projection for Warped<W> {
         let row = W::to_plane(1.0 - inset).max(1e-6);
         let mut at = [W::to_plane(along) / row; 2];
         at[edge.axis] = if edge.high { 1.0 / row } else { -1.0 / row };
-        self.encode(from_face(at, edge.face))
+        one::encode(self, from_face(at, edge.face))
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {

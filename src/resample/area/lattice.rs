@@ -15,6 +15,7 @@ use crate::image::raster::Raster;
 use crate::image::rim::nearest_valid_texel;
 use crate::map::Map;
 use crate::projections::projection::Visitor;
+use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Outline, Projection, Uv};
 use crate::resample::area::sphere::{Curve, Direction, triangle};
 use std::f64::consts::FRAC_PI_2;
@@ -117,7 +118,7 @@ struct Decode(Uv<f64>);
 impl Visitor for Decode {
     type Output = Direction;
     fn visit<P: Projection>(self, p: P) -> Direction {
-        p.decode(self.0)
+        one::decode(p, self.0)
     }
 }
 
@@ -126,7 +127,7 @@ struct Encode(Direction);
 impl Visitor for Encode {
     type Output = Uv<f64>;
     fn visit<P: Projection>(self, p: P) -> Uv<f64> {
-        p.encode(self.0)
+        one::encode(p, self.0)
     }
 }
 
@@ -135,7 +136,7 @@ struct Contains(Uv<f64>);
 impl Visitor for Contains {
     type Output = bool;
     fn visit<P: Projection>(self, p: P) -> bool {
-        p.contains(self.0)
+        one::contains(p, self.0)
     }
 }
 
@@ -177,11 +178,8 @@ impl Visitor for LastValid {
         let at = |r: f64| [0, 1].map(|k| self.from[k] + r * (self.through[k] - self.from[k]));
         let valid = |r: f64| {
             let [u, v] = at(r);
-            p.contains(Uv {
-                u,
-                v,
-                face: self.face as f64,
-            })
+            let face = self.face as f64;
+            one::contains(p, Uv { u, v, face })
         };
         let (mut low, mut high) = (0.0, self.limit);
         if valid(high) {

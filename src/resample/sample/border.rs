@@ -21,6 +21,7 @@ use crate::image::rim::nearest_valid_texel;
 use crate::image::texel::Texel;
 use crate::map::grid::GridAxis;
 use crate::projections::projection::Visitor;
+use crate::projections::projection::one;
 use crate::projections::projection::{Outline, Projection, Seam, Uv};
 use crate::resample::seam::{Continued, Side, continued};
 
@@ -294,7 +295,7 @@ struct Direction(Uv<f64>);
 impl Visitor for Direction {
     type Output = [f64; 3];
     fn visit<P: Projection>(self, p: P) -> [f64; 3] {
-        p.decode(self.0)
+        one::decode(p, self.0)
     }
 }
 

@@ -6,6 +6,7 @@ use super::taps::Taps;
 use super::texture::Texture;
 use crate::image::texel::Texel;
 use crate::kernel::Scalar;
+use crate::number::real::Real;
 
 /// A level that can be looked up.
 pub(crate) trait Level: Sync {
@@ -19,9 +20,11 @@ pub(crate) trait Level: Sync {
 
 impl<T: Texel> Level for Texture<'_, T> {
     fn bilinear(&self, face: usize, uv: [f64; 2], out: &mut [f64]) {
-        let mut taps = Taps::new();
-        self.resolve(&mut taps, face, uv, 1.0);
-        self.mean(&taps, out);
+        if !self.bilinear_inside(face, uv, out) {
+            let mut taps = Taps::new();
+            self.resolve(&mut taps, face, uv, 1.0);
+            self.mean(&taps, out);
+        }
     }
 
     fn ellipse(&self, face: usize, uv: [f64; 2], sides: [[f64; 2]; 2], out: &mut [f64]) {
@@ -38,6 +41,33 @@ impl<T: Texel> Level for Texture<'_, T> {
 }
 
 impl<T: Texel> Texture<'_, T> {
+    /// The numbers of a texel.
+    fn texel(&self, index: usize) -> &[T] {
+        &self.texels[index * self.channels..][..self.channels]
+    }
+
+    /// A bilinear value all of whose texels are inside, as most are: a list of them would be an allocation. Else false, and also
+    /// where one of them counts for nothing, for it may be no number.
+    fn bilinear_inside(&self, face: usize, uv: [f64; 2], out: &mut [f64]) -> bool {
+        let [x, y] = self.place(uv);
+        let (left, top) = (Real::floor(x), Real::floor(y));
+        let (tx, ty) = (x - left, y - top);
+        let (i, j) = (left as isize, top as isize);
+        let corners = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)];
+        if tx == 0.0 || ty == 0.0 || !corners.iter().all(|(i, j)| self.raster.holds(*i, *j)) {
+            return false;
+        }
+        let view = self.raster.view(face);
+        let [a, b, c, d] = corners.map(|(i, j)| self.texel(view.index(i as usize, j as usize)));
+        let shares = [tx * (1.0 - ty), (1.0 - tx) * ty, tx * ty];
+        for (k, out) in out.iter_mut().enumerate() {
+            let [base, b, c, d] = [a[k], b[k], c[k], d[k]].map(|x| x.load().to_f64());
+            let sum = shares[0] * (b - base) + shares[1] * (c - base) + shares[2] * (d - base);
+            *out = base + sum;
+        }
+        true
+    }
+
     /// The mean of texels by their weights.
     fn mean(&self, taps: &Taps, out: &mut [f64]) {
         let list = taps.list();

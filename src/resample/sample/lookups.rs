@@ -3,6 +3,7 @@
 use super::gather::{Bilinear, Gather, Gathering, Nearest, Separable, Stored};
 use super::place::{Places, Support};
 use super::rectangle::Rectangle;
+use super::surroundings::Surroundings;
 use super::taps::Taps;
 use super::texture::Texture;
 use super::weights::{self, WIDEST, Weights};
@@ -10,9 +11,10 @@ use crate::image::texel::{Filtered, Texel};
 use crate::kernel::Scalar;
 use crate::kernel::tile::{TILE, Tile};
 use crate::number::real::Real;
-use crate::projections::projection::Outline;
+use crate::projections::projection::{Outline, Seam};
 use crate::resample::filters::LookupFilter;
 use crate::resample::filters::claims::{Kernel, Visitor};
+use std::cell::RefCell;
 
 /// Lookups tile by tile: the texels of one are asked for while those of the one before are weighted.
 pub(crate) struct Lookups<'s, 'a, T: Texel, O, R> {
@@ -23,6 +25,8 @@ pub(crate) struct Lookups<'s, 'a, T: Texel, O, R> {
     current: usize,
     /// Of a filter of more than two texels along a side, those of the current tile along u and along v.
     weights: Option<Box<[Weights<T::Float, TILE>; 2]>>,
+    /// Of lookups that reach over an edge.
+    surroundings: RefCell<Surroundings<T>>,
 }
 
 struct Queued<F, R> {
@@ -54,6 +58,7 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
             queue: [queued(), queued()],
             current: 0,
             weights: None,
+            surroundings: RefCell::new(Surroundings::new()),
         }
     }
 
@@ -123,7 +128,13 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
                 if u.is_nan() {
                     out.copy_from_slice(self.fill);
                 } else {
-                    at_edge(source, self.filter, face as usize, [u, v], out);
+                    let surroundings = &mut *self.surroundings.borrow_mut();
+                    at_edge(
+                        (source, surroundings),
+                        self.filter,
+                        (face as usize, [u, v]),
+                        out,
+                    );
                 }
             },
         };
@@ -178,51 +189,55 @@ impl<T: Texel, O: Filtered<T>, R: Scalar> Visitor for Weigh<'_, '_, '_, T, O, R>
 #[cold]
 #[inline(never)]
 fn at_edge<T: Texel, O: Filtered<T>>(
-    source: &Texture<'_, T>,
+    (source, surroundings): (&Texture<'_, T>, &mut Surroundings<T>),
     filter: LookupFilter,
-    face: usize,
-    uv: [f64; 2],
+    at: (usize, [f64; 2]),
     out: &mut [O],
 ) {
     filter.visit(AtEdge {
         source,
-        face,
-        uv,
+        surroundings,
+        at,
         out,
     });
 }
 
-struct AtEdge<'l, 'a, T, O> {
+struct AtEdge<'l, 'a, T: Texel, O> {
     source: &'l Texture<'a, T>,
-    face: usize,
-    uv: [f64; 2],
+    surroundings: &'l mut Surroundings<T>,
+    at: (usize, [f64; 2]),
     out: &'l mut [O],
 }
 
 impl<T: Texel, O: Filtered<T>> Visitor for AtEdge<'_, '_, T, O> {
     type Output = ();
     fn nearest(self) {
-        let index = self.source.nearest(self.face, self.uv) * self.source.channels;
+        let (face, uv) = self.at;
+        let index = self.source.nearest(face, uv) * self.source.channels;
         for (out, &texel) in self.out.iter_mut().zip(&self.source.texels[index..]) {
             *out = O::exact(texel);
         }
     }
     fn bilinear(self) {
-        let mut taps = Taps::new();
-        self.source.resolve(&mut taps, self.face, self.uv, 1.0);
-        self.source.weigh(&taps, self.out);
+        if self.source.seam == Seam::Faces {
+            // What is between the last centers and an edge has a rule of its own.
+            let ((face, uv), mut taps) = (self.at, Taps::new());
+            self.source.resolve(&mut taps, face, uv, 1.0);
+            self.source.weigh(&taps, self.out);
+        } else {
+            let weights = |t: f64| [1.0 - t, t];
+            (self.source).weigh_around(self.surroundings, self.at, weights, self.out);
+        }
     }
     fn separable<K: Kernel<TAPS>, const TAPS: usize>(self) {
-        let mut taps = Taps::new();
-        let kernel = K::weights;
-        self.source.window(&mut taps, self.face, self.uv, kernel);
-        self.source.weigh(&taps, self.out);
+        let weights = K::weights::<f64>;
+        (self.source).weigh_around(self.surroundings, self.at, weights, self.out);
     }
 }
 
 impl<T: Texel> Texture<'_, T> {
     /// The sum of texels by their weights, which add up to 1.
-    fn weigh<O: Filtered<T>>(&self, taps: &Taps, out: &mut [O]) {
+    pub(super) fn weigh<O: Filtered<T>>(&self, taps: &Taps, out: &mut [O]) {
         let heaviest = taps
             .list()
             .iter()

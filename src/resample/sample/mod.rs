@@ -3,8 +3,8 @@
 //! Directions become image coordinates, these become texels and fractions (`place`), and windows of texels
 //! are read and weighted (`gather`): block by block, each step a plain loop. Nearly every lookup has its
 //! window inside one face. The others meet an edge, and what lies beyond is the projection's
-//! [`Seam`]: `border` resolves such a lookup, in f64, into stored texels with
-//! weights that sum to 1, and the result is base + Σ w (texel - base): a constant image stays constant to the
+//! [`Seam`]: `border` resolves it, in f64, into stored texels with weights that sum to 1, texel by texel of
+//! the window (`surroundings`), and a result is base + Σ w (texel - base): a constant image stays constant to the
 //! bit, here as on the short way.
 //!
 //! Texels whose center lies outside the valid image (the corners around a disk, where photographers
@@ -34,6 +34,7 @@ mod sampler;
 mod seen;
 mod shapes;
 mod spread;
+mod surroundings;
 mod taps;
 mod texture;
 mod weights;

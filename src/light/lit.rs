@@ -303,6 +303,7 @@ pub fn direction_of(map: &Map, raster: &Raster, index: usize) -> [f64; 3] {
 
 impl Lit {
     /// The texels of an image whose channels make luminance with these weights, one for each.
+    #[cfg(test)]
     pub fn new<T: Texel>(image: &ImageView<'_, T>, luminance: &[f64]) -> Result<Lit, Error> {
         Counted::new(image, luminance)?.listed(None)
     }

@@ -155,12 +155,15 @@ pub fn add<T: Texel>(image: &ImageView<'_, T>, sun: &Sun, out: &mut [T]) -> Resu
         )));
     }
     // No luminance is needed, so any weights will do.
-    let lit = &Lit::new(image, &vec![1.0; image.channels()])?;
-    out.copy_from_slice(image.texels());
-    let angles = angles(lit, sun.direction);
-    let closest = angles.iter().fold(f64::INFINITY, |least, a| least.min(*a)) * (1.0 + 1e-9);
-    let is_nearest = |k: usize| angles[k] <= closest;
+    let weights = vec![1.0; image.channels()];
+    let counted = Counted::new(image, &weights)?;
     let radius = radius(sun.solid_angle);
+    let solid_angles = counted.patches().face_weights().iter();
+    let widest = solid_angles.fold(0.0, |most: f64, x| most.max(*x));
+    let (lit, angles) = around_disc(&counted, sun.direction, radius + widest.sqrt())?;
+    out.copy_from_slice(image.texels());
+    let closest = least(&angles) * (1.0 + 1e-9);
+    let is_nearest = |k: usize| angles[k] <= closest;
     // A texel's width is the width of the disc's blurred edge.
     let share = |k: usize| (0.5 + (radius - angles[k]) / lit.weight[k].sqrt()).clamp(0.0, 1.0);
     let mut shares: Vec<(usize, f64)> = (0..angles.len())
@@ -183,6 +186,29 @@ pub fn add<T: Texel>(image: &ImageView<'_, T>, sun: &Sun, out: &mut [T]) -> Resu
         }
     }
     Ok(())
+}
+
+/// The texels that lie so near to a direction, or nearly, the nearest of all among them; and how far from it they are.
+fn around_disc<T: Texel>(
+    counted: &Counted<'_, T>,
+    direction: [f64; 3],
+    mut radius: f64,
+) -> Result<(Lit, Vec<f64>), Error> {
+    loop {
+        // Where a texel is thin, the nearest center may be farther than its side would be if it were a square.
+        let cap = (radius < PI).then(|| Cap::new(direction, radius));
+        let lit = counted.listed(cap)?;
+        let angles = angles(&lit, direction);
+        if cap.is_none() || least(&angles) < 0.99 * radius {
+            return Ok((lit, angles));
+        }
+        radius *= 4.0;
+    }
+}
+
+/// The least of some numbers, ∞ of none.
+fn least(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(f64::INFINITY, |least, x| least.min(*x))
 }
 
 /// The sun of an image, texels around it, and which of them it is in.
@@ -373,6 +399,32 @@ mod tests {
             add(&view(&dark), &sun, &mut image).unwrap();
             let sum: f64 = image.iter().zip(&weight).map(|(l, w)| l * w).sum();
             assert!((sum - 1.5).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_nearest_texel_is_found_however_thin_texels_are() {
+        // Rows of 45°, of which the sun is far from the middle: a side of a square as large would be 2°.
+        let shape = [4, 4096];
+        let dark = vec![0.0; 4 * 4096];
+        let image = ImageView::new(&LATLONG, &shape, 1, &dark).unwrap();
+        let (sin, cos) = 0.4_f64.sin_cos();
+        let sun = Sun {
+            direction: [0.0, -sin, -cos],
+            solid_angle: 1e-9,
+            irradiance: vec![1.5],
+            surround: vec![0.0],
+            reach: 0.0,
+        };
+        let mut lit = dark.clone();
+        add(&image, &sun, &mut lit).unwrap();
+        let all = Lit::new(&image, &[1.0]).unwrap();
+        let sum: f64 = lit.iter().zip(&all.weight).map(|(l, w)| l * w).sum();
+        assert!((sum - 1.5).abs() < 1e-12);
+        let angles = angles(&all, sun.direction);
+        let closest = least(&angles) * (1.0 + 1e-9);
+        for (light, angle) in lit.iter().zip(angles) {
+            assert_eq!(*light > 0.0, angle <= closest);
         }
     }
 

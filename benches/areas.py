@@ -29,6 +29,9 @@ WORKS = [
     ("latlong", 256, "cube", 128, 12.0),
     ("cube", 128, "latlong", 256, 12.0),
     ("latlong", 256, "octahedral", 256, 12.0),
+    ("cube", 512, "cube", 128, 12.0),
+    ("octahedral", 1024, "octahedral", 300, 12.0),
+    ("angular", 1024, "angular", 256, 12.0),
 ]
 
 

@@ -254,6 +254,10 @@ def test_the_same_bits_for_any_number_of_threads_and_level():
     assert_same_bits_everywhere(
         lambda: [area(x, "latlong", "mercator", 13) for x in kinds], threads=(1, 2, 5)
     )
+    face = np.random.default_rng(14).random((40, 40, 3)).astype(np.float32)
+    assert_same_bits_everywhere(
+        lambda: [area(face, p, p, 11) for p in ("octahedral", "angular")], threads=(1, 2, 5)
+    )
 
 
 def overlaps(of, among):
@@ -338,3 +342,60 @@ def test_errors():
     out = np.empty((6, 4, 4))
     assert area(image, "latlong", "cube", 4, out=out) is out and np.all(out == 1)
     assert np.all(area(image[::-1, ::-1], "latlong", "cube", 4) == 1)
+
+
+@each(DEFAULTS, slow=PARAMETERS)
+def test_a_copy_in_another_size_keeps_its_light(case):
+    p = case.make()
+    shape = p.shape(24)
+    outside = np.isnan(p.directions(shape)[..., 0])
+    rng = np.random.default_rng(18)
+    image = rng.random((*shape, 2)) ** 8
+    image[..., 1] = 0.7
+    image.reshape(-1, 2)[rng.choice(np.flatnonzero(~outside)), 0] = 1e5
+    want = energy(image[..., 0], p, shape)
+    image[outside] = 1e30
+    # Texels on each other, across each other, and finer ones.
+    for size in (8, 11, 37):
+        got = area(image, p, p, size)
+        weights = p.solid_angle(got.shape[:-1])
+        assert abs((got[..., 0] * weights).sum() / want - 1) <= KEPT, size
+        assert np.all(got[weights > 0][:, 1] == 0.7) and np.all(got[weights == 0] == 0)
+
+
+def test_copies_in_other_layouts_and_grids():
+    image = np.random.default_rng(19).random((6, 20, 20))
+    small = area(image, "cube", "cube", 7)
+    cross = sm.projection("cube", layout="cross")
+    there = area(image, "cube", cross, 7)
+    back = sm.convert(there, cross, "cube", size=7, filter="nearest")
+    # The same cells in another order; `allclose` adds its own 1e-8.
+    assert np.allclose(back, small, rtol=1e-12)
+    p = sm.projection("octahedral", grid="corners")
+    image = np.random.default_rng(20).random(p.shape(25))
+    kept = (area(image, p, p, 9) * p.solid_angle(9)).sum()
+    assert np.isclose(kept, (image * p.solid_angle(25)).sum(), rtol=KEPT)
+
+
+@pytest.mark.parametrize("name", ["cube", "cube_equiangular", "octahedral", "healpix"])
+def test_blocks_are_means_by_solid_angle(name):
+    p = sm.projection(name)
+    image = np.random.default_rng(21).random(p.shape(36))
+    w = p.solid_angle(36)
+
+    def blocks(x):
+        return x.reshape(-1, x.shape[-2] // 3, 3, x.shape[-1] // 3, 3).sum((2, 4))
+
+    got = area(image, p, p, 12)
+    # Shares are right to 1e-8 of a texel's solid angle.
+    assert np.allclose(got.reshape(blocks(w).shape), blocks(image * w) / blocks(w), rtol=1e-7)
+    # What is far from each other in size is cut first.
+    for n in (1, 2, 5):
+        kept = (area(image, p, p, n) * p.solid_angle(n)).sum()
+        assert np.isclose(kept, (image * w).sum(), rtol=KEPT)
+
+
+def test_the_label_of_the_most_in_a_copy():
+    labels = np.random.default_rng(22).integers(0, 5, (6, 9, 9)).astype(np.uint8)
+    copy = sm.convert(labels.repeat(4, 1).repeat(4, 2), "cube", "cube", size=9, filter="mode")
+    assert np.array_equal(copy, labels)

@@ -69,13 +69,13 @@ pub(super) struct Graticule {
 }
 
 /// The edges of an image's columns (axis 0) or rows, first to last.
-fn edges(lattice: &Lattice<'_>, axis: usize) -> impl Iterator<Item = f64> {
+pub(super) fn edges(lattice: &Lattice<'_>, axis: usize) -> impl Iterator<Item = f64> {
     let count = [lattice.columns, lattice.rows][axis];
     (0..=count).map(move |k| lattice.line(axis, 2 * k as isize))
 }
 
 /// The cells between edges that an interval meets: all that may share more than an end with it.
-fn met(edges: &[f64], [from, to]: [f64; 2]) -> Range<usize> {
+pub(super) fn met(edges: &[f64], [from, to]: [f64; 2]) -> Range<usize> {
     let first = edges.partition_point(|edge| *edge <= from);
     let last = edges.partition_point(|edge| *edge < to);
     first.saturating_sub(1)..last.min(edges.len() - 1)

@@ -27,10 +27,11 @@
 //!   the light as well, and an image seen by a program that knows no rim has no dark edge.
 //! - NaN and infinity spread to every texel that they touch, unless they are skipped: then their weight is 0.
 //!
-//! # Four paths
+//! # Five paths
 //!
 //! Where columns of both images are meridians and rows parallels about one axis, a share is a product of two lengths
-//! (`graticule`): one pass over rows and one along them. All other images go one of three ways.
+//! (`graticule`): one pass over rows and one along them. Where both are of one map and neither is turned, shares are rectangles in the
+//! plane of a face (`alike`). All other images go one of three ways.
 //!
 //! The fast path (`sweep`) takes eight cells of the target at once (`eight`). Their corners go into the source through the
 //! vectorized kernels, and neighboring corners tell each edge's cubic in the source's plane (`edges`). Cut at the lines between
@@ -57,6 +58,7 @@
 //! any size, but a sun of 1e9 leaves 1e-7 of rounding in every texel of its row, and an infinite
 //! texel the whole row.
 
+mod alike;
 mod fast;
 mod frame;
 mod general;
@@ -77,6 +79,7 @@ use crate::image::texel::Texel;
 use crate::image::view::ImageView;
 use crate::kernel::tile::prefetch_item;
 use crate::kernel::{interrupt, threads};
+use crate::resample::area::alike::{Alike, Room};
 use crate::resample::area::frame::frame;
 use crate::resample::area::graticule::Graticule;
 use crate::resample::area::lattice::Lattice;
@@ -143,12 +146,14 @@ fn convert_by<T: Texel>(
         graticule.convert(request, filter, skipna, out);
         return Ok(());
     }
+    let alike = path == Path::Best && alike::serves(request);
     let frame = frame(image.map(), map, rotation);
     let mut from = Lattice::new(image.map(), image.shape(), None)?;
     let mut into = Lattice::new(map, shape, Some(frame))?;
     let channels = image.channels();
     let texels = into.raster.texels();
     let fast = match path {
+        Path::Best if alike => false,
         Path::Best => {
             let parts = parts_for(&from, fast::plane::FEWEST);
             let all = from.raster.texels();
@@ -163,7 +168,11 @@ fn convert_by<T: Texel>(
     let mut followed = None;
     let mut cost = COST;
     let mut varies = [[true; 2]; 2];
-    if fast {
+    if alike {
+        let narrow = shorter_side(&from) / shorter_side(&into) / alike::MOST;
+        (from, into) = (from.refine(1), into.refine(power(narrow)));
+        cost = CELL_COST * into.refined * into.refined;
+    } else if fast {
         // The general path has texels as they are: around a blind spot it is the less exact the finer cells are.
         coarse = Some(from);
         let source = || Lattice::new(image.map(), image.shape(), None);
@@ -173,6 +182,7 @@ fn convert_by<T: Texel>(
         cost = CELL_COST * into.refined * into.refined;
     }
     let parts = into.refined;
+    let alike = alike.then(|| Alike::new(&from, &into));
     let rim = Rim::new(&into.raster);
     let side = (sweep::BLOCK / parts).max(1);
     let height = threads::band_rows(into.raster.rows, texels * cost, side);
@@ -181,7 +191,13 @@ fn convert_by<T: Texel>(
         let first = window.rows.start + number * height;
         let [coarse, followed] =
             [&coarse, &followed].map(|lattice| lattice.as_ref().unwrap_or(&from));
-        let mut sweep = Sweep::new([&from, followed, coarse], &into, varies, fast);
+        let mut cells = match &alike {
+            Some(alike) => Cells::Alike(alike, Room::default()),
+            None => {
+                let lattices = [&from, followed, coarse];
+                Cells::Sweep(Box::new(Sweep::new(lattices, &into, varies, fast)))
+            }
+        };
         let mut tallies = Tallies::new(image, filter, skipna, side * side);
         let rows = band.len() / (columns * channels);
         let at = (first, window.columns.clone());
@@ -208,15 +224,15 @@ fn convert_by<T: Texel>(
             tallies.clear();
             // Cells of a large texel come in blocks.
             let step = sweep::BLOCK;
-            let cells = |axis: usize| (low[axis] * parts..high[axis] * parts).step_by(step);
-            for y in cells(1) {
-                for x in cells(0) {
+            let starts = |axis: usize| (low[axis] * parts..high[axis] * parts).step_by(step);
+            for y in starts(1) {
+                for x in starts(0) {
                     let end = [
                         (x + step).min(high[0] * parts),
                         (y + step).min(high[1] * parts),
                     ];
                     let near = |face, low, high| fetch(&from, image, face, low, high);
-                    sweep.cells(face, [x, y], end, near, |[x, y], weights| {
+                    cells.each(face, [x, y], end, near, |[x, y], weights| {
                         let number = (y / parts - low[1]) * across + x / parts - low[0];
                         tallies.add(number, weights);
                     });
@@ -225,7 +241,7 @@ fn convert_by<T: Texel>(
             for Across { texel, owner } in rim.owned_within(low, high) {
                 let number = (owner[1] - low[1]) * across + owner[0] - low[0];
                 let [x, y] = texel.map(|k| k * parts);
-                sweep.cells(
+                cells.each(
                     face,
                     [x, y],
                     [x + parts, y + parts],
@@ -244,7 +260,7 @@ fn convert_by<T: Texel>(
                 }
             }
         });
-        sweep.count(tally);
+        cells.count(tally);
     };
     // Owners of texels across the rim are near, and may lie in other blocks.
     let mut needed = window.clone();
@@ -267,6 +283,37 @@ fn convert_by<T: Texel>(
             }
         }
     })
+}
+
+/// The cells of a target, and what they cover.
+enum Cells<'l, 'a> {
+    /// Of a map that is the source's.
+    Alike(&'l Alike<'l, 'a>, Room),
+    Sweep(Box<Sweep<'l, 'a>>),
+}
+
+impl Cells<'_, '_> {
+    /// Calls `emit` with each cell from `low` to before `high` on a face, and what it covers; and first, where that is not
+    /// known long before, `near` with boxes of the source's cells.
+    fn each(
+        &mut self,
+        face: usize,
+        low: [usize; 2],
+        high: [usize; 2],
+        near: impl Fn(usize, [usize; 2], [usize; 2]),
+        emit: impl FnMut([usize; 2], &[(usize, f64)]),
+    ) {
+        match self {
+            Cells::Alike(alike, room) => alike.cells(room, face, low, high, emit),
+            Cells::Sweep(sweep) => sweep.cells(face, low, high, near, emit),
+        }
+    }
+
+    fn count(&self, tally: &Tally) {
+        if let Cells::Sweep(sweep) = self {
+            sweep.count(tally);
+        }
+    }
 }
 
 /// The target's texels across its rim, by owner.
@@ -343,6 +390,11 @@ fn even(least: f64) -> usize {
         0 | 1 => 1,
         k => k.next_multiple_of(2),
     }
+}
+
+/// A power of two of parts, at least so many: sides whose ratio is one stay on each other.
+fn power(least: f64) -> usize {
+    (least.ceil() as usize).next_power_of_two()
 }
 
 /// Cells of a box that are fetched, at most.

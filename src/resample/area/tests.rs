@@ -95,6 +95,29 @@ fn both_paths_agree() {
     }
 }
 
+#[test]
+fn copies_in_another_size_are_those_of_the_general_path() {
+    for info in REGISTRY {
+        let p = map(info.name);
+        for (n, m) in [(24, 8), (20, 13), (9, 20), (70, 2)] {
+            let (from, into) = (shape_of_size(&p, n), shape_of_size(&p, m));
+            let [(best, counts), (general, _)] = [Path::Best, Path::General]
+                .map(|path| converted(path, (&p, &from), (&p, &into), None));
+            assert_eq!(counts, [0; 3], "{}", info.name);
+            let raster = Raster::new(&p, &into).unwrap();
+            for (k, (a, b)) in best.iter().zip(&general).enumerate() {
+                // What is left of a texel outside the rim may be a matter of rounding.
+                let near = (a - b).abs() < 2e-6 || (a.is_nan() && b.is_nan());
+                assert!(
+                    near || raster.has_rim(),
+                    "{} {n} {m} {k}: {a} {b}",
+                    info.name
+                );
+            }
+        }
+    }
+}
+
 /// The largest relative change of light that a sun of one texel can suffer, wherever it is, and what went which way.
 fn worst_sun(a: &str, n: usize, b: &str, m: usize, rotation: Option<DMat3>) -> (f64, [usize; 3]) {
     let (source, target) = (map(a), map(b));

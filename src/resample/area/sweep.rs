@@ -401,7 +401,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
                 Found::Smooth => batch.set(lane, cell.at, cell.on, cell.size),
                 // A crease is as rough in parts as it was.
                 Found::Rough(more)
-                    if parts < MOST_PARTS && (more <= 2 || 2 * more <= cell.wanted) =>
+                    if parts < MOST_PARTS && (more <= 2 || more <= cell.wanted / 2) =>
                 {
                     self.alone.push(Alone {
                         parts: (parts * more.min(4)).next_power_of_two(),

@@ -286,7 +286,7 @@ pub(crate) fn arrange_then(
     bytes: usize,
     source: (Arrangement, &[u8]),
     target: (Arrangement, &mut [u8]),
-    then: &(dyn Fn(&mut [u8]) + Sync),
+    then: arrange::Then<'_>,
 ) -> Result<(), Error> {
     let nested = [source.0, target.0].contains(&Arrangement::Nested);
     let order = if nested { Order::Nested } else { Order::Ring };

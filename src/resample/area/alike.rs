@@ -21,7 +21,7 @@ const NODE: f64 = 0.577_350_269_189_625_8;
 /// How far a sum of sizes may be from a cell's solid angle, relative: those of texels are no farther off, but for what cancels.
 const CLOSE: f64 = 1e-8;
 
-/// Cells of the source along the side of a cell of the target, at most, but where they do not fit.
+/// Cells of the source along the side of a cell of the target, at most; and parts of two more where edges do not lie on each other.
 pub(super) const MOST: f64 = 16.0;
 
 /// Whether both images are of one map and none is turned.

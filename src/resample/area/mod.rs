@@ -166,12 +166,10 @@ fn convert_by<T: Texel>(
     };
     let mut coarse = None;
     let mut followed = None;
-    let mut cost = COST;
     let mut varies = [[true; 2]; 2];
     if alike {
         let narrow = shorter_side(&from) / shorter_side(&into) / alike::MOST;
         (from, into) = (from.refine(1), into.refine(power(narrow)));
-        cost = CELL_COST * into.refined * into.refined;
     } else if fast {
         // The general path has texels as they are: around a blind spot it is the less exact the finer cells are.
         coarse = Some(from);
@@ -179,9 +177,13 @@ fn convert_by<T: Texel>(
         followed = Some(finer(source()?, traced::density::FEWEST));
         (from, into) = refined(source()?, into);
         varies = [Density::varies(&from), Density::varies(&into)];
-        cost = CELL_COST * into.refined * into.refined;
     }
     let parts = into.refined;
+    let cost = if alike || fast {
+        CELL_COST * parts * parts
+    } else {
+        COST
+    };
     let alike = alike.then(|| Alike::new(&from, &into));
     let rim = Rim::new(&into.raster);
     let side = (sweep::BLOCK / parts).max(1);

@@ -13,6 +13,12 @@ const SLOTS: usize = 1 << 10;
 /// A texel: its face, and its column and row, which may be beyond those of the image.
 pub(super) type Place = (usize, isize, isize);
 
+/// The one of so many slots that a place has: neighbors have others.
+pub(super) fn slot_of((face, i, j): Place, slots: usize) -> usize {
+    let number = 67 * face as isize + i + 37 * j;
+    number.rem_euclid(slots as isize) as usize
+}
+
 /// A place, and the stored texels with weights that it came to.
 type Slot = Option<(Place, Box<[(usize, f64)]>)>;
 
@@ -29,9 +35,7 @@ impl Continuations {
         mut each: impl FnMut(usize, f64),
     ) {
         let slots = (self.0).get_or_init(|| Box::new(from_fn(|_| Mutex::new(None))));
-        let (face, i, j) = place;
-        let number = 67 * face as isize + i + 37 * j;
-        let slot = &slots[number.rem_euclid(SLOTS as isize) as usize];
+        let slot = &slots[slot_of(place, SLOTS)];
         let mut slot = slot.lock().unwrap_or_else(PoisonError::into_inner);
         if !matches!(&*slot, Some((own, _)) if *own == place) {
             *slot = Some((place, find().into()));

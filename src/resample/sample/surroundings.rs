@@ -4,7 +4,7 @@
 //! found once, from the stored texels that stand for it (`border`), and kept for a while. With all stored texels and weights listed for
 //! each lookup, those along the edges of a cube of 1024² took a third of what its conversion by `lanczos3` did.
 
-use super::continuations::Place;
+use super::continuations::{Place, slot_of};
 use super::taps::Taps;
 use super::texture::Texture;
 use crate::image::texel::{Filtered, Texel};
@@ -12,7 +12,7 @@ use crate::number::real::Real;
 
 /// How many texels are kept, of so many numbers: a block of the target comes to fewer, and of more numbers it is no longer the
 /// finding that counts.
-fn slots_of(channels: usize) -> usize {
+fn slots_for(channels: usize) -> usize {
     ((1 << 12) / channels).clamp(1 << 6, 1 << 10)
 }
 
@@ -27,20 +27,19 @@ impl<T: Texel> Surroundings<T> {
 
     /// The value of a texel beyond an edge.
     #[inline(never)]
-    fn beyond(&mut self, texture: &Texture<'_, T>, (face, i, j): Place) -> &[T::Float] {
+    fn beyond(&mut self, texture: &Texture<'_, T>, place: Place) -> &[T::Float] {
         let slots = &mut self.0;
         if slots.is_empty() {
-            slots.resize_with(slots_of(texture.channels), || (None, Vec::new()));
+            slots.resize_with(slots_for(texture.channels), || (None, Vec::new()));
         }
-        let number = 67 * face as isize + i + 37 * j;
-        let slot = number.rem_euclid(slots.len() as isize) as usize;
-        let (own, kept) = &mut slots[slot];
-        if *own != Some((face, i, j)) {
-            let mut taps = Taps::new();
+        let number = slot_of(place, slots.len());
+        let (own, kept) = &mut slots[number];
+        if *own != Some(place) {
+            let (mut taps, (face, i, j)) = (Taps::new(), place);
             texture.beyond(&mut taps, face, i, j, 1.0);
             kept.resize(texture.channels, T::Float::ZERO);
             texture.weigh(&taps, kept);
-            *own = Some((face, i, j));
+            *own = Some(place);
         }
         kept
     }

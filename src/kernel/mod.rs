@@ -14,16 +14,17 @@
 //! What decided the shape, measured: 64 points a chunk (16 or 32 were 1.2 to 2 times slower, 256 slower
 //! again); a buffer that the caller of the dispatched function owns (made inside, it lost its alignment,
 //! 1.4×); software prefetch of source and target (0.80 → 1.20 of a copy); `#[inline(always)]` on
-//! everything below `run` (one missing made a kernel five times slower). Streaming stores did not help:
-//! below the cache's size they cost more than half.
+//! everything below `run` (one missing made a kernel five times slower). Large results go past the caches
+//! ([`stream`]).
 
 pub mod interrupt;
 pub mod memory;
 pub mod pages;
+pub mod stream;
 pub mod threads;
 pub mod tile;
 
-use crate::kernel::tile::{Rows, W};
+use crate::kernel::tile::{Parcel, Rows, W};
 use crate::kernel::tile::{TILE, Tile, Tuples, TuplesMut};
 use crate::number::math::Polynomials;
 use crate::number::real::Real;
@@ -112,6 +113,8 @@ pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
     const EVERY_LEVEL: bool = true;
     /// Whether f32 is computed in f32, and not in f64.
     const SINGLE: bool = true;
+    /// Whether it is compiled to write past the caches, too ([`stream`]).
+    const STREAMS: bool = false;
 
     /// One point.
     fn apply(self, x: [R; I]) -> [R; O];
@@ -183,6 +186,7 @@ impl<const I: usize, const O: usize> Frame<f64, I, O> {
 struct Scratch<R, const I: usize, const O: usize> {
     input: Rows<R, I>,
     output: Rows<R, O>,
+    parcel: Parcel<R, O>,
 }
 
 /// Instruction-set levels, weakest first.
@@ -373,6 +377,7 @@ pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     let mut scratch = Scratch {
         input: Rows([[zero; W]; I]),
         output: Rows([[zero; W]; O]),
+        parcel: Parcel([[zero; O]; W]),
     };
     // Of two that are in rows, whose ends mean nothing, or of one, the other tells how many there are.
     let count = input.len().min(output.len());
@@ -528,10 +533,19 @@ fn all<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     }
     // Copies: behind a reference they might change with each number that is stored.
     let (flip_in, flip_out) = (frame.input.negative, frame.output.negative);
+    let past = F::STREAMS && output.is_streamed();
     for number in 0..input.len().min(output.len()) / W {
         input.load(number, slot, flip_in, &mut scratch.input.0);
         chunk(point, frame, scratch);
-        output.store(number, order, flip_out, &scratch.output.0);
+        let Scratch {
+            output: Rows(rows),
+            parcel,
+            ..
+        } = scratch;
+        output.store(number, order, flip_out, rows, past.then_some(parcel));
+    }
+    if past {
+        stream::finish();
     }
 }
 
@@ -544,6 +558,7 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     let Scratch {
         input: Rows(input),
         output: Rows(output),
+        ..
     } = scratch;
     if F::DIRECTION_IN
         && let Some(matrix) = &frame.rotate_input

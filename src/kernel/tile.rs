@@ -6,6 +6,7 @@
 //! Nothing here panics or calls within a kernel's loop, which a test of the machine code would mistake for a formula that was
 //! not inlined: what does not fill a chunk is padded outside of the loop, and a plain copy of a row would be a call.
 
+use crate::kernel::stream;
 use crate::number::real::Real;
 
 /// Points a chunk.
@@ -23,6 +24,11 @@ const _: () = assert!(TILE.is_multiple_of(W));
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
 pub(crate) struct Rows<R, const N: usize>(pub [[R; W]; N]);
+
+/// A chunk of tuples one after the other, on its way past the caches.
+#[repr(C, align(64))]
+#[derive(Clone, Copy)]
+pub(crate) struct Parcel<R, const N: usize>(pub [[R; N]; W]);
 
 /// N numbers each of up to [`TILE`] points, a row for each number.
 #[derive(Clone, Copy, Debug)]
@@ -96,6 +102,8 @@ pub enum Tuples<'a, R, const N: usize> {
 pub enum TuplesMut<'a, R, const N: usize> {
     /// One after the other.
     Interleaved(&'a mut [[R; N]]),
+    /// One after the other, past the caches, at a place that streaming stores can write to.
+    Streamed(&'a mut [[R; N]]),
     /// A row for each component, of whole chunks: nobody asks what is written last.
     Rows([&'a mut [R]; N]),
 }
@@ -111,6 +119,16 @@ impl<'a, R, const N: usize> TuplesMut<'a, R, N> {
     /// Room for numbers, N a tuple.
     pub fn of(numbers: &'a mut [R]) -> Self {
         TuplesMut::Interleaved(numbers.as_chunks_mut().0)
+    }
+
+    /// The same, past the caches where that is asked for and the place allows it.
+    pub fn past_caches(numbers: &'a mut [R], past: bool) -> Self {
+        let tuples = numbers.as_chunks_mut().0;
+        if past && stream::fits(tuples) {
+            TuplesMut::Streamed(tuples)
+        } else {
+            TuplesMut::Interleaved(tuples)
+        }
     }
 }
 
@@ -199,15 +217,21 @@ impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {
         match self {
-            TuplesMut::Interleaved(tuples) => tuples.len(),
+            TuplesMut::Interleaved(tuples) | TuplesMut::Streamed(tuples) => tuples.len(),
             TuplesMut::Rows(rows) => rows[0].len(),
         }
+    }
+
+    /// Whether chunks of it can be written past the caches.
+    #[inline(always)]
+    pub(crate) fn is_streamed(&self) -> bool {
+        matches!(self, TuplesMut::Streamed(tuples) if stream::fits(tuples))
     }
 
     /// Takes n from rows, at most [`TILE`], to those from `first` on.
     pub(crate) fn write(&mut self, first: usize, n: usize, tile: &Tile<R, N>) {
         match self {
-            TuplesMut::Interleaved(tuples) => {
+            TuplesMut::Interleaved(tuples) | TuplesMut::Streamed(tuples) => {
                 for (k, tuple) in tuples[first..first + n].iter_mut().enumerate() {
                     for (number, row) in tuple.iter_mut().zip(&tile.0) {
                         *number = row[k];
@@ -226,6 +250,7 @@ impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
     pub(crate) fn again(&mut self) -> TuplesMut<'_, R, N> {
         match self {
             TuplesMut::Interleaved(tuples) => TuplesMut::Interleaved(tuples),
+            TuplesMut::Streamed(tuples) => TuplesMut::Streamed(tuples),
             TuplesMut::Rows(rows) => TuplesMut::Rows(rows.each_mut().map(|row| &mut **row)),
         }
     }
@@ -233,7 +258,7 @@ impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
     /// Calls `work` with room for a whole chunk, and takes over what belongs behind the first `first`.
     pub(crate) fn rest(&mut self, first: usize, work: impl FnOnce(TuplesMut<'_, R, N>)) {
         match self {
-            TuplesMut::Interleaved(tuples) => {
+            TuplesMut::Interleaved(tuples) | TuplesMut::Streamed(tuples) => {
                 let mut padded = [[R::ZERO; N]; W];
                 work(TuplesMut::Interleaved(&mut padded));
                 let rest = &mut tuples[first..];
@@ -247,7 +272,8 @@ impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
         }
     }
 
-    /// Writes a chunk: component k from row `order[k]`, negated where that is asked for.
+    /// Writes a chunk: component k from row `order[k]`, negated where that is asked for. By way of a parcel, past the caches:
+    /// one is for tuples that are [streamed](Self::is_streamed).
     #[inline(always)]
     pub(crate) fn store(
         &mut self,
@@ -255,16 +281,20 @@ impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
         order: [usize; N],
         negative: [bool; N],
         chunk: &[[R; W]; N],
+        past: Option<&mut Parcel<R, N>>,
     ) {
         let chunk: [&[R; W]; N] = std::array::from_fn(|k| &chunk[order[k] % N]);
         match self {
-            TuplesMut::Interleaved(tuples) => {
+            TuplesMut::Interleaved(tuples) | TuplesMut::Streamed(tuples) => {
                 if let Some(tuples) = tuples.as_chunks_mut::<W>().0.get_mut(number) {
-                    prefetch(tuples, TARGET_AHEAD);
-                    for i in 0..W {
-                        for k in 0..N {
-                            tuples[i][k] = chunk[k][i].negated_if(negative[k]);
-                        }
+                    // A loop for each: where the compiler does not see which of them is written to, it takes number by number.
+                    if let Some(Parcel(parcel)) = past {
+                        interleave(chunk, negative, parcel);
+                        // SAFETY: `fits` was asked of all tuples, by `is_streamed`, and a chunk begins at a multiple of its size.
+                        unsafe { stream::copy(parcel, tuples) };
+                    } else {
+                        prefetch(tuples, TARGET_AHEAD);
+                        interleave(chunk, negative, tuples);
                     }
                 }
             }
@@ -277,6 +307,20 @@ impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
                     }
                 }
             }
+        }
+    }
+}
+
+/// Rows, negated where that is asked for, to tuples.
+#[inline(always)]
+fn interleave<R: Real<Mask = bool>, const N: usize>(
+    rows: [&[R; W]; N],
+    negative: [bool; N],
+    tuples: &mut [[R; N]; W],
+) {
+    for i in 0..W {
+        for k in 0..N {
+            tuples[i][k] = rows[k][i].negated_if(negative[k]);
         }
     }
 }

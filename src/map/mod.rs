@@ -28,6 +28,7 @@ use crate::geometry::axes::{self, Axes, Rotation};
 use crate::geometry::solid_angle::Rect;
 use crate::geometry::world::World;
 use crate::kernel::Scalar;
+use crate::kernel::stream::{self, Room};
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, Tuples};
 use crate::map::conventions::Convention;
@@ -607,20 +608,35 @@ impl Map {
         directions: &[R],
         uv: &mut [R],
     ) {
+        self.encode_to(rotation, directions, uv, Room::Used);
+    }
+
+    /// The same, to memory that may be fresh.
+    pub(crate) fn encode_to<R: Scalar>(
+        &self,
+        rotation: Option<DMat3>,
+        directions: &[R],
+        uv: &mut [R],
+        room: Room,
+    ) {
         let turn = self.view_rotation(rotation);
         let width = self.uv_width();
-        let own = |input: &[R], output: &mut [R]| {
-            self.visit_canonical(EncodeOwn {
-                turn,
-                input,
-                output,
-            });
+        let past = room == Room::Used && stream::pays(directions, uv);
+        let own = |past_caches: bool| {
+            move |input: &[R], output: &mut [R]| {
+                self.visit_canonical(EncodeOwn {
+                    turn,
+                    input,
+                    output,
+                    past_caches,
+                });
+            }
         };
         threads::blocks(directions, 3, uv, width, |directions, uv| {
             if self.face_layout.is_canonical() {
-                return own(directions, uv);
+                return own(past)(directions, uv);
             }
-            layout::store(&self.face_layout, directions, uv, &own);
+            layout::store(&self.face_layout, directions, uv, &own(false));
         });
     }
 
@@ -631,19 +647,34 @@ impl Map {
         uv: &[R],
         directions: &mut [R],
     ) {
+        self.decode_to(rotation, uv, directions, Room::Used);
+    }
+
+    /// The same, to memory that may be fresh.
+    pub(crate) fn decode_to<R: Scalar>(
+        &self,
+        rotation: Option<DMat3>,
+        uv: &[R],
+        directions: &mut [R],
+        room: Room,
+    ) {
         let turn = self.view_rotation(rotation).inverse();
-        let own = |input: &[R], output: &mut [R]| {
-            self.visit_canonical(DecodeOwn {
-                turn,
-                input,
-                output,
-            });
+        let past = room == Room::Used && stream::pays(uv, directions);
+        let own = |past_caches: bool| {
+            move |input: &[R], output: &mut [R]| {
+                self.visit_canonical(DecodeOwn {
+                    turn,
+                    input,
+                    output,
+                    past_caches,
+                });
+            }
         };
         threads::blocks(uv, self.uv_width(), directions, 3, |uv, directions| {
             if self.face_layout.is_canonical() {
-                return own(uv, directions);
+                return own(past)(uv, directions);
             }
-            self.located::<R, R, 3>(uv, directions, own);
+            self.located::<R, R, 3>(uv, directions, own(false));
         });
     }
 
@@ -672,6 +703,7 @@ impl Map {
                 turn,
                 input,
                 output,
+                past_caches: false,
             });
         };
         threads::blocks(uv, self.uv_width(), jacobians, 6, |uv, jacobians| {

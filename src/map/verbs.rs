@@ -64,6 +64,7 @@ impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
     const HAS_NORMAL_FORM: bool = true;
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::SINGLE;
+    const STREAMS: bool = P::MEMORY_BOUND;
 
     #[inline(always)]
     fn apply(self, d: [R; 3]) -> [R; O] {
@@ -113,6 +114,7 @@ impl<P: Projection, R: Real, const I: usize, const WHERE: bool> Point<R, I, 3>
     const DIRECTION_OUT: bool = true;
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::SINGLE;
+    const STREAMS: bool = P::MEMORY_BOUND && WHERE == IN_IMAGE;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 3] {
@@ -234,6 +236,8 @@ macro_rules! own_verb {
             pub input: &'a [R],
             /// What comes out.
             pub output: &'a mut [R],
+            /// Whether that goes past the caches, if the verb is one that is held up by memory.
+            pub past_caches: bool,
         }
 
         impl<R: Scalar> Visitor for $verb<'_, R> {
@@ -241,11 +245,11 @@ macro_rules! own_verb {
             fn visit<P: Projection>(self, p: P) {
                 let (point, turn) = (($point)(p), self.turn);
                 if const { P::INFO.faces == 1 } {
-                    let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
-                    run::<R, _, $flat, $out>(point, &$frame(turn), input, output);
+                    let output = TuplesMut::past_caches(self.output, self.past_caches);
+                    run::<R, _, $flat, $out>(point, &$frame(turn), Tuples::of(self.input), output);
                 } else {
-                    let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
-                    run::<R, _, $wide, $wide_out>(point, &$frame(turn), input, output);
+                    let output = TuplesMut::past_caches(self.output, self.past_caches);
+                    run::<R, _, $wide, $wide_out>(point, &$frame(turn), Tuples::of(self.input), output);
                 }
             }
         }

@@ -87,6 +87,7 @@ impl Projection for Cube {
         smooth: true,
         ..Info::PLAIN
     };
+    const MEMORY_BOUND: bool = true;
 
     fn with_parameters(_: &[f64]) -> Self {
         Cube

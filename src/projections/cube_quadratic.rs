@@ -29,6 +29,7 @@ impl Warp for Quadratic {
         // |p| and |q|.
         creases: &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
     };
+    const MEMORY_BOUND: bool = true;
 
     fn density_range() -> (f64, f64) {
         let middle = 16.0 / 9.0;

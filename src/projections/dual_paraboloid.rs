@@ -34,6 +34,7 @@ impl Projection for DualParaboloid {
         smooth: true,
         ..Info::PLAIN
     };
+    const MEMORY_BOUND: bool = true;
 
     fn with_parameters(_: &[f64]) -> Self {
         DualParaboloid

@@ -38,6 +38,7 @@ impl Projection for Equisolid {
         smooth: true,
         ..Info::PLAIN
     };
+    const MEMORY_BOUND: bool = true;
 
     fn with_parameters(parameters: &[f64]) -> Self {
         let angle = parameters[0] / 360.0;

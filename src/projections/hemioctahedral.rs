@@ -29,6 +29,7 @@ impl Projection for Hemioctahedral {
         creases: &DIAGONALS,
         ..Info::PLAIN
     };
+    const MEMORY_BOUND: bool = true;
 
     fn with_parameters(_: &[f64]) -> Self {
         Hemioctahedral

@@ -60,6 +60,7 @@ impl Projection for Matcap {
         round_trip: (4.8e-4, 2.5e-8),
         ..Info::PLAIN
     };
+    const MEMORY_BOUND: bool = true;
 
     fn with_parameters(_: &[f64]) -> Self {
         Matcap

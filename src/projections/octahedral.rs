@@ -38,6 +38,7 @@ impl Projection for Octahedral {
         creases: &EDGES,
         ..Info::PLAIN
     };
+    const MEMORY_BOUND: bool = true;
 
     fn with_parameters(_: &[f64]) -> Self {
         Octahedral

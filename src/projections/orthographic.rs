@@ -45,6 +45,7 @@ impl Projection for Orthographic {
         round_trip: (4.8e-4, 2.5e-8),
         ..Info::PLAIN
     };
+    const MEMORY_BOUND: bool = true;
 
     fn with_parameters(parameters: &[f64]) -> Self {
         let angle = parameters[0] / 360.0;

@@ -80,6 +80,7 @@ impl Projection for Perspective {
         smooth: true,
         ..Info::PLAIN
     };
+    const MEMORY_BOUND: bool = true;
 
     fn with_parameters(parameters: &[f64]) -> Self {
         let (fov, aspect) = (parameters[0], parameters[1]);

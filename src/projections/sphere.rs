@@ -71,6 +71,7 @@ impl Projection for Sphere {
         round_trip: (1.2e-3, 6e-8),
         ..Info::PLAIN
     };
+    const MEMORY_BOUND: bool = true;
 
     fn with_parameters(_: &[f64]) -> Self {
         Sphere

@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::geometry::axes;
 use crate::image::raster::tuple;
 use crate::kernel::Scalar;
+use crate::kernel::stream::Room;
 use glam::DMat3;
 use numpy::{
     BorrowError, Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn,
@@ -213,6 +214,15 @@ fn new_array<'py, T: Element>(
             }
         })?;
     Ok(array.cast_into::<PyArrayDyn<T>>()?)
+}
+
+/// What is known of the memory of the array to write to.
+pub fn room(out: Option<&Bound<'_, PyAny>>) -> Room {
+    if out.is_some() {
+        Room::Used
+    } else {
+        Room::Fresh
+    }
 }
 
 /// The array to write to: `out` if it fits, else a new one.

@@ -203,8 +203,9 @@ impl PyProjection {
     ) -> PyResult<Bound<'py, PyAny>> {
         let map = &self.0;
         let reals = reals(directions, "directions", out)?;
+        let room = arrays::room(out);
         with_reals!(&reals, d => {
-            let work = |d: &[_], uv: &mut [_]| map.encode_numbers(None, d, uv);
+            let work = |d: &[_], uv: &mut [_]| map.encode_to(None, d, uv, room);
             points(py, d, "directions", 3, out, d.dtype(), &[map.uv_width()], work)
         })
     }
@@ -219,8 +220,9 @@ impl PyProjection {
     ) -> PyResult<Bound<'py, PyAny>> {
         let map = &self.0;
         let reals = reals(uv, "uv", out)?;
+        let room = arrays::room(out);
         with_reals!(&reals, uv => {
-            let work = |uv: &[_], result: &mut [_]| map.decode_numbers(None, uv, result);
+            let work = |uv: &[_], result: &mut [_]| map.decode_to(None, uv, result, room);
             points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3], work)
         })
     }

@@ -382,6 +382,25 @@ def test_huge_arrays_are_the_same_as_small_ones(case, dtype):
     assert np.array_equal(turned[::-1], uv, equal_nan=True)
 
 
+@pytest.mark.parametrize("name", ["octahedral", "cube", "matcap"])
+@pytest.mark.parametrize("first", [0, 1])
+def test_what_caches_do_not_hold_is_the_same_in_used_memory(name, first):
+    # From 48 MiB on, results in memory of the caller go past the caches where the place allows it:
+    # the first does, the second does not.
+    p = sm.projection(name)
+    n = 1_350_007
+    d = np.resize(random_directions(10_007, 131), (n, 3))
+    uv = p.encode(d)
+    room = np.full(uv.size + 8, 7.0)
+    out = room[first : first + uv.size].reshape(uv.shape)
+    assert np.array_equal(p.encode(d, out=out), uv, equal_nan=True)
+    assert (room[:first] == 7).all() and (room[first + uv.size :] == 7).all()
+    room = np.full(d.size + 8, 7.0)
+    out = room[first : first + d.size].reshape(d.shape)
+    assert np.array_equal(p.decode(uv, out=out), p.decode(uv), equal_nan=True)
+    assert (room[:first] == 7).all() and (room[first + d.size :] == 7).all()
+
+
 @each(DEFAULTS)
 def test_rotation_of_encode_and_decode(case):
     p = case.make()

@@ -20,6 +20,9 @@ pub trait Warp: Copy + Debug + Send + Sync + 'static {
     /// Claims that are its own.
     const NAMES: Names;
 
+    /// As for a projection.
+    const MEMORY_BOUND: bool = false;
+
     /// Smallest and largest dω/(du dv).
     fn density_range() -> (f64, f64);
 
@@ -83,6 +86,7 @@ impl<W: Warp> Projection for Warped<W> {
         creases: W::NAMES.creases,
         ..Info::PLAIN
     };
+    const MEMORY_BOUND: bool = W::MEMORY_BOUND;
 
     fn with_parameters(_: &[f64]) -> Self {
         Warped(std::marker::PhantomData)

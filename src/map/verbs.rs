@@ -11,7 +11,7 @@
 
 use crate::geometry::axes::Rotation;
 use crate::kernel;
-use crate::kernel::tile::{TILE, Tile, Tuples, TuplesMut};
+use crate::kernel::tile::{TILE, Tile, Tuples, TuplesMut, W};
 use crate::kernel::{Frame, Point, Scalar, SignedPermutation, vectorize};
 use crate::number::real::{Normal, Real, max};
 use crate::projections::projection::Visitor;
@@ -85,40 +85,18 @@ impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
     }
 }
 
-/// Where a formula answers: everywhere, or in the valid image alone and NaN elsewhere.
-///
-/// For each there is a kernel. Told at run time, it made a density of few steps, and decoding in f64, up to a quarter slower.
-const EVERYWHERE: bool = true;
-const IN_IMAGE: bool = false;
-
-/// Numbers where they are asked for, and NaN elsewhere.
-#[inline(always)]
-fn only<P: Projection, R: Real, const N: usize, const WHERE: bool>(
-    p: P,
-    at: Uv<R>,
-    x: [R; N],
-) -> [R; N] {
-    if WHERE == EVERYWHERE {
-        x
-    } else {
-        only_if(p.contains(at), x)
-    }
-}
-
 #[derive(Clone, Copy)]
-struct Decode<P, const WHERE: bool>(P);
+struct Decode<P>(P);
 
-impl<P: Projection, R: Real, const I: usize, const WHERE: bool> Point<R, I, 3>
-    for Decode<P, WHERE>
-{
+impl<P: Projection, R: Real, const I: usize> Point<R, I, 3> for Decode<P> {
     const DIRECTION_OUT: bool = true;
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::SINGLE;
-    const STREAMS: bool = P::MEMORY_BOUND && WHERE == IN_IMAGE;
+    const STREAMS: bool = P::MEMORY_BOUND;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 3] {
-        only::<P, R, 3, WHERE>(self.0, uv(x), self.0.decode(uv(x)))
+        only_if(self.0.contains(uv(x)), self.0.decode(uv(x)))
     }
 }
 
@@ -138,17 +116,33 @@ impl<P: Projection, R: Real, const I: usize> Point<R, I, 6> for Jacobian<P> {
 }
 
 #[derive(Clone, Copy)]
-struct Density<P, const WHERE: bool>(P);
+struct Density<P>(P);
 
-impl<P: Projection, R: Real, const I: usize, const WHERE: bool> Point<R, I, 1>
-    for Density<P, WHERE>
-{
+impl<P: Projection, R: Real, const I: usize> Point<R, I, 1> for Density<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::COMMON;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 1] {
-        only::<P, R, 1, WHERE>(self.0, uv(x), [self.0.density(uv(x))])
+        only_if(self.0.contains(uv(x)), [self.0.density(uv(x))])
+    }
+}
+
+/// Puts what a formula gives outside the valid image where a kernel gave NaN, among the first n of a tile.
+///
+/// Few places are there. Kernels of their own, without the NaN, were a twentieth of the library.
+fn beyond<const N: usize>(found: &mut Tile<f64, N>, n: usize, formula: impl Fn(usize) -> [f64; N]) {
+    for first in (0..n).step_by(W) {
+        let last = n.min(first + W);
+        // All of them are looked at, which makes lanes: most have none.
+        let any = |any, x: &f64| any | x.is_nan();
+        if found.0[0][first..last].iter().fold(false, any) {
+            for k in first..last {
+                if found.0[0][k].is_nan() {
+                    found.set(k, formula(k));
+                }
+            }
+        }
     }
 }
 
@@ -262,7 +256,7 @@ own_verb! {
 }
 own_verb! {
     /// The projection's own coordinates to world directions.
-    DecodeOwn: Decode::<P, IN_IMAGE>, frame_out, 2 => 3, 3 => 3
+    DecodeOwn: Decode, frame_out, 2 => 3, 3 => 3
 }
 own_verb! {
     /// ∂d/∂(u, v) in the world at the projection's own coordinates, six numbers each.
@@ -280,7 +274,7 @@ pub struct DensityOwn<'a, R> {
 impl<R: Scalar> Visitor for DensityOwn<'_, R> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
-        let point = Density::<P, IN_IMAGE>(p);
+        let point = Density(p);
         let (input, output) = (self.input, TuplesMut::of(self.output));
         if const { P::INFO.faces == 1 } {
             run::<R, _, 2, 1>(point, &Frame::plain(), Tuples::of(input), output);
@@ -346,15 +340,21 @@ pub struct ContinuedCanonical<'a> {
 impl Visitor for ContinuedCanonical<'_> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
-        let point = Decode::<P, EVERYWHERE>(p);
+        let point = Decode(p);
         if const { P::INFO.faces > 1 } {
-            let (input, output) = (Tuples::of(self.input), TuplesMut::of(self.output));
-            run::<f64, _, 3, 3>(point, &Frame::plain(), input, output);
+            let output = TuplesMut::of(&mut *self.output);
+            run::<f64, _, 3, 3>(point, &Frame::plain(), Tuples::of(self.input), output);
         } else {
             narrowed::<f64, 3>(self.input, self.output, |input, output| {
                 let (input, output) = (Tuples::of(input), TuplesMut::of(output));
                 run::<f64, _, 2, 3>(point, &Frame::plain(), input, output);
             });
+        }
+        let places = self.input.as_chunks::<3>().0.iter();
+        for (d, &[u, v, face]) in self.output.as_chunks_mut::<3>().0.iter_mut().zip(places) {
+            if d[0].is_nan() {
+                *d = one::decode(p, Uv { u, v, face });
+            }
         }
     }
 }
@@ -394,8 +394,8 @@ pub struct DecodeTile<'a, R> {
     pub output: TuplesMut<'a, R, 3>,
 }
 
-fn decode_tile<P: Projection, R: Scalar, const WHERE: bool>(
-    point: Decode<P, WHERE>,
+fn decode_tile<P: Projection, R: Scalar>(
+    point: Decode<P>,
     turn: Rotation,
     input: &Tile<R, 3>,
     output: TuplesMut<'_, R, 3>,
@@ -411,7 +411,7 @@ fn decode_tile<P: Projection, R: Scalar, const WHERE: bool>(
 impl<R: Scalar> Visitor for DecodeTile<'_, R> {
     type Output = ();
     fn visit<P: Projection>(self, p: P) {
-        decode_tile(Decode::<P, IN_IMAGE>(p), self.turn, self.input, self.output);
+        decode_tile(Decode(p), self.turn, self.input, self.output);
     }
 }
 
@@ -479,7 +479,7 @@ pub struct DecodeOne<R>(pub [R; 3]);
 impl<R: Real> Visitor for DecodeOne<R> {
     type Output = [R; 3];
     fn visit<P: Projection>(self, p: P) -> [R; 3] {
-        Decode::<P, IN_IMAGE>(p).apply(self.0)
+        Decode(p).apply(self.0)
     }
 }
 
@@ -535,13 +535,14 @@ impl Visitor for DrawTile<'_> {
         let mut at = Tile([*left, *top, *face]);
         let mut densities = [Tile::new(), Tile::new()];
         let find = |at: &Tile<f64, 3>, densities: &mut Tile<f64, 1>| {
-            let (point, n) = (Density::<P, EVERYWHERE>(p), self.count);
-            let densities = densities.first_mut(n);
+            let (point, n) = (Density(p), self.count);
+            let output = densities.first_mut(n);
             if const { P::INFO.faces > 1 } {
-                run::<f64, _, 3, 1>(point, &Frame::plain(), at.first(n), densities);
+                run::<f64, _, 3, 1>(point, &Frame::plain(), at.first(n), output);
             } else {
-                run::<f64, _, 2, 1>(point, &Frame::plain(), at.first_pairs(n), densities);
+                run::<f64, _, 2, 1>(point, &Frame::plain(), at.first_pairs(n), output);
             }
+            beyond(densities, n, |k| [one::density(p, uv(at.at(k)))]);
         };
         let mut share = *down;
         if !P::INFO.equal_area {
@@ -565,7 +566,10 @@ impl Visitor for DrawTile<'_> {
         }
         between(left, right, &share, &mut at.0[0]);
         let output = self.output.first_mut(self.count);
-        decode_tile(Decode::<P, EVERYWHERE>(p), self.turn, &at, output);
+        decode_tile(Decode(p), self.turn, &at, output);
+        beyond(self.output, self.count, |k| {
+            self.turn.apply(one::decode(p, uv(at.at(k))))
+        });
     }
 }
 

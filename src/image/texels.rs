@@ -200,6 +200,7 @@ impl SolidAngles {
                     *out = one(first + k);
                 }
             }
+            Some((_, columns)) if columns.len() == 1 => out.fill(one(columns[0])),
             Some((which, columns)) => {
                 let known: Vec<f64> = columns.iter().map(|&i| one(i)).collect();
                 for (out, which) in out.iter_mut().zip(&which[first..]) {

@@ -113,7 +113,7 @@ impl PyHalving {
                 part,
                 channels,
             };
-            stoppable(py, || self.halving.fill(held, window, out))?;
+            stoppable(py, || self.halving.fill(held, window, &mut Vec::new(), out))?;
         }
         finish(array, true)
     }

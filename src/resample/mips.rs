@@ -74,6 +74,7 @@ pub(crate) fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T:
     } else {
         (BAND / fine.width).max(1).min(coarse.rows)
     };
+    let mut room = Vec::new();
     for (k, out) in out.chunks_mut(rows * coarse.columns * channels).enumerate() {
         let first = k * rows;
         let end = (first + rows).min(coarse.rows);
@@ -82,7 +83,7 @@ pub(crate) fn half<T: Texel>(image: &ImageView<'_, T>) -> Result<Option<Level<T:
             columns: 0..coarse.columns,
         };
         let [start, end] = [first, end].map(|row| row as f64 / coarse.rows as f64);
-        interrupt::part(start, end, || halving.fill(held, &band, out))?;
+        interrupt::part(start, end, || halving.fill(held, &band, &mut room, out))?;
     }
     Ok(Some((halving.shape, out)))
 }

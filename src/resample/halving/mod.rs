@@ -23,6 +23,8 @@ use crate::resample::window::Window;
 use pairs::{Covered, Pairs};
 use std::cmp::Ordering;
 use std::ops::Range;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// How a level of an image becomes the next one.
 pub(crate) struct Halving {
@@ -56,11 +58,13 @@ pub(crate) struct Held<'a, T> {
 type Rect = [Range<usize>; 2];
 
 /// The solid angles of a rectangle of a face.
-struct Cells {
+struct Cells<'r> {
     /// The columns of a face of the next level that cover it.
     columns: Range<usize>,
     rect: Rect,
-    solid_angles: Vec<f64>,
+    solid_angles: &'r [f64],
+    /// Whether all are above 0.
+    lit: bool,
 }
 
 /// The shape of the next level of an image of this shape, without channels; none where it cannot be made smaller.
@@ -158,11 +162,13 @@ impl Halving {
         })
     }
 
-    /// Fills a window of the next level, of zeros, from what it needs of this one.
+    /// Fills a window of the next level, of zeros, from what it needs of this one. `room` is memory for solid angles, which windows
+    /// that follow each other share.
     pub(crate) fn fill<T: Texel>(
         &self,
         held: Held<'_, T>,
         window: &Window,
+        room: &mut Vec<f64>,
         out: &mut [T::Float],
     ) -> Result<(), Error> {
         let Held {
@@ -170,7 +176,7 @@ impl Halving {
             part,
             channels,
         } = held;
-        let cells = self.cells(window)?;
+        let cells = self.cells(window, room)?;
         let weight = |x: usize, y: usize| {
             let [xs, ys] = &cells.rect;
             if xs.contains(&x) && ys.contains(&y) {
@@ -209,8 +215,7 @@ impl Halving {
                 }
             }
         };
-        let lit = cells.solid_angles.iter().all(|x| *x > 0.0);
-        let plain = lit && !has_rim && self.moved.is_empty();
+        let plain = cells.lit && !has_rim && self.moved.is_empty();
         let pairs = Pairs::new(&self.across, cells.columns.clone()).filter(|_| plain);
         let by_pairs = |face: usize, [i, j]: [usize; 2], out: &mut [T::Float]| {
             let view = &views[face];
@@ -318,7 +323,7 @@ impl Halving {
     }
 
     /// The solid angles of all that a window of the next level covers, which are alike on all faces.
-    fn cells(&self, window: &Window) -> Result<Cells, Error> {
+    fn cells<'r>(&self, window: &Window, room: &'r mut Vec<f64>) -> Result<Cells<'r>, Error> {
         let mut all: Option<Rect> = None;
         let mut columns: Option<Range<usize>> = None;
         for rect in self.faces(window).into_iter().flatten() {
@@ -331,17 +336,26 @@ impl Halving {
         }
         let rect = all.unwrap_or([0..0, 0..0]);
         let (wide, high) = (rect[0].len(), rect[1].len());
-        expect_room::<f64>(wide * high)?;
-        let mut solid_angles = vec![0.0; wide * high];
+        if room.len() < wide * high {
+            expect_room::<f64>(wide * high)?;
+            *room = vec![0.0; wide * high];
+        }
+        let solid_angles = &mut room[..wide * high];
+        let lit = AtomicBool::new(true);
         let (map, fine) = (&self.map, &self.fine);
-        threads::rows(&mut solid_angles, wide, wide * high * 16, |row, out| {
+        threads::rows(solid_angles, wide, wide * high * 16, |row, out| {
             let (j, first) = (rect[1].start + row, rect[0].start);
             self.solid_angles.row(map, fine, j, first, out);
+            // All of them are looked at, which makes lanes.
+            if !out.iter().fold(true, |all, x| all & (*x > 0.0)) {
+                lit.store(false, Relaxed);
+            }
         });
         Ok(Cells {
             columns: columns.unwrap_or(0..0),
             rect,
             solid_angles,
+            lit: lit.into_inner(),
         })
     }
 }
@@ -482,7 +496,7 @@ mod tests {
                 channels: 2,
             };
             let mut made = vec![0.0; 2 * window.texels()];
-            halving.fill(held, &window, &mut made).unwrap();
+            halving.fill(held, &window, &mut Vec::new(), &mut made).unwrap();
             let wanted = of(whole, coarse.columns, &window);
             prop_assert!(made.iter().zip(&wanted).all(|(a, b)| a.to_bits() == b.to_bits()));
         }
@@ -510,7 +524,9 @@ mod tests {
                 columns: 0..8,
             };
             let mut made = vec![0.0; 4 * 8 * channels];
-            halving.fill(held, &window, &mut made).unwrap();
+            halving
+                .fill(held, &window, &mut Vec::new(), &mut made)
+                .unwrap();
             assert!(Pairs::new(&halving.across, 0..8).is_some());
             for (k, made) in made.iter().enumerate() {
                 let (texel, c) = (k / channels, k % channels);

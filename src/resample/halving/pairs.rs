@@ -6,6 +6,7 @@
 use crate::image::texel::Texel;
 use crate::kernel::{Scalar, vectorize};
 use crate::number::real::Real;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Texels that are summed together: what is known of them stays in the nearest cache.
@@ -60,23 +61,110 @@ pub(super) fn fill<T: Texel>(
     vectorize(
         #[inline(always)]
         || match channels {
-            1 => fill_of::<T, 1>(1, parts, rows, out),
-            3 => fill_of::<T, 3>(3, parts, rows, out),
-            4 => fill_of::<T, 4>(4, parts, rows, out),
-            channels => fill_of::<T, 0>(channels, parts, rows, out),
+            1 => fill_planes::<T, 1>(parts, rows, out),
+            3 => fill_planes::<T, 3>(parts, rows, out),
+            4 => fill_planes::<T, 4>(parts, rows, out),
+            channels => fill_numbers(channels, parts, rows, out),
         },
     );
 }
 
-/// CHANNELS is 0 where their number is known at run time only.
+/// What some texels are made of: of each channel a row, so that texels become lanes.
+struct Planes<const CHANNELS: usize> {
+    weights: [f64; TOGETHER],
+    /// The first value that a texel covers.
+    first: [[f64; TOGETHER]; CHANNELS],
+    /// The sum of what the others differ by.
+    sums: [[f64; TOGETHER]; CHANNELS],
+}
+
+/// By a number of channels that is known here.
 #[inline(always)]
-fn fill_of<T: Texel, const CHANNELS: usize>(
-    channels: usize,
+fn fill_planes<T: Texel, const CHANNELS: usize>(
     parts: &[[f64; 2]],
     rows: &[Covered<'_, T>],
     out: &mut [T::Float],
 ) {
-    let n = if CHANNELS > 0 { CHANNELS } else { channels };
+    let out = out.as_chunks_mut::<CHANNELS>().0;
+    let chunks = parts.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER));
+    for (chunk, (parts, out)) in chunks.enumerate() {
+        let mut planes = Planes {
+            weights: [0.0; TOGETHER],
+            first: [[0.0; TOGETHER]; CHANNELS],
+            sums: [[0.0; TOGETHER]; CHANNELS],
+        };
+        let own = TOGETHER * chunk..TOGETHER * chunk + parts.len();
+        let parts = padded(parts);
+        for (number, row) in rows.iter().enumerate() {
+            let pairs = &row.texels.as_chunks::<CHANNELS>().0.as_chunks::<2>().0[own.clone()];
+            let solid_angles = &row.solid_angles.as_chunks::<2>().0[own.clone()];
+            let covered = (&*padded(solid_angles), &*parts, row.part);
+            planes.add(number == 0, &padded(pairs), covered);
+        }
+        planes.write::<T>(out);
+    }
+}
+
+/// As many as are summed together, of which the last ones may mean nothing.
+#[inline(always)]
+fn padded<A: Copy>(items: &[A]) -> Cow<'_, [A; TOGETHER]> {
+    if let Some(whole) = items.first_chunk() {
+        return Cow::Borrowed(whole);
+    }
+    let mut room = [items[0]; TOGETHER];
+    room[..items.len()].copy_from_slice(items);
+    Cow::Owned(room)
+}
+
+impl<const CHANNELS: usize> Planes<CHANNELS> {
+    /// Adds what the texels cover of a row: pairs of its texels, their solid angles, which part of the columns and of the row is covered.
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "rows in step")]
+    fn add<T: Texel>(
+        &mut self,
+        begin: bool,
+        pairs: &[[[T; CHANNELS]; 2]; TOGETHER],
+        (solid_angles, parts, part): (&[[f64; 2]; TOGETHER], &[[f64; 2]; TOGETHER], f64),
+    ) {
+        if begin {
+            for k in 0..TOGETHER {
+                for c in 0..CHANNELS {
+                    self.first[c][k] = pairs[k][0][c].load().to_f64();
+                }
+            }
+        }
+        for k in 0..TOGETHER {
+            for side in 0..2 {
+                let own = solid_angles[k][side] * parts[k][side] * part;
+                self.weights[k] += own;
+                for c in 0..CHANNELS {
+                    let more = pairs[k][side][c].load().to_f64() - self.first[c][k];
+                    self.sums[c][k] += own * more;
+                }
+            }
+        }
+    }
+
+    /// Writes the means.
+    #[inline(always)]
+    fn write<T: Texel>(&self, out: &mut [[T::Float; CHANNELS]]) {
+        for (k, out) in out.iter_mut().enumerate().take(TOGETHER) {
+            for (c, out) in out.iter_mut().enumerate() {
+                let mean = self.first[c][k] + self.sums[c][k] / self.weights[k];
+                *out = <T::Float as Real>::new(mean);
+            }
+        }
+    }
+}
+
+/// By any number of channels.
+#[inline(always)]
+fn fill_numbers<T: Texel>(
+    n: usize,
+    parts: &[[f64; 2]],
+    rows: &[Covered<'_, T>],
+    out: &mut [T::Float],
+) {
     // For each number the first value, and the sum of what the others differ by.
     let (mut first, mut sums) = (vec![0.0; TOGETHER * n], vec![0.0; TOGETHER * n]);
     let chunks = parts.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER * n));

@@ -38,7 +38,7 @@ def target(name: str, kind: str, level: str) -> float | None:
     return {
         ("f32", "avx512"): 0.9 if hard else 1.0,
         ("f32", "avx2"): 0.8 if hard else 0.85,
-        ("f64", "avx512"): 0.75 if hard else 0.9,
+        ("f64", "avx512"): 0.85 if hard else 0.9,
     }.get((kind, level))
 
 

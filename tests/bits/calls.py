@@ -106,9 +106,7 @@ def images(inputs: Arrays) -> Iterator[Call]:
                     f"sample {f}: {what} {dtype}",
                     lambda x=x, p=p, f=f: p.sample(x, unit, filter=f),
                 )
-            # What a cell covers, which takes nearly all of the time, is the same for every type.
-            some = ("bilinear", "area") if dtype == "float32" else ("bilinear",)
-            for f in CONVERTS if plain else some:
+            for f in CONVERTS if plain else ("bilinear", "area"):
                 # Those of labels have one channel.
                 y = np.ascontiguousarray(x[..., 0]) if f in LABELS else x
                 yield (

@@ -186,7 +186,6 @@ impl<const I: usize, const O: usize> Frame<f64, I, O> {
 struct Scratch<R, const I: usize, const O: usize> {
     input: Rows<R, I>,
     output: Rows<R, O>,
-    parcel: Parcel<R, O>,
 }
 
 /// Instruction-set levels, weakest first.
@@ -349,6 +348,8 @@ struct Run<'a, R, F, const I: usize, const O: usize> {
     input: Tuples<'a, R, I>,
     output: TuplesMut<'a, R, O>,
     scratch: &'a mut Scratch<R, I, O>,
+    /// Where chunks are put together that go past the caches.
+    parcel: Option<&'a mut Parcel<R, O>>,
 }
 
 impl<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize> Job for Run<'_, R, F, I, O> {
@@ -362,6 +363,7 @@ impl<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize> Job for Run<'
             self.input,
             self.output,
             self.scratch,
+            self.parcel,
         );
     }
 }
@@ -377,7 +379,6 @@ pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     let mut scratch = Scratch {
         input: Rows([[zero; W]; I]),
         output: Rows([[zero; W]; O]),
-        parcel: Parcel([[zero; O]; W]),
     };
     // Of two that are in rows, whose ends mean nothing, or of one, the other tells how many there are.
     let count = input.len().min(output.len());
@@ -402,12 +403,18 @@ fn chunks<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     output: TuplesMut<'_, R, O>,
     scratch: &mut Scratch<R, I, O>,
 ) {
+    // Not made where it is not wanted: small calls would clear as much again.
+    let mut parcel = None;
+    if F::STREAMS && output.is_streamed() {
+        parcel = Some(Parcel([[R::default(); O]; W]));
+    }
     let job = Run {
         point,
         frame,
         input,
         output,
         scratch,
+        parcel: parcel.as_mut(),
     };
     if const { F::EVERY_LEVEL } {
         dispatch(job);
@@ -520,6 +527,7 @@ fn all<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     input: Tuples<'_, R, I>,
     mut output: TuplesMut<'_, R, O>,
     scratch: &mut Scratch<R, I, O>,
+    parcel: Option<&mut Parcel<R, O>>,
 ) {
     let mut slot: [usize; I] = std::array::from_fn(|k| k);
     if F::DIRECTION_IN {
@@ -533,18 +541,15 @@ fn all<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     }
     // Copies: behind a reference they might change with each number that is stored.
     let (flip_in, flip_out) = (frame.input.negative, frame.output.negative);
-    let past = F::STREAMS && output.is_streamed();
+    // Without this there are stores past the caches in every kernel.
+    let mut parcel = parcel.filter(|_| F::STREAMS);
     for number in 0..input.len().min(output.len()) / W {
         input.load(number, slot, flip_in, &mut scratch.input.0);
         chunk(point, frame, scratch);
-        let Scratch {
-            output: Rows(rows),
-            parcel,
-            ..
-        } = scratch;
-        output.store(number, order, flip_out, rows, past.then_some(parcel));
+        let parcel = parcel.as_deref_mut();
+        output.store(number, order, flip_out, &scratch.output.0, parcel);
     }
-    if past {
+    if parcel.is_some() {
         stream::finish();
     }
 }
@@ -558,7 +563,6 @@ fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     let Scratch {
         input: Rows(input),
         output: Rows(output),
-        ..
     } = scratch;
     if F::DIRECTION_IN
         && let Some(matrix) = &frame.rotate_input

@@ -102,7 +102,7 @@ pub enum Tuples<'a, R, const N: usize> {
 pub enum TuplesMut<'a, R, const N: usize> {
     /// One after the other.
     Interleaved(&'a mut [[R; N]]),
-    /// One after the other, past the caches, at a place that streaming stores can write to.
+    /// One after the other, past the caches where the place allows it.
     Streamed(&'a mut [[R; N]]),
     /// A row for each component, of whole chunks: nobody asks what is written last.
     Rows([&'a mut [R]; N]),
@@ -121,10 +121,10 @@ impl<'a, R, const N: usize> TuplesMut<'a, R, N> {
         TuplesMut::Interleaved(numbers.as_chunks_mut().0)
     }
 
-    /// The same, past the caches where that is asked for and the place allows it.
+    /// The same, past the caches if that is asked for.
     pub fn past_caches(numbers: &'a mut [R], past: bool) -> Self {
         let tuples = numbers.as_chunks_mut().0;
-        if past && stream::fits(tuples) {
+        if past {
             TuplesMut::Streamed(tuples)
         } else {
             TuplesMut::Interleaved(tuples)
@@ -222,8 +222,7 @@ impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
         }
     }
 
-    /// Whether chunks of it can be written past the caches.
-    #[inline(always)]
+    /// Whether whole chunks are to be written past the caches, and can be.
     pub(crate) fn is_streamed(&self) -> bool {
         matches!(self, TuplesMut::Streamed(tuples) if stream::fits(tuples))
     }

@@ -622,21 +622,21 @@ impl Map {
         let turn = self.view_rotation(rotation);
         let width = self.uv_width();
         let past = room == Room::Used && stream::pays(directions, uv);
-        let own = |past_caches: bool| {
-            move |input: &[R], output: &mut [R]| {
-                self.visit_canonical(EncodeOwn {
-                    turn,
-                    input,
-                    output,
-                    past_caches,
-                });
-            }
+        let own = |input: &[R], output: &mut [R], past_caches: bool| {
+            self.visit_canonical(EncodeOwn {
+                turn,
+                input,
+                output,
+                past_caches,
+            });
         };
         threads::blocks(directions, 3, uv, width, |directions, uv| {
             if self.face_layout.is_canonical() {
-                return own(past)(directions, uv);
+                return own(directions, uv, past);
             }
-            layout::store(&self.face_layout, directions, uv, &own(false));
+            layout::store(&self.face_layout, directions, uv, &|d, uv| {
+                own(d, uv, false)
+            });
         });
     }
 
@@ -660,21 +660,19 @@ impl Map {
     ) {
         let turn = self.view_rotation(rotation).inverse();
         let past = room == Room::Used && stream::pays(uv, directions);
-        let own = |past_caches: bool| {
-            move |input: &[R], output: &mut [R]| {
-                self.visit_canonical(DecodeOwn {
-                    turn,
-                    input,
-                    output,
-                    past_caches,
-                });
-            }
+        let own = |input: &[R], output: &mut [R], past_caches: bool| {
+            self.visit_canonical(DecodeOwn {
+                turn,
+                input,
+                output,
+                past_caches,
+            });
         };
         threads::blocks(uv, self.uv_width(), directions, 3, |uv, directions| {
             if self.face_layout.is_canonical() {
-                return own(past)(uv, directions);
+                return own(uv, directions, past);
             }
-            self.located::<R, R, 3>(uv, directions, own(false));
+            self.located::<R, R, 3>(uv, directions, |uv, d| own(uv, d, false));
         });
     }
 

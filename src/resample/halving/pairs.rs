@@ -6,6 +6,7 @@
 use crate::image::texel::Texel;
 use crate::kernel::{Scalar, vectorize};
 use crate::number::real::Real;
+use std::array::from_fn;
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -61,10 +62,14 @@ pub(super) fn fill<T: Texel>(
     vectorize(
         #[inline(always)]
         || match channels {
-            1 => fill_planes::<T, 1>(parts, rows, out),
-            3 => fill_planes::<T, 3>(parts, rows, out),
-            4 => fill_planes::<T, 4>(parts, rows, out),
-            channels => fill_numbers(channels, parts, rows, out),
+            1 => fill_all::<T, 1>(parts, rows, out),
+            3 => fill_all::<T, 3>(parts, rows, out),
+            4 => fill_all::<T, 4>(parts, rows, out),
+            channels => {
+                for channel in 0..channels {
+                    fill_one(channel, channels, parts, rows, out);
+                }
+            }
         },
     );
 }
@@ -78,30 +83,73 @@ struct Planes<const CHANNELS: usize> {
     sums: [[f64; TOGETHER]; CHANNELS],
 }
 
-/// By a number of channels that is known here.
+/// Pairs of texels, or of some numbers of each.
+type Together<T, const CHANNELS: usize> = [[[T; CHANNELS]; 2]; TOGETHER];
+
+/// All channels, of a number that is known here.
 #[inline(always)]
-fn fill_planes<T: Texel, const CHANNELS: usize>(
+fn fill_all<T: Texel, const CHANNELS: usize>(
     parts: &[[f64; 2]],
     rows: &[Covered<'_, T>],
     out: &mut [T::Float],
 ) {
-    let out = out.as_chunks_mut::<CHANNELS>().0;
-    let chunks = parts.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER));
-    for (chunk, (parts, out)) in chunks.enumerate() {
+    fill_planes::<T, CHANNELS>(
+        parts,
+        rows,
+        #[inline(always)]
+        |texels, own| padded(&texels.as_chunks::<CHANNELS>().0.as_chunks::<2>().0[own]),
+        out.as_chunks_mut::<CHANNELS>().0.iter_mut(),
+    );
+}
+
+/// One channel of any number of them.
+#[inline(always)]
+fn fill_one<T: Texel>(
+    channel: usize,
+    channels: usize,
+    parts: &[[f64; 2]],
+    rows: &[Covered<'_, T>],
+    out: &mut [T::Float],
+) {
+    fill_planes::<T, 1>(
+        parts,
+        rows,
+        #[inline(always)]
+        |texels, own| {
+            let number = |pair: usize, side| [texels[(2 * pair + side) * channels + channel]];
+            Cow::Owned(from_fn(|k| {
+                let pair = (own.start + k).min(own.end - 1);
+                [number(pair, 0), number(pair, 1)]
+            }))
+        },
+        out[channel..]
+            .chunks_mut(channels)
+            .filter_map(|texel| texel.first_chunk_mut()),
+    );
+}
+
+/// Some channels: `pairs` brings those of some texels of a row together, and `out` is where they belong.
+#[inline(always)]
+fn fill_planes<'t, 'o, T: Texel, const CHANNELS: usize>(
+    parts: &[[f64; 2]],
+    rows: &[Covered<'t, T>],
+    pairs: impl Fn(&'t [T], Range<usize>) -> Cow<'t, Together<T, CHANNELS>>,
+    mut out: impl Iterator<Item = &'o mut [T::Float; CHANNELS]>,
+) {
+    for (chunk, parts) in parts.chunks(TOGETHER).enumerate() {
         let mut planes = Planes {
             weights: [0.0; TOGETHER],
             first: [[0.0; TOGETHER]; CHANNELS],
             sums: [[0.0; TOGETHER]; CHANNELS],
         };
         let own = TOGETHER * chunk..TOGETHER * chunk + parts.len();
-        let parts = padded(parts);
+        let padded_parts = padded(parts);
         for (number, row) in rows.iter().enumerate() {
-            let pairs = &row.texels.as_chunks::<CHANNELS>().0.as_chunks::<2>().0[own.clone()];
-            let solid_angles = &row.solid_angles.as_chunks::<2>().0[own.clone()];
-            let covered = (&*padded(solid_angles), &*parts, row.part);
-            planes.add(number == 0, &padded(pairs), covered);
+            let solid_angles = padded(&row.solid_angles.as_chunks::<2>().0[own.clone()]);
+            let covered = (&*solid_angles, &*padded_parts, row.part);
+            planes.add(number == 0, &pairs(row.texels, own.clone()), covered);
         }
-        planes.write::<T>(out);
+        planes.write::<T>(out.by_ref().take(parts.len()));
     }
 }
 
@@ -123,7 +171,7 @@ impl<const CHANNELS: usize> Planes<CHANNELS> {
     fn add<T: Texel>(
         &mut self,
         begin: bool,
-        pairs: &[[[T; CHANNELS]; 2]; TOGETHER],
+        pairs: &Together<T, CHANNELS>,
         (solid_angles, parts, part): (&[[f64; 2]; TOGETHER], &[[f64; 2]; TOGETHER], f64),
     ) {
         if begin {
@@ -147,58 +195,11 @@ impl<const CHANNELS: usize> Planes<CHANNELS> {
 
     /// Writes the means.
     #[inline(always)]
-    fn write<T: Texel>(&self, out: &mut [[T::Float; CHANNELS]]) {
-        for (k, out) in out.iter_mut().enumerate().take(TOGETHER) {
+    fn write<'o, T: Texel>(&self, out: impl Iterator<Item = &'o mut [T::Float; CHANNELS]>) {
+        for (k, out) in out.enumerate().take(TOGETHER) {
             for (c, out) in out.iter_mut().enumerate() {
                 let mean = self.first[c][k] + self.sums[c][k] / self.weights[k];
                 *out = <T::Float as Real>::new(mean);
-            }
-        }
-    }
-}
-
-/// By any number of channels.
-#[inline(always)]
-fn fill_numbers<T: Texel>(
-    n: usize,
-    parts: &[[f64; 2]],
-    rows: &[Covered<'_, T>],
-    out: &mut [T::Float],
-) {
-    // For each number the first value, and the sum of what the others differ by.
-    let (mut first, mut sums) = (vec![0.0; TOGETHER * n], vec![0.0; TOGETHER * n]);
-    let chunks = parts.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER * n));
-    for (chunk, (parts, out)) in chunks.enumerate() {
-        let mut weights = [0.0; TOGETHER];
-        sums.fill(0.0);
-        let begin = 2 * TOGETHER * chunk;
-        for (number, row) in rows.iter().enumerate() {
-            let texels = row.texels[begin * n..].chunks_exact(2 * n);
-            let solid_angles = row.solid_angles[begin..].as_chunks::<2>().0;
-            let into = weights.iter_mut().zip(first.chunks_exact_mut(n));
-            let into = into.zip(sums.chunks_exact_mut(n));
-            let covered = texels.zip(solid_angles.iter().zip(parts));
-            for (((weight, first), sum), (pair, (solid_angle, part))) in into.zip(covered) {
-                let (left, right) = pair.split_at(n);
-                if number == 0 {
-                    for (first, x) in first.iter_mut().zip(left) {
-                        *first = x.load().to_f64();
-                    }
-                }
-                for (texel, k) in [(left, 0), (right, 1)] {
-                    let own = solid_angle[k] * part[k] * row.part;
-                    *weight += own;
-                    for ((sum, first), x) in sum.iter_mut().zip(&*first).zip(texel) {
-                        *sum += own * (x.load().to_f64() - first);
-                    }
-                }
-            }
-        }
-        let means = first.chunks_exact(n).zip(sums.chunks_exact(n));
-        let means = means.zip(&weights);
-        for (out, ((first, sum), weight)) in out.chunks_exact_mut(n).zip(means) {
-            for ((out, first), sum) in out.iter_mut().zip(first).zip(sum) {
-                *out = <T::Float as Real>::new(first + sum / weight);
             }
         }
     }

@@ -55,7 +55,14 @@ pub(crate) fn convert<T: Texel>(
     out: &mut [T],
 ) -> Result<(), Error> {
     let target = Raster::new(request.map, request.shape)?;
-    let rows = threads::band_rows(target.rows, target.texels(), PATCH.1);
+    // Means look most texels of the source up, however few texels the target has.
+    let seen = if antialias {
+        request.image.raster().texels()
+    } else {
+        0
+    };
+    let work = seen.max(target.texels());
+    let rows = threads::band_rows(target.rows, work, PATCH.1);
     let block = (PATCH.0, rows);
     let map = request.image.map();
     let coordinate_map = CoordinateMap::new(map, request.map, request.rotation);
@@ -78,6 +85,7 @@ pub(crate) fn convert<T: Texel>(
         whole,
         filter,
         antialias,
+        work,
         fill: request.fill,
     };
     let window = request.window;
@@ -104,6 +112,8 @@ struct Conversion<'s, 'a, T> {
     whole: bool,
     filter: LookupFilter,
     antialias: bool,
+    /// How many texels are looked up for all of the target.
+    work: usize,
     fill: &'s [T],
 }
 
@@ -124,7 +134,8 @@ impl<'s, T: Texel> Conversion<'s, '_, T> {
                 CoordinatePolynomials::new(self.coordinate_map, source, target, fewest)
             })
             .flatten();
-        threads::rows(out, rows * width, window.texels(), |number, band| {
+        let work = self.work / target.texels().max(1) * window.texels();
+        threads::rows(out, rows * width, work, |number, band| {
             let first = window.rows.start + number * rows;
             let height = band.len() / width;
             let mut walk = Walk::<T, R> {

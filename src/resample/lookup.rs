@@ -56,13 +56,12 @@ pub(crate) fn convert<T: Texel>(
 ) -> Result<(), Error> {
     let target = Raster::new(request.map, request.shape)?;
     // Means look most texels of the source up, however few texels the target has.
-    let seen = if antialias {
-        request.image.raster().texels()
+    let cost = if antialias {
+        (request.image.raster().texels() / target.texels().max(1)).max(1)
     } else {
-        0
+        1
     };
-    let work = seen.max(target.texels());
-    let rows = threads::band_rows(target.rows, work, PATCH.1);
+    let rows = threads::band_rows(target.rows, target.texels() * cost, PATCH.1);
     let block = (PATCH.0, rows);
     let map = request.image.map();
     let coordinate_map = CoordinateMap::new(map, request.map, request.rotation);
@@ -85,7 +84,7 @@ pub(crate) fn convert<T: Texel>(
         whole,
         filter,
         antialias,
-        work,
+        cost,
         fill: request.fill,
     };
     let window = request.window;
@@ -112,8 +111,8 @@ struct Conversion<'s, 'a, T> {
     whole: bool,
     filter: LookupFilter,
     antialias: bool,
-    /// How many texels are looked up for all of the target.
-    work: usize,
+    /// About how many texels of the source are looked up for one of the target.
+    cost: usize,
     fill: &'s [T],
 }
 
@@ -134,8 +133,8 @@ impl<'s, T: Texel> Conversion<'s, '_, T> {
                 CoordinatePolynomials::new(self.coordinate_map, source, target, fewest)
             })
             .flatten();
-        let work = self.work / target.texels().max(1) * window.texels();
-        threads::rows(out, rows * width, work, |number, band| {
+        let points = window.texels() * self.cost;
+        threads::rows(out, rows * width, points, |number, band| {
             let first = window.rows.start + number * rows;
             let height = band.len() / width;
             let mut walk = Walk::<T, R> {

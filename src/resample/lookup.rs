@@ -43,8 +43,8 @@ const _: () = assert!(BLOCK.0 == PATCH.0 && BLOCK.0 * BLOCK.1 <= TILE);
 /// A patch of fewer texels is not worth it, ...
 const FEWEST: usize = 512;
 
-/// ... or where texels are averaged, which costs more than their places do.
-const FEWEST_MEANS: usize = 128;
+/// ... or where texels are averaged, which costs more than their places do: so many at least, and more where they see few of the source.
+const FEWEST_MEANS: [usize; 2] = [32, 128];
 
 /// Fills the image that a request asks for. With `antialias`, texels that see more than one texel of the source are means
 /// of what they see.
@@ -125,12 +125,21 @@ impl<'s, T: Texel> Conversion<'s, '_, T> {
         let columns = window.columns.len();
         let width = columns * channels;
         let nothing = vec![T::Float::default(); channels];
-        let fewest = if self.antialias { FEWEST_MEANS } else { FEWEST };
+        let fewest = if self.antialias {
+            (FEWEST / self.cost).clamp(FEWEST_MEANS[0], FEWEST_MEANS[1])
+        } else {
+            FEWEST
+        };
         let patches = self
             .patches
             .then(|| {
                 let source = &self.source.raster;
-                CoordinatePolynomials::new(self.coordinate_map, source, target, fewest)
+                let all = CoordinatePolynomials::new(self.coordinate_map, source, target, fewest)?;
+                Some(if self.antialias {
+                    all.for_means(source)
+                } else {
+                    all
+                })
             })
             .flatten();
         let points = window.texels() * self.cost;
@@ -180,7 +189,13 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
         let target = &self.job.target;
         let patches = self.patches.filter(|_| !target.misses(&whole));
         let patch = patches.map_or(Err(Refused::Nowhere), |patches| patches.of(&whole));
-        let bent = matches!(patch, Err(Refused::Bent));
+        if let Some(means) = &mut self.means {
+            means.next_patch(&whole);
+        }
+        let bent = match (&patch, &mut self.means) {
+            (Ok(patch), Some(means)) => means.is_bent(patch),
+            (refused, _) => matches!(refused, Err(Refused::Bent)),
+        };
         if bent && patches.is_some_and(|patches| patches.serve(whole.quarter())) {
             for part in whole.parts(whole.quarter(), self.columns) {
                 self.patch(part);
@@ -188,9 +203,6 @@ impl<T: Texel, R: Scalar> Walk<'_, '_, '_, T, R> {
             return;
         }
         let patch = patch.ok();
-        if let Some(means) = &mut self.means {
-            means.next_patch(&whole);
-        }
         let rows = (BLOCK.0 * BLOCK.1 / whole.columns).max(1);
         for (row, block) in whole.bands(rows, self.columns) {
             self.block(&block, patch.as_ref().map(|patch| (patch, row)));

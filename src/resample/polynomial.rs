@@ -24,7 +24,7 @@ use crate::map::grid::GridAxis;
 use crate::number::real::Real;
 use crate::projections::projection::{Outline, Uv};
 use crate::resample::coordinate_map::CoordinateMap;
-use fearless_simd::{Simd, SimdBase, SimdMask, f64x8};
+use fearless_simd::{Simd, SimdBase, f64x8};
 
 /// Columns and rows of a block, at most.
 pub const BLOCK: (usize, usize) = (64, 32);
@@ -77,6 +77,11 @@ const _: () = assert!(PLACES.is_multiple_of(crate::kernel::tile::W));
 /// the places it is farther, up to eight times in 170,000 maps turned at random, beside a pole.
 const TOLERANCE: f64 = 1.0 / (1 << 27) as f64;
 
+/// How far it may be as a share of how narrow texels of the target are in the source, where they are [`MANY`] texels of it or more: then
+/// all are means, of which between the places a share of 1/500 is of texels beside what they see.
+const SHARE: f64 = 1.0 / 4096.0;
+const MANY: f64 = 2.0;
+
 /// Cosines of multiples of π/7, and of π/6: where a polynomial errs least if its values are given there.
 const POINTS_ALONG: [f64; ALONG] = {
     let [a, b, c] = [
@@ -127,6 +132,8 @@ pub struct CoordinatePolynomials<'a> {
     along: [GridAxis; 2],
     fewest: usize,
     outline: Outline,
+    /// How many texels an image of the source is, if texels that see several of them are means.
+    means: Option<[f64; 2]>,
     /// x and y, first of the points and then of the places at which the polynomial is compared.
     places: [[f64; PLACES]; 2],
     powers_along: [[f64; ALONG]; ALONG],
@@ -157,10 +164,31 @@ impl<'a> CoordinatePolynomials<'a> {
             along: [target.along_u, target.along_v],
             fewest,
             outline: source.outline,
+            means: None,
             places,
             powers_along: powers(POINTS_ALONG),
             powers_down: powers(POINTS_DOWN),
         })
+    }
+
+    /// For images whose texels are means of what they see of a source.
+    pub fn for_means(mut self, source: &Raster) -> Self {
+        self.means = Some([source.along_u.index().0, source.along_v.index().0]);
+        self
+    }
+
+    /// How far polynomials may be from the formula along u and v.
+    fn tolerances<R: Scalar>(&self, polynomial: &CoordinatePolynomial<R>) -> [f64; 2] {
+        let Some(scale) = self.means else {
+            return [TOLERANCE; 2];
+        };
+        let narrowest = polynomial.narrowest(scale);
+        let share = if narrowest >= MANY {
+            narrowest * SHARE
+        } else {
+            0.0
+        };
+        scale.map(|scale| TOLERANCE.max(share / scale))
     }
 
     /// Whether blocks of so many columns and rows are worth it.
@@ -262,17 +290,15 @@ impl<'a> CoordinatePolynomials<'a> {
                 *pair = [-NODE, NODE].map(|node| R::new((middle + node) / half_columns - 1.0));
             }
         }
-        let (mut coefficients, mut near) = ([[[0.0; ALONG]; DOWN]; 2], false);
+        let mut coefficients = [[[0.0; ALONG]; DOWN]; 2];
+        let mut off = [[0.0; BETWEEN.len()]; 2];
         run_simd(Fit {
             patches: self,
             values: [&us[..PLACES], &vs[..PLACES]],
             coefficients: &mut coefficients,
-            near: &mut near,
+            off: &mut off,
         });
-        if !near {
-            return Err(Refused::Bent);
-        }
-        Ok(CoordinatePolynomial {
+        let polynomial = CoordinatePolynomial {
             coefficients,
             along,
             nodes,
@@ -280,19 +306,28 @@ impl<'a> CoordinatePolynomials<'a> {
             half_rows,
             face: R::new(face),
             outline: self.outline,
-        })
+        };
+        let tolerances = self.tolerances(&polynomial);
+        let mut both = off.iter().zip(tolerances);
+        // What is no number is not near.
+        let near = both.all(|(off, tolerance)| off.iter().all(|off| *off <= tolerance));
+        if near {
+            Ok(polynomial)
+        } else {
+            Err(Refused::Bent)
+        }
     }
 }
 
 /// Those of xⁱ yʲ, by j and i.
 type Coefficients = [[f64; ALONG]; DOWN];
 
-/// The polynomials for values of both coordinates at all places, and whether they are near enough.
+/// The polynomials for values of both coordinates at all places, and how far they are from those where they are compared.
 struct Fit<'a> {
     patches: &'a CoordinatePolynomials<'a>,
     values: [&'a [f64]; 2],
     coefficients: &'a mut [Coefficients; 2],
-    near: &'a mut bool,
+    off: &'a mut [[f64; BETWEEN.len()]; 2],
 }
 
 impl SimdWork for Fit<'_> {
@@ -302,12 +337,11 @@ impl SimdWork for Fit<'_> {
             patches,
             values,
             coefficients,
-            near,
+            off,
         } = self;
         let number = |x| f64x8::splat(simd, x);
-        let tolerance = number(TOLERANCE);
-        *near = true;
-        for (values, coefficients) in values.into_iter().zip(coefficients) {
+        let both = values.into_iter().zip(coefficients).zip(off);
+        for ((values, coefficients), off) in both {
             let (grid, between) = values.split_at(ALONG * DOWN);
             let mut rows = [number(0.0); DOWN];
             let powers = patches.powers_down.iter();
@@ -336,9 +370,7 @@ impl SimdWork for Fit<'_> {
                 }
                 there = there * y + sum;
             }
-            let off = (there - f64x8::from_slice(simd, between)).abs();
-            // What is no number is not near.
-            *near &= off.simd_le(tolerance).all_true();
+            *off = (there - f64x8::from_slice(simd, between)).abs().to_array();
         }
     }
 }
@@ -488,6 +520,25 @@ impl<R: Scalar> CoordinatePolynomial<R> {
             }
         }
         sides
+    }
+
+    /// How narrow a texel is, anywhere in the block, at least, in texels of a source that is `scale` texels an image: the smaller singular
+    /// value of its sides in the middle, less by how much they may differ from those.
+    pub fn narrowest(&self, scale: [f64; 2]) -> f64 {
+        let longest = self.longest_sides(scale);
+        let (mut middle, mut change) = ([[0.0; 2]; 2], 0.0);
+        for (axis, (coefficients, scale)) in self.coefficients.iter().zip(scale).enumerate() {
+            middle[0][axis] = coefficients[0][1] * scale / self.half_columns;
+            middle[1][axis] = coefficients[1][0] * scale / self.half_rows;
+            for (longest, middle) in longest.iter().zip(middle) {
+                let most = longest[axis] - middle[axis].abs();
+                change += most * most;
+            }
+        }
+        let [[ax, ay], [bx, by]] = middle;
+        // Sums and differences that the singular values of two columns are half of.
+        let [sum, difference] = [1.0, -1.0].map(|s| (ax + s * by).hypot(ay - s * bx));
+        0.5 * (sum - difference).abs() - change.sqrt()
     }
 
     /// The most, in texels of a source that is `scale` texels an image, by which places in a texel are elsewhere than derivatives

@@ -29,7 +29,7 @@ def results(inputs: Arrays) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the name and the arrays of every call."""
     # Packings without a bound say so.
     warnings.simplefilter("ignore")
-    for rooms in (maps, images, codes, pixels, harmonics, light):
+    for rooms in (maps, images, means, codes, pixels, harmonics, light):
         for name, call in rooms(inputs):
             found = call()
             if isinstance(found, tuple | list):
@@ -168,6 +168,21 @@ def images(inputs: Arrays) -> Iterator[Call]:
                     f"sample_uv {f}: {address} {dtype}",
                     lambda x=x, f=f, a=address: sm.sample_uv(x, places, filter=f, address=a),
                 )
+
+
+def means(inputs: Arrays) -> Iterator[Call]:
+    """Images that are large enough for polynomials, made smaller: of few texels and of many."""
+    for channels in (3, 4):
+        for dtype in IMAGE_DTYPES:
+            x = image(inputs["words"], (512, 1024, channels), dtype)
+            for size in (64, 160):
+                for f in ("bilinear", "lanczos3") if dtype == "float32" else ("bilinear",):
+                    yield (
+                        f"convert {f}: {channels} numbers to 6 x {size} {dtype}",
+                        lambda x=x, n=size, f=f: sm.convert(
+                            x, "latlong", "cube", size=n, filter=f, rotation=inputs["turn"]
+                        ),
+                    )
 
 
 def codes(inputs: Arrays) -> Iterator[Call]:

@@ -12,7 +12,8 @@
 //! - Places are spread over min(r, √(2(r² - 1))) source texels, so that nothing jumps where the target turns from finer to
 //!   coarser.
 //! - Where a polynomial stands for a block's coordinates (`patch`), its derivatives are the Jacobian and the bend of it, and a texel
-//!   is a parallelogram in the source, bent a little and of one density, if it is small.
+//!   is a parallelogram in the source, bent a little and of one density, if it is small. Of one that covers many texels these are summed up, by how much
+//!   of each it covers (`slices`).
 //! - A texel that covers much is halved, again and again, until one Jacobian describes each part: a part has at
 //!   most [`MOST`](crate::resample::sample::MOST) places and spans at most [`WIDEST`]. Near a pole halving ends with the rows.
 //! - What the source does not hold has no part in a mean. A texel whose own center sees nothing is `fill`, as without.
@@ -47,8 +48,8 @@ use divided::{Divided, Room, WIDEST};
 use std::cell::LazyCell;
 use std::ops::Range;
 
-/// By how many source texels a texel may differ from a bent parallelogram that is taken for it: as little as f32
-/// coordinates are off.
+/// By how many source texels a texel may differ from a bent parallelogram that is taken for it, as little as f32 coordinates are off; and
+/// as a share of how narrow it is, where that is more.
 const BEND: f64 = 1.0 / 350.0;
 
 /// Terms of third order, of a texel that reaches one source texel from its center, with which those of a run are as good as of one shape.
@@ -193,6 +194,16 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         }
     }
 
+    /// Whether the texels of the present patch are too bent for parallelograms, which those of a part of it need not be.
+    pub fn is_bent(&mut self, patch: &CoordinatePolynomial<R>) -> bool {
+        !self.halves() && self.form(patch) == Form::Other
+    }
+
+    /// Whether texels at the border of the target are halves.
+    fn halves(&self) -> bool {
+        self.target.along_u.on_edges() || self.target.along_v.on_edges()
+    }
+
     /// Whether means wait to be written.
     pub fn waits(&self) -> bool {
         self.done.length > 0
@@ -221,7 +232,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         }
         let face = places.0[2][0].whole() as usize;
         let sight = self.runs.set(
-            (&self.source.raster, face, self.filter),
+            (&self.source.raster, face, self.filter, self.channels),
             [block.columns, block.rows],
             places,
             (slopes, down),
@@ -328,19 +339,19 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         {
             return Form::Single;
         }
-        let halves = self.target.along_u.on_edges() || self.target.along_v.on_edges();
-        let Some(patch) = self.patch.filter(|_| !halves) else {
+        let Some(patch) = self.patch.filter(|_| !self.halves()) else {
             return Form::Other;
         };
         if !self.narrow(&patch) {
             return Form::Other;
         }
         let third = polynomial.beyond(3, scale);
+        let bend = BEND * polynomial.narrowest(scale).max(1.0);
         let [reach_u, reach_v] = [0, 1].map(|axis| 0.5 * (sides[0][axis] + sides[1][axis]));
         self.alike = patch.columns >= RUN && third <= ALIKE * reach_u.max(reach_v).max(1.0);
-        if polynomial.beyond(2, scale) <= BEND {
+        if polynomial.beyond(2, scale) <= bend {
             Form::Parallelograms
-        } else if third <= BEND {
+        } else if third <= bend {
             Form::Bent
         } else {
             Form::Other

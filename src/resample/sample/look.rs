@@ -2,7 +2,8 @@
 //!
 //! Numbers of a texel lie in lanes, and parallelograms follow each other. Of one number nothing does, so there
 //! lanes are parallelograms, and places of the same number follow each other: sum by sum the same. Everything is a
-//! difference from the first lookup, itself a difference from a texel: a constant stays constant to the bit. Bilinear means are in `pairs`.
+//! difference from the first lookup, itself a difference from a texel: a constant stays constant to the bit. Bilinear means of few are in `pairs`,
+//! and of many in `slices`.
 
 use super::place::Support;
 use super::spread::{LANES, MOST};
@@ -122,9 +123,9 @@ impl<'a, T: Texel> Face<'a, T> {
         }
     }
 
-    /// Its steps, if the numbers of a parallelogram fit an i32 after so many.
-    pub(super) fn narrow_steps(&self) -> Option<[i32; 2]> {
-        let most = i32::MAX / (2 * MOST as i32);
+    /// Its steps, if the numbers of a parallelogram fit an i32 after so many along both axes.
+    pub(super) fn narrow_steps(&self, reach: i32) -> Option<[i32; 2]> {
+        let most = i32::MAX / (2 * reach);
         let [right, down] = self.steps.map(|step| i32::try_from(step).ok());
         let steps = [right?, down?];
         steps.iter().all(|step| step.abs() <= most).then_some(steps)

@@ -13,7 +13,8 @@ use super::gather::Bilinear;
 use super::look::{Face, Look, Room, Wide, weigh};
 use super::pairs::share;
 use super::place::Support;
-use super::spread::LANES;
+use super::slices::{REACH, Sides, Slices};
+use super::spread::{LANES, MOST};
 use super::texture::Texture;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
@@ -33,31 +34,75 @@ pub(super) trait Chunks<F> {
 
     /// Finds the places of one chunk, and whose they are.
     fn place(&self, chunk: usize, room: &mut Room<F>);
+
+    /// Finds the sides of the parallelograms of one chunk, and whose they are.
+    fn sides(&self, chunk: usize, into: &mut Sides);
 }
 
-/// Places of a chunk that is looked up, and of the next one, whose texels are asked for.
-pub(crate) struct Rooms<F>([Room<F>; 2]);
+/// How means are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// From places that are looked up.
+    Places,
+    /// From windows, whose texels have their weights.
+    Windows,
+}
+
+impl Way {
+    /// Windows come first, where they serve.
+    pub(super) const ALL: [Way; 2] = [Way::Windows, Way::Places];
+
+    /// Whether parallelograms of so many places, for which windows serve or not, are found this way.
+    #[inline(always)]
+    pub(super) fn takes(self, places: f32, fits: bool) -> bool {
+        match self {
+            Way::Windows => fits,
+            Way::Places => !fits & (places > 1.0) & (places <= MOST as f32),
+        }
+    }
+}
+
+/// Whether means by a filter of texels of so many numbers may be found from windows.
+pub(super) fn has_windows(filter: LookupFilter, channels: usize) -> bool {
+    filter == LookupFilter::Bilinear && (3..=4).contains(&channels)
+}
+
+/// What is known of chunks that are being looked up.
+pub(crate) struct Rooms<F> {
+    /// Places of one, and of the next, whose texels are asked for.
+    places: [Room<F>; 2],
+    sides: Sides,
+    slices: Slices<F>,
+}
 
 impl<F: Scalar> Rooms<F> {
     pub(crate) fn new() -> Self {
-        Rooms([Room::NEW; 2])
+        Rooms {
+            places: [Room::NEW; 2],
+            sides: Sides::NONE,
+            slices: Slices::new(),
+        }
     }
 }
 
 /// Finds the means of all chunks on a face, and writes them into `means`. False if the filter has no way for this.
 pub(super) fn find<T: Texel>(
-    (source, filter): (&Texture<'_, T>, LookupFilter),
+    (source, filter, way): (&Texture<'_, T>, LookupFilter, Way),
     face: usize,
     (chunks, rooms): (&mut dyn Chunks<T::Float>, &mut Rooms<T::Float>),
     means: &mut [T],
 ) -> bool {
-    filter.visit(Find {
+    let find = Find {
         source,
         face,
         chunks,
         rooms,
         means,
-    })
+    };
+    match way {
+        Way::Places => filter.visit(find),
+        Way::Windows => find.by_windows(),
+    }
 }
 
 struct Find<'m, 'a, T: Texel> {
@@ -85,19 +130,64 @@ impl<T: Texel> Find<'_, '_, T> {
     /// `weigh` finds the weights of what a room holds.
     fn by<L: Look<T>>(self, weigh: fn(&mut Room<T::Float>)) -> bool {
         let face = Face::new(self.source, self.face, L::SUPPORT);
-        let steps = face.narrow_steps().filter(|_| L::serves(&face));
+        let steps = face.narrow_steps(MOST as i32).filter(|_| L::serves(&face));
         if let Some(steps) = steps {
             run_simd(Means::<T, L> {
                 face,
                 count: self.chunks.start(face.first, steps),
                 chunks: self.chunks,
-                rooms: &mut self.rooms.0,
+                rooms: &mut self.rooms.places,
                 means: self.means,
                 weigh,
                 filter: PhantomData,
             });
         }
         steps.is_some()
+    }
+
+    fn by_windows(self) -> bool {
+        let face = Face::new(self.source, self.face, Support::PAIR);
+        let steps = face.narrow_steps(REACH);
+        if let Some(steps) = steps {
+            run_simd(Windowed {
+                face,
+                steps,
+                count: self.chunks.start(face.first, steps),
+                chunks: self.chunks,
+                rooms: self.rooms,
+                means: self.means,
+            });
+        }
+        steps.is_some()
+    }
+}
+
+struct Windowed<'m, 'a, T: Texel> {
+    face: Face<'a, T>,
+    steps: [i32; 2],
+    count: usize,
+    /// Behind a pointer, as in [`Means`].
+    chunks: &'m dyn Chunks<T::Float>,
+    rooms: &'m mut Rooms<T::Float>,
+    means: &'m mut [T],
+}
+
+impl<T: Texel> SimdWork for Windowed<'_, '_, T> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let (face, means) = (self.face, self.means);
+        let Rooms { sides, slices, .. } = self.rooms;
+        for chunk in 0..self.count {
+            self.chunks.sides(chunk, sides);
+            slices.set(sides, self.steps);
+            match (face.channels, face.straight) {
+                (3, true) => slices.look::<S, T, 3, true>(simd, &face, means),
+                (3, false) => slices.look::<S, T, 3, false>(simd, &face, means),
+                (4, true) => slices.look::<S, T, 4, true>(simd, &face, means),
+                (4, false) => slices.look::<S, T, 4, false>(simd, &face, means),
+                _ => {}
+            }
+        }
     }
 }
 

@@ -33,6 +33,7 @@ mod runs;
 mod sampler;
 mod seen;
 mod shapes;
+pub(crate) mod slices;
 mod spread;
 mod surroundings;
 mod taps;

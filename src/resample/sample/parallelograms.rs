@@ -7,9 +7,10 @@
 
 use super::look::Room;
 use super::lookups::support;
-use super::mean::{Chunks, Margin, Rooms, find, put, texels_of};
-use super::shapes::{SEVERAL, Shapes, off, pick, reach};
-use super::spread::{LANES, MOST, Spreads};
+use super::mean::{Chunks, Margin, Rooms, Way, find, has_windows, put, texels_of};
+use super::shapes::{SEVERAL, Shapes, moved, off, pick};
+use super::slices::Sides;
+use super::spread::{LANES, Spreads, largest};
 use super::texture::Texture;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
@@ -142,15 +143,19 @@ impl Parallelograms {
         done: &mut [bool],
         means: &mut [T],
     ) -> usize {
-        self.ask(done, &source.raster, support(filter).after);
-        if !find((source, filter), face, (self, rooms), means) {
-            return 0;
+        let windows = has_windows(filter, source.channels);
+        let mut all = 0;
+        for way in Way::ALL {
+            self.ask(done, (way, windows), &source.raster, support(filter).after);
+            let Asked { count, .. } = self.asked;
+            if count > 0 && find((source, filter, way), face, (self, rooms), means) {
+                for &texel in &self.asked.own[..count] {
+                    done[texel] = true;
+                }
+                all += count;
+            }
         }
-        let Asked { own, count, .. } = &self.asked;
-        for &texel in &own[..*count] {
-            done[texel] = true;
-        }
-        *count
+        all
     }
 
     /// Whether the one about place k has several lookups.
@@ -159,24 +164,26 @@ impl Parallelograms {
         self.shapes.totals[k] > 1.0
     }
 
-    /// That about place k.
+    /// Whether the image is valid wherever the one about place k reaches, and so many texels around it, for certain.
     #[inline(always)]
-    fn at(&self, k: usize) -> Parallelogram {
-        let shapes = &self.shapes;
-        Parallelogram {
-            center: self.centers.each_ref().map(|x| x[k]),
-            sides: shapes.sides.each_ref().map(|[x, y]| [x[k], y[k]]),
-            bends: shapes.bends.each_ref().map(|[x, y]| [x[k], y[k]]),
-        }
+    fn is_held(&self, k: usize, raster: &Raster, around: usize) -> bool {
+        let reach = self.shapes.reach.each_ref();
+        let [x, y] = reach.map(|reach| f64::from(reach[k]) + around as f64);
+        let [(su, ou), (sv, ov)] = [raster.along_u.index(), raster.along_v.index()];
+        let [u, v] = self.centers.each_ref().map(|center| center[k]);
+        raster.holds_around([(u - ou) / su, (v - ov) / sv], [x / su, y / sv])
     }
 
     /// Asks for those that are not done and have several lookups, all inside of a face.
-    fn ask(&mut self, done: &[bool], raster: &Raster, around: usize) {
+    fn ask(&mut self, done: &[bool], (way, windows): (Way, bool), raster: &Raster, around: usize) {
         let count = done.len();
         let mut wanted = [false; TOGETHER];
-        let totals = self.shapes.totals.iter().zip(&self.inside);
-        for (wanted, (&total, &inside)) in wanted.iter_mut().zip(totals) {
-            *wanted = inside & (total > 1.0) & (total <= MOST as f32);
+        let totals = self.shapes.totals.iter().zip(&self.shapes.fits);
+        for (wanted, (&total, &fits)) in wanted.iter_mut().zip(totals) {
+            *wanted = way.takes(total, windows & fits);
+        }
+        for (wanted, inside) in wanted.iter_mut().zip(&self.inside) {
+            *wanted &= inside;
         }
         for (wanted, done) in wanted.iter_mut().zip(done) {
             *wanted &= !done;
@@ -190,7 +197,7 @@ impl Parallelograms {
         } else {
             asked = 0;
             for k in (0..count).filter(|&k| wanted[k]) {
-                if !raster.has_rim() || self.at(k).is_held(raster, around) {
+                if !raster.has_rim() || self.is_held(k, raster, around) {
                     self.asked.own[asked] = k;
                     asked += 1;
                 }
@@ -227,6 +234,28 @@ impl<F: Scalar> Chunks<F> for Parallelograms {
         asked.count.div_ceil(LANES)
     }
 
+    fn sides(&self, chunk: usize, into: &mut Sides) {
+        let asked = &self.asked;
+        let all = asked.count == TOGETHER;
+        let shapes = if all { &self.shapes } else { &asked.shapes };
+        into.own = lanes(&asked.own, chunk);
+        into.count = LANES.min(asked.count - chunk * LANES);
+        into.starts = lanes(&asked.starts, chunk);
+        for axis in [0, 1] {
+            let [c, _, e] = shapes
+                .bends
+                .each_ref()
+                .map(|bend| lanes(&bend[axis], chunk));
+            let off = lanes(&asked.off[axis], chunk);
+            for k in 0..LANES {
+                into.off[axis][k] = off[k] + moved((c[k], e[k]));
+            }
+            for side in [0, 1] {
+                into.sides[side][axis] = lanes(&shapes.sides[side][axis], chunk);
+            }
+        }
+    }
+
     fn place(&self, chunk: usize, room: &mut Room<F>) {
         let asked = &self.asked;
         let all = asked.count == TOGETHER;
@@ -244,7 +273,7 @@ impl<F: Scalar> Chunks<F> for Parallelograms {
                 room.own = lanes(&asked.own, chunk);
                 room.count = LANES.min(asked.count - chunk * LANES);
                 room.totals = lanes(&shapes.totals, chunk);
-                room.most = most(room.totals) as usize;
+                room.most = largest(room.totals) as usize;
                 for number in 0..room.most {
                     let (mut s, mut t) = ([0.0; LANES], [0.0; LANES]);
                     spreads.places(number as f32, &mut s, &mut t);
@@ -258,32 +287,6 @@ impl<F: Scalar> Chunks<F> for Parallelograms {
                 }
             },
         );
-    }
-}
-
-/// A place in texels, and sides that places are spread over, bent a little.
-#[derive(Clone, Copy)]
-struct Parallelogram {
-    center: [f64; 2],
-    sides: [[f32; 2]; 2],
-    bends: [[f32; 2]; 3],
-}
-
-impl Parallelogram {
-    /// How far it reaches from its center along x and y, at most.
-    #[inline(always)]
-    fn reach(&self) -> [f32; 2] {
-        let ([a, b], [c, d, e]) = (self.sides, self.bends);
-        [0, 1].map(|axis| reach((a[axis], b[axis]), (c[axis], d[axis], e[axis])))
-    }
-
-    /// Whether the image is valid wherever it reaches, and so many texels around it, for certain.
-    #[inline(always)]
-    fn is_held(&self, raster: &Raster, around: usize) -> bool {
-        let [x, y] = self.reach().map(|reach| f64::from(reach) + around as f64);
-        let [(su, ou), (sv, ov)] = [raster.along_u.index(), raster.along_v.index()];
-        let place = [(self.center[0] - ou) / su, (self.center[1] - ov) / sv];
-        raster.holds_around(place, [x / su, y / sv])
     }
 }
 
@@ -304,17 +307,4 @@ pub(crate) fn any_several<R: Scalar>(raster: &Raster, slopes: &Tile<R, 4>, count
             any
         },
     )
-}
-
-/// The largest of some numbers, half by half: one after the other, each waits for the one before.
-#[inline(always)]
-fn most(mut numbers: [f32; LANES]) -> f32 {
-    let mut half = LANES / 2;
-    while half > 0 {
-        for k in 0..half {
-            numbers[k] = real::max(numbers[k], numbers[k + half]);
-        }
-        half /= 2;
-    }
-    numbers[0]
 }

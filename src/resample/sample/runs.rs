@@ -9,9 +9,10 @@
 
 use super::look::Room;
 use super::lookups::support;
-use super::mean::{Chunks, Margin, Rooms, find, put, texels_of};
-use super::shapes::{Shapes, off};
-use super::spread::{LANES, MOST, NUMBERS, division};
+use super::mean::{Chunks, Margin, Rooms, Way, find, has_windows, put, texels_of};
+use super::shapes::{Shapes, moved, off};
+use super::slices::Sides;
+use super::spread::{LANES, NUMBERS, division};
 use super::texture::Texture;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
@@ -44,9 +45,11 @@ pub(crate) struct Runs {
     /// How many there are, and which texel of the block each begins with.
     count: usize,
     first: [usize; RUNS],
-    /// Those that see several texels inside of a face, and how many these are.
-    inside: [usize; RUNS],
-    held: usize,
+    /// Those that see several texels inside of a face, and how many these are: by the way in which means are found.
+    inside: [[usize; RUNS]; 2],
+    held: [usize; 2],
+    /// The way in which they are being found.
+    way: Way,
     /// In the middle of each run.
     shapes: Shapes<RUNS>,
     /// By how much the part of each side that places are spread over changes from one texel to the next.
@@ -65,8 +68,9 @@ impl Runs {
         Runs {
             count: 0,
             first: [0; RUNS],
-            inside: [0; RUNS],
-            held: 0,
+            inside: [[0; RUNS]; 2],
+            held: [0; 2],
+            way: Way::Places,
             shapes: Shapes::NONE,
             changes: [[[0.0; RUNS]; 2]; 2],
             centers: [[0.0; TILE]; 2],
@@ -80,12 +84,12 @@ impl Runs {
     /// ∂u and ∂v to the right, and ∂u and ∂v down; and the second derivatives down, if they matter.
     pub(crate) fn set<R: Scalar>(
         &mut self,
-        (raster, face, filter): (&Raster, usize, LookupFilter),
+        (raster, face, filter, channels): (&Raster, usize, LookupFilter, usize),
         [columns, rows]: [usize; 2],
         places: &Tile<R, 3>,
         (slopes, down): (&Tile<R, 4>, &Tile<R, 2>),
     ) -> Sight {
-        self.held = 0;
+        self.held = [0; 2];
         self.shape(raster, [columns, rows], (slopes, down));
         let totals = &self.shapes.totals[..self.count];
         if totals.iter().all(|total| *total <= 1.0) {
@@ -94,7 +98,8 @@ impl Runs {
         let around = support(filter);
         let margin = Margin::new(raster, face, around);
         let grids = [raster.along_u.index(), raster.along_v.index()];
-        let mut all = [false; RUNS];
+        let mut all = [None; RUNS];
+        let windows = has_windows(filter, channels);
         vectorize(
             #[inline(always)]
             || {
@@ -105,8 +110,11 @@ impl Runs {
                     }
                 }
                 for (run, all) in all[..self.count].iter_mut().enumerate() {
-                    let total = self.shapes.totals[run];
-                    let mut held = (total > 1.0) & (total <= MOST as f32);
+                    let (total, fits) = (self.shapes.totals[run], self.shapes.fits[run]);
+                    let way = Way::ALL
+                        .into_iter()
+                        .find(|way| way.takes(total, windows & fits));
+                    let mut held = way.is_some();
                     let [x, y] = self.reach(run).map(f64::from);
                     let own = self.first[run]..self.first[run] + LANES;
                     let [xs, ys] = self.centers.each_ref().map(|row| &row[own.clone()]);
@@ -115,19 +123,22 @@ impl Runs {
                         let (inside_y, end_y) = margin.holds(1, center_y, y);
                         held &= inside_x & inside_y & !(end_x & end_y);
                     }
-                    *all = held;
+                    *all = way.filter(|_| held);
                 }
             },
         );
-        for run in (0..self.count).filter(|&run| all[run]) {
-            if self.is_valid(run, raster, around.after) {
-                self.inside[self.held] = run;
-                self.held += 1;
+        for (run, way) in all.into_iter().enumerate().take(self.count) {
+            if let Some(way) = way
+                && self.is_valid(run, raster, around.after)
+            {
+                let held = &mut self.held[way as usize];
+                self.inside[way as usize][*held] = run;
+                *held += 1;
             }
         }
         let single = self.shapes.totals[..self.count].iter();
         let single = single.filter(|total| **total <= 1.0).count();
-        match self.count - self.held {
+        match self.count - self.held.iter().sum::<usize>() {
             0 => Sight::Inside,
             rest if rest == single => Sight::Single,
             _ => Sight::Other,
@@ -136,7 +147,7 @@ impl Runs {
 
     /// Whether any sees several texels inside of a face.
     pub(crate) fn any_inside(&self) -> bool {
-        self.held > 0
+        self.held != [0; 2]
     }
 
     /// Finds shapes.
@@ -220,22 +231,49 @@ impl Runs {
     /// how many that are.
     pub(crate) fn means<T: Texel>(
         &mut self,
-        source: (&Texture<'_, T>, LookupFilter),
+        (source, filter): (&Texture<'_, T>, LookupFilter),
         (face, rooms): (usize, &mut Rooms<T::Float>),
         done: &mut [bool; TILE],
         means: &mut [T],
     ) -> usize {
-        if !find(source, face, (self, rooms), means) {
-            return 0;
-        }
-        for &run in &self.inside[..self.held] {
-            done[self.first[run]..][..LANES].fill(true);
+        for way in Way::ALL {
+            self.way = way;
+            let held = self.held[way as usize];
+            if held > 0 && find((source, filter, way), face, (self, rooms), means) {
+                for &run in &self.inside[way as usize][..held] {
+                    done[self.first[run]..][..LANES].fill(true);
+                }
+            }
         }
         done.iter().filter(|done| **done).count()
     }
 }
 
 impl<F: Scalar> Chunks<F> for Runs {
+    fn sides(&self, chunk: usize, into: &mut Sides) {
+        let run = self.inside[Way::Windows as usize][chunk];
+        let own = self.first[run];
+        into.count = LANES;
+        for (k, texel) in into.own.iter_mut().enumerate() {
+            *texel = own + k;
+        }
+        into.starts.copy_from_slice(&self.starts[own..own + LANES]);
+        for axis in [0, 1] {
+            let [c, _, e] = self.shapes.bends.each_ref().map(|bend| bend[axis][run]);
+            let centers = into.off[axis].iter_mut().zip(&self.off[axis][own..]);
+            for (off, center) in centers {
+                *off = center + moved((c, e));
+            }
+            for side in [0, 1] {
+                let middle = self.shapes.sides[side][axis][run];
+                let change = self.changes[side][axis][run];
+                for (k, side) in into.sides[side][axis].iter_mut().enumerate() {
+                    *side = middle + (NUMBERS[k] - HALF) * change;
+                }
+            }
+        }
+    }
+
     fn start(&mut self, first: usize, steps: [i32; 2]) -> usize {
         self.steps = steps;
         vectorize(
@@ -245,11 +283,11 @@ impl<F: Scalar> Chunks<F> for Runs {
                 texels_of(self.centers.each_ref(), (first, steps), starts, off);
             },
         );
-        self.held
+        self.held[self.way as usize]
     }
 
     fn place(&self, chunk: usize, room: &mut Room<F>) {
-        let run = self.inside[chunk];
+        let run = self.inside[Way::Places as usize][chunk];
         let own = self.first[run];
         room.count = LANES;
         for (k, texel) in room.own.iter_mut().enumerate() {
@@ -332,7 +370,14 @@ mod tests {
                 patch.slopes_at_nodes(row, &block, &mut nodes);
                 let face = places.0[2][0].whole() as usize;
                 let of = (&texture.raster, face, filter);
-                runs.set(of, [block.columns, block.rows], &places, (&nodes, &down));
+                let (raster, face, filter) = of;
+                let of_runs = (raster, face, filter, texture.channels);
+                runs.set(
+                    of_runs,
+                    [block.columns, block.rows],
+                    &places,
+                    (&nodes, &down),
+                );
                 let (mut by_runs, mut by_own) = ([0.0; TILE], [0.0; TILE]);
                 let mut done = [[false; TILE]; 2];
                 let source = (&texture, filter);

@@ -2,6 +2,7 @@
 //!
 //! Numbers of many, in rows: found one by one they took as long as the lookups.
 
+use super::slices;
 use super::spread::{Spread, division, spread};
 use crate::number::real;
 
@@ -23,6 +24,8 @@ pub(super) struct Shapes<const N: usize> {
     /// How many places there are.
     pub(super) totals: [f32; N],
     pub(super) reach: [[f32; N]; 2],
+    /// Whether [windows](super::slices) serve for them.
+    pub(super) fits: [bool; N],
 }
 
 impl<const N: usize> Shapes<N> {
@@ -33,6 +36,7 @@ impl<const N: usize> Shapes<N> {
         lines: [[0.0; N]; 2],
         totals: [0.0; N],
         reach: [[0.0; N]; 2],
+        fits: [false; N],
     };
 
     /// Takes over those of some numbers.
@@ -86,8 +90,11 @@ impl<const N: usize> Shapes<N> {
             (self.counts[0][k], self.counts[1][k]) = (columns, rows);
             (self.lines[0][k], self.lines[1][k]) = (far, near);
             self.totals[k] = columns * rows;
+            let (bent_x, bent_y) = (bent((cx, dx, ex)), bent((cy, dy, ey)));
             self.reach[0][k] = reach((ax, bx), (cx, dx, ex));
             self.reach[1][k] = reach((ay, by), (cy, dy, ey));
+            let sides = [(ax, ay), (bx, by)];
+            self.fits[k] = slices::fits(columns * rows, sides, (bent_x, bent_y));
         }
     }
 }
@@ -110,6 +117,18 @@ pub(super) fn off((s, t): (f32, f32), (a, b): (f32, f32), (c, d, e): (f32, f32, 
 #[inline(always)]
 pub(super) fn reach((a, b): (f32, f32), (c, d, e): (f32, f32, f32)) -> f32 {
     let straight = a.abs() + b.abs();
-    let reach = 0.5 * straight + 0.25 * (c.abs() + d.abs() + e.abs());
+    let reach = 0.5 * straight + bent((c, d, e));
     reach * (1.0 + ROUNDING)
+}
+
+/// By how much bends move a place along an axis, at most.
+#[inline(always)]
+fn bent((c, d, e): (f32, f32, f32)) -> f32 {
+    0.25 * (c.abs() + d.abs() + e.abs())
+}
+
+/// By how much bends move the mean of all places: 1/12 is that of the squares of numbers that are uniform from -½ to ½.
+#[inline(always)]
+pub(super) fn moved((c, e): (f32, f32)) -> f32 {
+    (c + e) * (1.0 / 12.0)
 }

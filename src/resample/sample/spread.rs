@@ -303,6 +303,19 @@ impl Trapezoid {
     }
 }
 
+/// The largest of some numbers, half by half: one after the other, each waits for the one before.
+#[inline(always)]
+pub(super) fn largest(mut numbers: [f32; LANES]) -> f32 {
+    let mut half = LANES / 2;
+    while half > 0 {
+        for k in 0..half {
+            numbers[k] = real::max(numbers[k], numbers[k + half]);
+        }
+        half /= 2;
+    }
+    numbers[0]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

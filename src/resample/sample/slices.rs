@@ -51,6 +51,9 @@ const BENT: f32 = 1.0 / 16.0;
 /// Numbers of several parallelograms.
 type Row<X> = [X; LANES];
 
+/// Bytes that memory gives at a time.
+const LINE: usize = 64;
+
 /// Lines of a row.
 const LINES: usize = 4;
 
@@ -308,7 +311,9 @@ impl<F: Scalar> Slices<F> {
         let last = (self.columns - 1) * channels;
         for first in &self.first {
             let below = first.wrapping_add_signed(face.steps[1]);
-            prefetch_item(face.texels, below);
+            for number in (0..last).step_by(LINE / size_of::<T>()) {
+                prefetch_item(face.texels, below.wrapping_add(number));
+            }
             prefetch_item(face.texels, below.wrapping_add(last));
         }
     }
@@ -403,10 +408,22 @@ impl<T: Texel, S: Simd> Sum<T, S> {
             self.sum = Four::<T, S>::splat(simd, T::Float::NAN);
             return;
         };
-        for (k, weights) in weights.iter().enumerate() {
+        let zero = Four::<T, S>::splat(simd, T::Float::ZERO);
+        let mut terms = [zero; N];
+        for (k, (term, weights)) in terms.iter_mut().zip(weights).enumerate() {
             let weight = Four::<T, S>::splat(simd, weights[lane % LANES]);
-            self.sum += weight * (four(simd, row, k * CHANNELS) - self.base);
+            *term = weight * (four(simd, row, k * CHANNELS) - self.base);
         }
+        // Half by half: one after the other, each sum waits for the one before.
+        let mut half = N.next_power_of_two() / 2;
+        while half > 0 {
+            for k in half..N.min(2 * half) {
+                let term = terms[k];
+                terms[k - half] += term;
+            }
+            half /= 2;
+        }
+        self.sum += terms[0];
     }
 
     /// Adds a row that is stored some other way.

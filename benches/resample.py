@@ -60,6 +60,17 @@ PAIRS = (
 )
 
 
+# Targets of a latlong that is two to sixteen times finer.
+FINER = (4096, 8192)
+COARSER = (
+    ("cube", (6, 1024, 1024)),
+    ("cube", (6, 512, 512)),
+    ("angular", (1024, 1024)),
+    ("angular", (512, 512)),
+    ("octahedral", (512, 512)),
+)
+
+
 def small(shape: tuple[int, ...], quick: bool) -> tuple[int, ...]:
     return tuple(n if n == 6 else n // 8 for n in shape) if quick else shape
 
@@ -129,6 +140,7 @@ def bench_times(args: argparse.Namespace) -> list[str]:
         "look after; the next column is what making them costs in numpy. The ratio is ours to "
         "`cv2.remap` without that, less is faster.",
         table(head, body, 2),
+        *(bench_finer(args) if args.match in "finer" else []),
         *(bench_lookups(args) if args.match in "lookups" else []),
     ]
 
@@ -139,6 +151,38 @@ def converts(image, src, dst, shape, filter, out, plain=PLAIN) -> Call:
 
 def ms(seconds: float | None) -> str:
     return "–" if seconds is None else f"{seconds * 1e3:.1f}"
+
+
+def bench_finer(args: argparse.Namespace) -> list[str]:
+    """Convert a large latlong to small images, by the defaults, against reading it once."""
+    source_shape = small(FINER, args.quick)
+    floats = np.random.default_rng(2).random((*source_shape, 3), np.float32)
+    body = []
+    for prefix, image in (("f32", floats), ("u8", (floats * 255).astype(np.uint8))):
+        words = image.ravel() if image.dtype == np.float32 else image.ravel().view(np.uint64)
+        for dst, shape in COARSER:
+            shape = small(shape, args.quick)
+            title = f"{dst} {'×'.join(map(str, shape))}, {prefix}"
+            say(f"finer, {title}")
+            out = np.empty((*shape, 3), image.dtype)
+            entrants: dict[str, Call] = {
+                "antialiased": converts(image, "latlong", dst, shape, "bilinear", out, plain={}),
+                "plain": converts(image, "latlong", dst, shape, "bilinear", out),
+                "sum": lambda w=words: w.sum(dtype=w.dtype),
+            }
+            s = race(entrants, max(3, args.rounds // 2), patience=2)
+            goal = s["sum"] + 2 * s["plain"]
+            numbers = [ms(s[k]) for k in ("antialiased", "plain", "sum")]
+            numbers += [ms(goal), f"{s['antialiased'] / goal:.1f}"]
+            body.append([title, *numbers, "yes" if s["antialiased"] <= goal else "**no**"])
+    head = ["target", "ours, antialiased", "plain", "a sum over the source", "at most", "of that"]
+    rows, columns = source_shape
+    return [
+        f"Milliseconds of `convert` with its defaults from a latlong of {columns}×{rows}×3, two to "
+        "sixteen times finer. It may take what `numpy.sum` takes to read the source, on one "
+        "thread, and two plain conversions.",
+        table([*head, "reached"], body),
+    ]
 
 
 def bench_lookups(args: argparse.Namespace) -> list[str]:
@@ -238,12 +282,18 @@ def originals(args: argparse.Namespace) -> dict[str, Callable[[np.ndarray], np.n
     return found
 
 
-# To a target of about the density of the source, and to targets of an eighth of it.
-QUALITY = (
-    ("latlong", (256, 512), "cube", (6, 128, 128)),
+# To targets of an eighth of the density of the source.
+COARSE = (
     ("latlong", (256, 512), "cube", (6, 16, 16)),
     ("latlong", (256, 512), "angular", (32, 32)),
     ("cube", (6, 128, 128), "latlong", (32, 64)),
+)
+# Beside these, to one of about its density, and from larger ones to a quarter of it.
+QUALITY = (
+    ("latlong", (256, 512), "cube", (6, 128, 128)),
+    *COARSE,
+    ("latlong", (512, 1024), "cube", (6, 64, 64)),
+    ("latlong", (512, 1024), "angular", (128, 128)),
 )
 
 
@@ -280,7 +330,7 @@ def compared(show, src, source_shape, dst, shape):
 def bench_quality(args: argparse.Namespace) -> list[str]:
     pictures = originals(args)
     body = []
-    cases = QUALITY[1:2] if args.quick else QUALITY
+    cases = COARSE[:1] if args.quick else QUALITY
     for src, source_shape, dst, shape in cases:
         for picture, show in pictures.items():
             say(f"quality {src} → {dst} {shape} {picture}")
@@ -323,7 +373,7 @@ def figures(args: argparse.Namespace) -> None:
     show = pictures.get("venice.exr", pictures["band-limited"])
     chosen = next(iter(filters("area", "ewa", "trilinear", "bilinear")))
     folder = ROOT / "docs" / "images"
-    for src, source_shape, dst, shape in QUALITY[1:]:
+    for src, source_shape, dst, shape in COARSE:
         truth, whole, results = compared(show, src, source_shape, dst, shape)
         peers = ("py360convert, bilinear", "skylibs, bilinear", "cv2.remap, bilinear")
         peer = next(name for name in peers if name in results)

@@ -172,7 +172,7 @@ def images(inputs: Arrays) -> Iterator[Call]:
 
 def means(inputs: Arrays) -> Iterator[Call]:
     """Images that are large enough for polynomials, made smaller: of few texels and of many."""
-    for channels in (3, 4):
+    for channels in (1, 3):
         for dtype in IMAGE_DTYPES:
             x = image(inputs["words"], (512, 1024, channels), dtype)
             for size in (64, 160):

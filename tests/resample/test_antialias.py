@@ -187,3 +187,69 @@ def test_parallelograms_are_as_good_as_places(src, shape, dst, size, turned):
     # than one texel in a thousand. The others are off by a third of 1/350, rms.
     assert np.mean(off > 1 / 350) < 1e-3
     assert np.sqrt(np.mean(off**2)) < 1e-3
+
+
+# A texel of these sees some twenty of the source, summed up by how much of each it covers.
+MANY = ("latlong", (512, 1024), "cube", 64)
+
+
+def of_many(image: np.ndarray) -> np.ndarray:
+    src, _, dst, size = MANY
+    return sm.convert(image, src, dst, size=size)
+
+
+def noise(dtype: type = np.float32, channels: int = 6) -> np.ndarray:
+    x = np.random.default_rng(8).random((*MANY[1], channels))
+    return (x * 200).astype(dtype) if np.dtype(dtype).kind == "u" else x.astype(dtype)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32, np.float64])
+def test_sums_of_many_are_each_numbers_own(dtype):
+    # Numbers of three and four are summed side by side, others one by one.
+    x = noise(dtype)
+    # Sums of twenty terms, and beside poles of a thousand, in two orders.
+    rounding = 0 if np.dtype(dtype).kind == "u" else 1000 * np.finfo(dtype).eps
+    got = of_many(x)
+    for channels in (1, 2, 3, 4):
+        part = of_many(np.ascontiguousarray(x[..., :channels]))
+        np.testing.assert_allclose(part, got[..., :channels], rounding)
+    np.testing.assert_allclose(of_many(np.ascontiguousarray(x[..., 5])), got[..., 5], rounding)
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4, 5])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_of_many_only_those_that_see_it_take_it(value, channels):
+    x = noise(channels=channels)
+    want = of_many(x)
+    x[150:153, 700:703, 0] = value
+    got = of_many(x)
+    off = ~np.isfinite(got)
+    # It covers 3 by 3 texels of the source, and those of the target are four across.
+    assert 1 <= off.sum() <= 9
+    assert not off[..., 1:].any()
+    np.testing.assert_array_equal(got[~off], want[~off])
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4, 5])
+@pytest.mark.parametrize("scale", [3e38, 1e-36])
+def test_of_many_sums_stay_within_the_range_of_means(scale, channels):
+    x = noise(channels=channels)
+    got = of_many(x * np.float32(scale)) / np.float32(scale)
+    # Terms are a twentieth of a mean and less: below 1e-38 they keep fewer digits.
+    np.testing.assert_allclose(got, of_many(x), 5e-6)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32, np.float64])
+def test_of_many_a_constant_stays_constant_to_the_bit(dtype):
+    for channels in (1, 3, 4):
+        x = np.full((*MANY[1], channels), 201 if np.dtype(dtype).kind == "u" else 0.1, dtype)
+        assert (of_many(x) == x[0, 0, 0]).all()
+
+
+def test_of_many_means_are_nearly_areas():
+    x = noise(channels=3)
+    exact = sm.convert(x, MANY[0], MANY[2], size=MANY[3], filter="area").astype(np.float64)
+    got = of_many(x)
+    # Numbers from 0 to 1 differ by 0.29, and means of twenty by 0.07. A tenth of that, with texels
+    # beside the edges of faces, which are looked up place by place.
+    assert np.sqrt(np.mean((got - exact) ** 2)) < 0.007

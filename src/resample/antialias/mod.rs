@@ -232,7 +232,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         }
         let face = places.0[2][0].whole() as usize;
         let sight = self.runs.set(
-            (&self.source.raster, face, self.filter, self.channels),
+            (&self.source.raster, face, self.filter),
             [block.columns, block.rows],
             places,
             (slopes, down),

@@ -62,9 +62,9 @@ impl Way {
     }
 }
 
-/// Whether means by a filter of texels of so many numbers may be found from windows.
-pub(super) fn has_windows(filter: LookupFilter, channels: usize) -> bool {
-    filter == LookupFilter::Bilinear && (3..=4).contains(&channels)
+/// Whether means by a filter may be found from windows.
+pub(super) fn has_windows(filter: LookupFilter) -> bool {
+    filter == LookupFilter::Bilinear
 }
 
 /// What is known of chunks that are being looked up.
@@ -185,7 +185,7 @@ impl<T: Texel> SimdWork for Windowed<'_, '_, T> {
                 (3, false) => slices.look::<S, T, 3, false>(simd, &face, means),
                 (4, true) => slices.look::<S, T, 4, true>(simd, &face, means),
                 (4, false) => slices.look::<S, T, 4, false>(simd, &face, means),
-                _ => {}
+                _ => slices.look_any(&face, means),
             }
         }
     }

@@ -143,7 +143,7 @@ impl Parallelograms {
         done: &mut [bool],
         means: &mut [T],
     ) -> usize {
-        let windows = has_windows(filter, source.channels);
+        let windows = has_windows(filter);
         let mut all = 0;
         for way in Way::ALL {
             self.ask(done, (way, windows), &source.raster, support(filter).after);

@@ -84,7 +84,7 @@ impl Runs {
     /// ∂u and ∂v to the right, and ∂u and ∂v down; and the second derivatives down, if they matter.
     pub(crate) fn set<R: Scalar>(
         &mut self,
-        (raster, face, filter, channels): (&Raster, usize, LookupFilter, usize),
+        (raster, face, filter): (&Raster, usize, LookupFilter),
         [columns, rows]: [usize; 2],
         places: &Tile<R, 3>,
         (slopes, down): (&Tile<R, 4>, &Tile<R, 2>),
@@ -99,7 +99,7 @@ impl Runs {
         let margin = Margin::new(raster, face, around);
         let grids = [raster.along_u.index(), raster.along_v.index()];
         let mut all = [None; RUNS];
-        let windows = has_windows(filter, channels);
+        let windows = has_windows(filter);
         vectorize(
             #[inline(always)]
             || {
@@ -370,14 +370,7 @@ mod tests {
                 patch.slopes_at_nodes(row, &block, &mut nodes);
                 let face = places.0[2][0].whole() as usize;
                 let of = (&texture.raster, face, filter);
-                let (raster, face, filter) = of;
-                let of_runs = (raster, face, filter, texture.channels);
-                runs.set(
-                    of_runs,
-                    [block.columns, block.rows],
-                    &places,
-                    (&nodes, &down),
-                );
+                runs.set(of, [block.columns, block.rows], &places, (&nodes, &down));
                 let (mut by_runs, mut by_own) = ([0.0; TILE], [0.0; TILE]);
                 let mut done = [[false; TILE]; 2];
                 let source = (&texture, filter);

@@ -20,8 +20,8 @@
 //!
 //! # In lanes
 //!
-//! Weights of a row are found for [`LANES`] parallelograms together, and then numbers of a texel are summed up side by side, as differences from
-//! the texel next to the center: a constant stays constant to the bit. Windows of all lanes are as large as the largest of them; what is beyond a
+//! Weights of a row are found for [`LANES`] parallelograms together, and then three or four numbers of a texel are summed up side by side, as differences from
+//! the texel next to the center: a constant stays constant to the bit. Of one number, two, or five and more each is summed by itself, in the same order. Windows of all lanes are as large as the largest of them; what is beyond a
 //! lane's own counts zero times, and where that makes a NaN the mean is found again, from those that count.
 
 use super::look::{Face, write};
@@ -32,6 +32,7 @@ use crate::kernel::tile::prefetch_item;
 use crate::kernel::{Scalar, vectorize};
 use crate::number::real::{self, Real};
 use fearless_simd::{Simd, SimdBase};
+use std::ops::Add;
 
 /// Windows serve from so many places on.
 const FROM: f32 = 12.0;
@@ -106,6 +107,8 @@ pub(super) struct Slices<F> {
     halves: [Row<f32>; 2],
     /// How far they reach from the middle along x and y.
     reach: [Row<f32>; 2],
+    /// What a share of the area is.
+    over_area: Row<f32>,
     /// The first row, from where the texel begins, and how many there are.
     top: Row<f32>,
     rows: usize,
@@ -117,6 +120,8 @@ pub(super) struct Slices<F> {
     first: Row<usize>,
     weights: Vec<Row<F>>,
     columns: usize,
+    /// Of all lanes, number by number.
+    sums: Vec<F>,
 }
 
 impl<F: Scalar> Slices<F> {
@@ -130,6 +135,7 @@ impl<F: Scalar> Slices<F> {
             slopes: [[0.0; LANES]; 2],
             halves: [[0.0; LANES]; 2],
             reach: [[0.0; LANES]; 2],
+            over_area: [0.0; LANES],
             top: [0.0; LANES],
             rows: 0,
             base: [0; LANES],
@@ -137,6 +143,7 @@ impl<F: Scalar> Slices<F> {
             first: [0; LANES],
             weights: Vec::new(),
             columns: 0,
+            sums: Vec::new(),
         }
     }
 
@@ -164,6 +171,8 @@ impl<F: Scalar> Slices<F> {
             let (a, b) = (steep(ay[k]), steep(by[k]));
             (slopes[0][k], slopes[1][k]) = (ax[k] / a, bx[k] / b);
             (halves[0][k], halves[1][k]) = (0.5 * area / a.abs(), 0.5 * area / b.abs());
+            // Of sums of shares the largest numbers are no more than of means.
+            self.over_area[k] = 1.0 / real::max(area, f32::MIN_POSITIVE);
             let half = 0.5 * (ay[k].abs() + by[k].abs());
             top[k] = Real::floor(y[k] - half + 0.5);
             rows[k] = -Real::floor(-(y[k] + half + 0.5)) - top[k];
@@ -201,10 +210,11 @@ impl<F: Scalar> Slices<F> {
             let away = texel - y[k];
             let upper = real::min(real::max(away - 0.5, -high[k]), high[k]);
             let lower = real::min(real::max(away + 0.5, upper), high[k]);
-            apart[k] = (lower - upper) * (1.0 / LINES as f32);
+            let between = (lower - upper) * (1.0 / LINES as f32);
+            apart[k] = between * self.over_area[k];
             let (mut least, mut most, mut sum) = (far[k], -far[k], 0.0);
             for (number, line) in lines.iter_mut().enumerate() {
-                let height = upper + apart[k] * (number as f32 + 0.5);
+                let height = upper + between * (number as f32 + 0.5);
                 let (ca, cb) = (height * a[k], height * b[k]);
                 let l = real::max(real::max(ca - p[k], cb - q[k]), -far[k]);
                 let r = real::max(real::min(real::min(ca + p[k], cb + q[k]), far[k]), l);
@@ -305,6 +315,97 @@ impl<F: Scalar> Slices<F> {
         }
     }
 
+    /// Writes the means of texels of one number, of two, or of more than four.
+    #[inline(always)]
+    pub(super) fn look_any<T: Texel<Float = F>>(&mut self, face: &Face<'_, T>, means: &mut [T]) {
+        let unknown = self.one_by_one::<T, false>(face, &[true; LANES], means);
+        if unknown.contains(&true) {
+            self.careful(face, &unknown, means);
+        }
+    }
+
+    /// Finds some means again, of the texels that count and of no others.
+    #[inline(never)]
+    fn careful<T: Texel<Float = F>>(
+        &mut self,
+        face: &Face<'_, T>,
+        wanted: &Row<bool>,
+        means: &mut [T],
+    ) {
+        self.one_by_one::<T, true>(face, wanted, means);
+    }
+
+    /// Writes some means number by number, by the same sums as those of [`look`](Self::look), and returns which are no numbers. CAREFUL leaves out what
+    /// counts zero times.
+    #[inline(always)]
+    fn one_by_one<T: Texel<Float = F>, const CAREFUL: bool>(
+        &mut self,
+        face: &Face<'_, T>,
+        wanted: &Row<bool>,
+        means: &mut [T],
+    ) -> Row<bool> {
+        let (channels, right) = (face.channels, face.steps[0]);
+        let number = |at: usize| face.texels.get(at).map_or(F::ZERO, |x| x.load());
+        let base_of = |at: usize| {
+            let base = number(at);
+            // Zero times a number is no NaN if it is finite.
+            let out = CAREFUL && (F::ZERO * base).is_nan();
+            if out { F::ZERO } else { base }
+        };
+        self.sums.clear();
+        self.sums.resize(LANES * channels, F::ZERO);
+        self.total = [0.0; LANES];
+        for row in 0..self.rows {
+            self.row(row);
+            self.ask(face, channels);
+            let weights = &self.weights[..self.columns];
+            for lane in (0..self.count).filter(|&lane| wanted[lane]) {
+                for channel in 0..channels {
+                    let base = base_of(self.base[lane].wrapping_add(channel));
+                    let mut at = self.first[lane].wrapping_add(channel);
+                    let mut next = |weights: &Row<F>| {
+                        let weight = weights[lane];
+                        let counts = !CAREFUL || weight > F::ZERO;
+                        let off = if counts { number(at) - base } else { F::ZERO };
+                        at = at.wrapping_add_signed(right);
+                        weight * off
+                    };
+                    let sum = &mut self.sums[lane * channels + channel];
+                    if face.straight {
+                        let (fours, rest) = weights.as_chunks::<4>();
+                        let mut along = F::ZERO;
+                        for four in fours {
+                            along = along + by_halves(four.each_ref().map(&mut next));
+                        }
+                        *sum = *sum
+                            + match rest {
+                                [a, b, c] => along + by_halves([a, b, c].map(&mut next)),
+                                [a, b] => along + by_halves([a, b].map(&mut next)),
+                                [a] => along + next(a),
+                                _ => along,
+                            };
+                    } else {
+                        for weights in weights {
+                            *sum = *sum + next(weights);
+                        }
+                    }
+                }
+            }
+        }
+        let mut unknown = [false; LANES];
+        for lane in (0..self.count).filter(|&lane| wanted[lane]) {
+            for channel in 0..channels {
+                let sum = self.sums[lane * channels + channel] * self.over(lane);
+                let mean = base_of(self.base[lane].wrapping_add(channel)) + sum;
+                unknown[lane] |= mean.is_nan();
+                if let Some(own) = means.get_mut(self.own[lane] * channels + channel) {
+                    *own = T::store(mean);
+                }
+            }
+        }
+        unknown
+    }
+
     /// Asks for the texels of the next row.
     #[inline(always)]
     fn ask<T: Texel>(&self, face: &Face<'_, T>, channels: usize) {
@@ -315,49 +416,6 @@ impl<F: Scalar> Slices<F> {
                 prefetch_item(face.texels, below.wrapping_add(number));
             }
             prefetch_item(face.texels, below.wrapping_add(last));
-        }
-    }
-
-    /// Finds some means again, of the texels that count and of no others.
-    #[inline(never)]
-    fn careful<T: Texel<Float = F>>(
-        &mut self,
-        face: &Face<'_, T>,
-        wanted: &[bool; LANES],
-        means: &mut [T],
-    ) {
-        let channels = face.channels;
-        let number = |at: usize| face.texels.get(at).map_or(F::ZERO, |x| x.load());
-        let base_of = |at: usize| {
-            let base = number(at);
-            // Zero times a number is no NaN if it is finite.
-            let finite = !(F::ZERO * base).is_nan();
-            if finite { base } else { F::ZERO }
-        };
-        let mut sums = vec![F::ZERO; LANES * channels];
-        self.total = [0.0; LANES];
-        for row in 0..self.rows {
-            self.row(row);
-            for lane in (0..self.count).filter(|&lane| wanted[lane]) {
-                let sums = &mut sums[lane * channels..][..channels];
-                for (channel, sum) in sums.iter_mut().enumerate() {
-                    let base = base_of(self.base[lane] + channel);
-                    let mut at = self.first[lane].wrapping_add(channel);
-                    for weights in &self.weights[..self.columns] {
-                        if weights[lane] > F::ZERO {
-                            *sum = *sum + weights[lane] * (number(at) - base);
-                        }
-                        at = at.wrapping_add_signed(face.steps[0]);
-                    }
-                }
-            }
-        }
-        for lane in (0..self.count).filter(|&lane| wanted[lane]) {
-            let means = &mut means[self.own[lane] * channels..][..channels];
-            for (channel, mean) in means.iter_mut().enumerate() {
-                let base = base_of(self.base[lane] + channel);
-                *mean = T::store(base + sums[lane * channels + channel] * self.over(lane));
-            }
         }
     }
 }
@@ -414,16 +472,7 @@ impl<T: Texel, S: Simd> Sum<T, S> {
             let weight = Four::<T, S>::splat(simd, weights[lane % LANES]);
             *term = weight * (four(simd, row, k * CHANNELS) - self.base);
         }
-        // Half by half: one after the other, each sum waits for the one before.
-        let mut half = N.next_power_of_two() / 2;
-        while half > 0 {
-            for k in half..N.min(2 * half) {
-                let term = terms[k];
-                terms[k - half] += term;
-            }
-            half /= 2;
-        }
-        self.sum += terms[0];
+        self.sum += by_halves(terms);
     }
 
     /// Adds a row that is stored some other way.
@@ -442,6 +491,19 @@ impl<T: Texel, S: Simd> Sum<T, S> {
             at = at.wrapping_add_signed(right);
         }
     }
+}
+
+/// The sum of some terms, half by half: one after the other, each sum waits for the one before.
+#[inline(always)]
+fn by_halves<X: Copy + Add<Output = X>, const N: usize>(mut terms: [X; N]) -> X {
+    let mut half = N.next_power_of_two() / 2;
+    while half > 0 {
+        for k in half..N.min(2 * half) {
+            terms[k - half] = terms[k - half] + terms[k];
+        }
+        half /= 2;
+    }
+    terms[0]
 }
 
 /// Where numbers lie, so many from some others.

@@ -15,14 +15,15 @@
 //! its middle, by the mean of squares; where that is no small part of it ([`fits`]), it is looked up so as well.
 //!
 //! What did not help: a parallelogram with two sides along the rows and the same second moments, which needs no lines (it sees as much, but not the
-//! same: means differed from areas by three times as much), and one segment or trapezoid for all lines of a row (by 1.3 times as much: where an edge is nearly along the row, a
-//! corner lies in it).
+//! same: means differed from areas by four times as much), and one segment or trapezoid for all lines of a row (by two to four times as much: where an
+//! edge is nearly along the row, a corner lies in it).
 //!
 //! # In lanes
 //!
 //! Weights of a row are found for [`LANES`] parallelograms together, and then three or four numbers of a texel are summed up side by side, as differences from
-//! the texel next to the center: a constant stays constant to the bit. Of one number, two, or five and more each is summed by itself, in the same order. Windows of all lanes are as large as the largest of them; what is beyond a
-//! lane's own counts zero times, and where that makes a NaN the mean is found again, from those that count.
+//! the texel next to the center: a constant stays constant to the bit. Of one number, two, or five and more each is summed by itself, in the same order.
+//! Windows of all lanes are as large as the largest of them; what is beyond a lane's own counts zero times, and where that makes a NaN the mean is found
+//! again, from those that count.
 
 use super::look::{Face, write};
 use super::spread::{LANES, largest};
@@ -107,7 +108,7 @@ pub(super) struct Slices<F> {
     halves: [Row<f32>; 2],
     /// How far they reach from the middle along x and y.
     reach: [Row<f32>; 2],
-    /// What a share of the area is.
+    /// Times which shares count: 1 over the area, so that sums are no larger than means.
     over_area: Row<f32>,
     /// The first row, from where the texel begins, and how many there are.
     top: Row<f32>,
@@ -171,7 +172,6 @@ impl<F: Scalar> Slices<F> {
             let (a, b) = (steep(ay[k]), steep(by[k]));
             (slopes[0][k], slopes[1][k]) = (ax[k] / a, bx[k] / b);
             (halves[0][k], halves[1][k]) = (0.5 * area / a.abs(), 0.5 * area / b.abs());
-            // Of sums of shares the largest numbers are no more than of means.
             self.over_area[k] = 1.0 / real::max(area, f32::MIN_POSITIVE);
             let half = 0.5 * (ay[k].abs() + by[k].abs());
             top[k] = Real::floor(y[k] - half + 0.5);

@@ -188,6 +188,10 @@ impl Parallelograms {
         for (wanted, done) in wanted.iter_mut().zip(done) {
             *wanted &= !done;
         }
+        if !wanted.contains(&true) {
+            self.asked.count = 0;
+            return;
+        }
         let own = &mut self.asked.own;
         let mut asked = count;
         if wanted[..count].iter().all(|wanted| *wanted) && !raster.has_rim() {

@@ -26,7 +26,7 @@
 //! again, from those that count.
 
 use super::look::{Face, write};
-use super::spread::{LANES, largest};
+use super::spread::{LANES, by_halves, largest};
 use super::wide::four;
 use crate::image::texel::{Four, Texel};
 use crate::kernel::tile::prefetch_item;
@@ -375,12 +375,12 @@ impl<F: Scalar> Slices<F> {
                         let (fours, rest) = weights.as_chunks::<4>();
                         let mut along = F::ZERO;
                         for four in fours {
-                            along = along + by_halves(four.each_ref().map(&mut next));
+                            along = along + sum_of(four.each_ref().map(&mut next));
                         }
                         *sum = *sum
                             + match rest {
-                                [a, b, c] => along + by_halves([a, b, c].map(&mut next)),
-                                [a, b] => along + by_halves([a, b].map(&mut next)),
+                                [a, b, c] => along + sum_of([a, b, c].map(&mut next)),
+                                [a, b] => along + sum_of([a, b].map(&mut next)),
                                 [a] => along + next(a),
                                 _ => along,
                             };
@@ -472,7 +472,7 @@ impl<T: Texel, S: Simd> Sum<T, S> {
             let weight = Four::<T, S>::splat(simd, weights[lane % LANES]);
             *term = weight * (four(simd, row, k * CHANNELS) - self.base);
         }
-        self.sum += by_halves(terms);
+        self.sum += sum_of(terms);
     }
 
     /// Adds a row that is stored some other way.
@@ -493,17 +493,10 @@ impl<T: Texel, S: Simd> Sum<T, S> {
     }
 }
 
-/// The sum of some terms, half by half: one after the other, each sum waits for the one before.
+/// The sum of some terms.
 #[inline(always)]
-fn by_halves<X: Copy + Add<Output = X>, const N: usize>(mut terms: [X; N]) -> X {
-    let mut half = N.next_power_of_two() / 2;
-    while half > 0 {
-        for k in half..N.min(2 * half) {
-            terms[k - half] = terms[k - half] + terms[k];
-        }
-        half /= 2;
-    }
-    terms[0]
+fn sum_of<X: Copy + Add<Output = X>, const N: usize>(terms: [X; N]) -> X {
+    by_halves(terms, X::add)
 }
 
 /// Where numbers lie, so many from some others.

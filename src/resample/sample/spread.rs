@@ -303,17 +303,23 @@ impl Trapezoid {
     }
 }
 
-/// The largest of some numbers, half by half: one after the other, each waits for the one before.
+/// What some terms come to, half by half: one after the other, each waits for the one before.
 #[inline(always)]
-pub(super) fn largest(mut numbers: [f32; LANES]) -> f32 {
-    let mut half = LANES / 2;
+pub(super) fn by_halves<X: Copy, const N: usize>(mut terms: [X; N], of: impl Fn(X, X) -> X) -> X {
+    let mut half = N.next_power_of_two() / 2;
     while half > 0 {
-        for k in 0..half {
-            numbers[k] = real::max(numbers[k], numbers[k + half]);
+        for k in half..N.min(2 * half) {
+            terms[k - half] = of(terms[k - half], terms[k]);
         }
         half /= 2;
     }
-    numbers[0]
+    terms[0]
+}
+
+/// The largest of some numbers.
+#[inline(always)]
+pub(super) fn largest(numbers: [f32; LANES]) -> f32 {
+    by_halves(numbers, real::max)
 }
 
 #[cfg(test)]

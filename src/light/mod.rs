@@ -3,6 +3,7 @@
 pub mod dfg;
 pub mod distribution;
 mod energy;
+mod full;
 pub(crate) mod integrate;
 mod kept;
 pub mod lights;

@@ -35,6 +35,11 @@ use std::sync::Arc;
 /// Numbers that packed sums go by.
 pub const LANES: usize = 8;
 
+/// The sum of lanes, as a tree.
+pub fn add_lanes(s: &[f64; LANES]) -> f64 {
+    ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
+}
+
 /// Texels along the side of a patch.
 pub const SIDE: usize = 16;
 const _: () = assert!(ROOM <= TILE);
@@ -258,7 +263,7 @@ impl<'a> Patches<'a> {
     }
 
     /// The columns of texels of columns of patches.
-    fn columns(&self, columns: &Range<usize>) -> Range<usize> {
+    pub(super) fn columns(&self, columns: &Range<usize>) -> Range<usize> {
         columns.start * SIDE..(columns.end * SIDE).min(self.raster.width)
     }
 

@@ -14,8 +14,7 @@
 use super::count::count;
 use crate::kernel;
 use crate::kernel::SimdWork;
-use crate::light::integrate::add_lanes;
-use crate::light::patches::LANES;
+use crate::light::patches::{LANES, add_lanes};
 use crate::number::real::Real;
 use fearless_simd::{Simd, SimdBase, f64x8};
 use std::f64::consts::PI;

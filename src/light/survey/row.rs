@@ -7,8 +7,7 @@
 
 use crate::image::texel::Texel;
 use crate::kernel::{Scalar, vectorize};
-use crate::light::integrate::add_lanes;
-use crate::light::patches::LANES;
+use crate::light::patches::{LANES, add_lanes};
 
 type Lanes = [f64; LANES];
 

@@ -3,7 +3,7 @@
 use crate::error::{Error, expect_length};
 use crate::geometry::axes::Rotation;
 use crate::geometry::solid_angle::Rect;
-use crate::image::raster::{Block, Raster};
+use crate::image::raster::{Block, Raster, Run};
 use crate::kernel::Scalar;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, TuplesMut};
@@ -143,22 +143,50 @@ pub fn solid_angles(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), E
     let raster = Raster::new(map, shape)?;
     expect_length("out", out.len(), raster.texels())?;
     let cells = SolidAngles::new(map, &raster);
-    threads::rows(out, raster.columns, raster.texels() * 16, |row, out| {
+    // Faces are alike. Where one is stored after the other, the first is found and the others are copies of it.
+    let stacked = raster.texels() == raster.faces() * raster.width * raster.height
+        && raster.columns == raster.width
+        && raster.straight().is_some();
+    let rows = if stacked { raster.height } else { raster.rows };
+    let (own, copies) = out.split_at_mut(rows * raster.columns);
+    let points = own.len() * 16;
+    threads::rows(own, raster.columns, points, |row, out| {
+        let mut before: Option<Run> = None;
         for run in raster.runs(row) {
-            let out = &mut out[run.column..][..run.length];
+            let here = run.column..run.column + run.length;
             let Some((_, start, step)) = run.face else {
-                out.fill(0.0);
+                out[here].fill(0.0);
                 continue;
             };
             if step == [1, 0] {
-                cells.row(map, &raster, start[1] as usize, start[0] as usize, out);
+                let alike = |run: &Run, other: &Run| {
+                    let texels = |run: &Run| run.face.map(|(_, start, step)| (start, step));
+                    run.length == other.length && texels(run) == texels(other)
+                };
+                match before.filter(|before| alike(before, &run)) {
+                    Some(before) => {
+                        out.copy_within(before.column..before.column + before.length, run.column)
+                    }
+                    None => cells.row(
+                        map,
+                        &raster,
+                        start[1] as usize,
+                        start[0] as usize,
+                        &mut out[here],
+                    ),
+                }
+                before = Some(run);
                 continue;
             }
-            for (k, out) in out.iter_mut().enumerate() {
+            for (k, out) in out[here].iter_mut().enumerate() {
                 let at = |axis: usize| (start[axis] + k as isize * step[axis]) as usize;
                 *out = solid_angle_of(map, &raster, at(0), at(1));
             }
         }
+    });
+    let points = copies.len();
+    threads::rows(copies, raster.columns, points, |row, out| {
+        out.copy_from_slice(&own[row % rows * raster.columns..][..raster.columns]);
     });
     Ok(())
 }

@@ -230,12 +230,7 @@ impl Projection for Icosahedral {
         let first = solid_angle::clip(&corners, |[u, v]| 1.0 - u - v);
         let second = solid_angle::clip(&corners, |[u, v]| u + v - 1.0);
         // The triangles of a face are mirror images in its diagonal.
-        let first: Vec<_> = first.into_iter().map(lift).collect();
-        let second: Vec<_> = second
-            .into_iter()
-            .map(|[u, v]| lift([1.0 - v, 1.0 - u]))
-            .collect();
-        solid_angle::gnomonic_polygon(&first) + solid_angle::gnomonic_polygon(&second)
+        first.solid_angle(lift) + second.solid_angle(|[u, v]| lift([1.0 - v, 1.0 - u]))
     }
 
     #[inline(always)]

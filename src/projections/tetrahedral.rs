@@ -117,7 +117,7 @@ impl Projection for Tetrahedral {
                 let half = solid_angle::clip(&corners, |[u, _]| {
                     (u - 0.5) * if right { 1.0 } else { -1.0 }
                 });
-                let part = solid_angle::clip(&half, |[u, v]| {
+                let part = solid_angle::clip(half.corners(), |[u, v]| {
                     ((u - start) - 0.5 * v) * if steep { 1.0 } else { -1.0 }
                 });
                 // From inside, so that a point on a fold counts with this face.
@@ -132,8 +132,7 @@ impl Projection for Tetrahedral {
                     };
                     [x, y, z]
                 };
-                let points: Vec<[f64; 3]> = part.into_iter().map(lift).collect();
-                sum += solid_angle::gnomonic_polygon(&points);
+                sum += part.solid_angle(lift);
             }
         }
         sum

@@ -42,10 +42,10 @@ const SHORT: f64 = 1.0 / 16.0;
 /// cell counts as valid by its four corners and the 20 points of two rules. A cell of a subdivision
 /// with no valid point among these is 0 at once.
 pub fn quadrature(r: Rect, density: &dyn Fn(f64, f64) -> f64) -> f64 {
-    let (whole, _) = probe(&G4, r, density);
+    let whole = probe(&G4, r, density);
     let area = r.du() * r.dv();
     if area > 0.0 {
-        cell(r, density, whole.abs() / area, DEPTH)
+        cell(r, density, whole, whole.0.abs() / area, DEPTH)
     } else {
         0.0
     }
@@ -142,9 +142,15 @@ fn strip(r: Rect, from: f64, to: f64, density: &dyn Fn(f64, f64) -> f64) -> f64 
     })
 }
 
-fn cell(r: Rect, density: &dyn Fn(f64, f64) -> f64, mean: f64, depth: u32) -> f64 {
+/// A cell of which the four-point rule is known.
+fn cell(
+    r: Rect,
+    density: &dyn Fn(f64, f64) -> f64,
+    (high, high_valid): (f64, usize),
+    mean: f64,
+    depth: u32,
+) -> f64 {
     let (low, low_valid) = probe(&G2, r, density);
-    let (high, high_valid) = probe(&G4, r, density);
     let corners = [(r.u0, r.v0), (r.u1, r.v0), (r.u1, r.v1), (r.u0, r.v1)];
     let corners_valid = corners
         .iter()
@@ -159,7 +165,7 @@ fn cell(r: Rect, density: &dyn Fn(f64, f64) -> f64, mean: f64, depth: u32) -> f6
         return high;
     }
     r.quarters()
-        .map(|r| cell(r, density, mean, depth - 1))
+        .map(|r| cell(r, density, probe(&G4, r, density), mean, depth - 1))
         .iter()
         .sum()
 }

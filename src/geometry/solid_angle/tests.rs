@@ -1,5 +1,6 @@
 //! Totals, subdivision, symmetry and brute force, for every map alike.
 
+use super::gnomonic::gnomonic_polygon;
 use super::*;
 use std::f64::consts::PI;
 
@@ -216,6 +217,17 @@ fn brute_force() {
                 );
             }
         }
+    }
+}
+
+#[test]
+fn integrals_of_every_length() {
+    // Singular a tenth of the unit interval beside the middle of each part.
+    for length in [1.0 / 1600.0, 1.0 / 256.0, 1.0 / 64.0, 0.05, 0.3, 1.0] {
+        let (from, to) = (-0.5 * length, 0.5 * length);
+        let value = integral(from, to, |x| 1.0 / (x * x + 0.01));
+        let want = 20.0 * f64::atan(10.0 * to);
+        assert!(close(value, want, 1e-13 * want), "{length}");
     }
 }
 

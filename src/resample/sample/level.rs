@@ -53,19 +53,47 @@ impl<T: Texel> Texture<'_, T> {
         let (left, top) = (Real::floor(x), Real::floor(y));
         let (tx, ty) = (x - left, y - top);
         let (i, j) = (left as isize, top as isize);
-        let corners = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)];
-        if tx == 0.0 || ty == 0.0 || !corners.iter().all(|(i, j)| self.raster.holds(*i, *j)) {
+        let raster = &self.raster;
+        // One by one: a closure over an array of them is a call.
+        let held = raster.holds(i, j)
+            && raster.holds(i + 1, j)
+            && raster.holds(i, j + 1)
+            && raster.holds(i + 1, j + 1);
+        if tx == 0.0 || ty == 0.0 || !held {
             return false;
         }
-        let view = self.raster.view(face);
-        let [a, b, c, d] = corners.map(|(i, j)| self.texel(view.index(i as usize, j as usize)));
+        let view = raster.view(face);
+        let [right, down] = view.steps();
+        let first = view.index(i as usize, j as usize);
+        let (next, below) = (
+            first.wrapping_add_signed(right),
+            first.wrapping_add_signed(down),
+        );
+        let four = [first, next, below, below.wrapping_add_signed(right)];
         let shares = [tx * (1.0 - ty), (1.0 - tx) * ty, tx * ty];
-        for (k, out) in out.iter_mut().enumerate() {
-            let [base, b, c, d] = [a[k], b[k], c[k], d[k]].map(|x| x.load().to_f64());
-            let sum = shares[0] * (b - base) + shares[1] * (c - base) + shares[2] * (d - base);
-            *out = base + sum;
+        match self.channels {
+            1 => self.mix_of::<1>(four, shares, out),
+            3 => self.mix_of::<3>(four, shares, out),
+            4 => self.mix_of::<4>(four, shares, out),
+            _ => {
+                let [a, b, c, d] = four.map(|index| self.texel(index));
+                for (k, out) in out.iter_mut().enumerate() {
+                    *out = mix([a[k], b[k], c[k], d[k]], shares);
+                }
+            }
         }
         true
+    }
+
+    /// The mix of four texels of C numbers.
+    #[inline(always)]
+    fn mix_of<const C: usize>(&self, four: [usize; 4], shares: [f64; 3], out: &mut [f64]) {
+        let (texels, _) = self.texels.as_chunks::<C>();
+        let [a, b, c, d] = four;
+        let (a, b, c, d) = (texels[a], texels[b], texels[c], texels[d]);
+        for (k, out) in out[..C].iter_mut().enumerate() {
+            *out = mix([a[k], b[k], c[k], d[k]], shares);
+        }
     }
 
     /// The mean of texels by their weights.
@@ -82,4 +110,14 @@ impl<T: Texel> Texture<'_, T> {
             *out = base + sum / all;
         }
     }
+}
+
+/// The mix of four numbers, of the last three by their shares.
+#[inline(always)]
+fn mix<T: Texel>(four: [T; 4], [b, c, d]: [f64; 3]) -> f64 {
+    let number = |x: T| x.load().to_f64();
+    let base = number(four[0]);
+    base + (b * (number(four[1]) - base)
+        + c * (number(four[2]) - base)
+        + d * (number(four[3]) - base))
 }

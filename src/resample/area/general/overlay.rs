@@ -363,8 +363,8 @@ impl<'l, 'a> Overlay<'l, 'a> {
         let (p, q) = (a.spot?, b.spot?);
         let (mut low, mut high) = ((a.t, p.xy[axis] - line), (b.t, q.xy[axis] - line));
         let tolerance = 1e-11 + 8.0 * f64::EPSILON * line;
-        let mut found = None;
-        // Regula falsi; a side that stays is halved (the Illinois method).
+        let (mut found, mut moved) = (None, None);
+        // Regula falsi; a side that stays twice is halved (the Illinois method).
         for _ in 0..24 {
             let t = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             let t = t.clamp(a.t, b.t);
@@ -382,12 +382,15 @@ impl<'l, 'a> Overlay<'l, 'a> {
                 // Across a seam two neighboring cells may be far apart: the coordinate leaps.
                 return None;
             }
-            if (x < 0.0) == (high.1 < 0.0) {
-                high = (t, x);
-                low.1 *= 0.5;
+            let is_high = (x < 0.0) == (high.1 < 0.0);
+            let (near, far) = if is_high {
+                (&mut high, &mut low)
             } else {
-                low = (t, x);
-                high.1 *= 0.5;
+                (&mut low, &mut high)
+            };
+            *near = (t, x);
+            if moved.replace(is_high) == Some(is_high) {
+                far.1 *= 0.5;
             }
         }
         let (sample, spot) = found?;
@@ -625,26 +628,38 @@ enum Bend {
     Unclear,
 }
 
-/// Whether the border leaves the cell between two places of it, by the parabola through three.
+/// Bends that are nothing but rounding, in cells: two images' lines lie as near as that where they coincide.
+const STRAIGHT: f64 = 1e-9;
+
+/// Whether the border leaves the cell between two places of it, by a third in the middle.
+///
+/// Between these it is a curve, or a crease of the target's map turns it somewhere. By as much as it bends, it may come further than its
+/// places do. Where that is beyond the cell, it must go on along the axis for certain.
 fn excursion(p: &Spot, m: &Spot, q: &Spot) -> Bend {
+    let mut bend = Bend::Inside;
     for axis in [0, 1] {
         let (a, b, c) = (p.xy[axis], m.xy[axis], q.xy[axis]);
         let second = a - 2.0 * b + c;
-        if second.abs() > 0.1 {
+        let (slope, beyond) = (c - a, second.abs());
+        if beyond > 0.1 {
             return Bend::Unclear;
         }
-        let slope = c - a;
-        // a + (slope - 2·second)·s + 2·second·s² has its extremum here.
+        let low = p.at[axis] as f64;
+        let outside = |from: f64, to: f64| from < low || to > low + 1.0;
+        // The parabola a + (slope - 2·second)·s + 2·second·s² has its extremum here.
         let s = 0.5 - 0.25 * slope / second;
         if s > 0.0 && s < 1.0 {
             let extremum = a + s * (slope - 2.0 * second) + 2.0 * second * s * s;
-            let low = p.at[axis] as f64;
-            if extremum < low || extremum > low + 1.0 {
+            if outside(extremum, extremum) {
                 return Bend::Outside(s);
             }
         }
+        let near = outside(a.min(b).min(c) - beyond, a.max(b).max(c) + beyond);
+        if near && beyond > STRAIGHT && slope.abs() < 4.0 * beyond {
+            bend = Bend::Unclear;
+        }
     }
-    Bend::Inside
+    bend
 }
 
 /// Roughly a cell's area; of a needle, that of one less thin.
@@ -769,6 +784,24 @@ mod tests {
             columns = columns.max((got - want).abs() / want.max(1e-5));
         });
         (rows, columns)
+    }
+
+    #[test]
+    fn a_corner_between_two_places_is_looked_for() {
+        // Beside a line between columns the border turns: at 18.01, between the first and the second of these places.
+        let spot = |x: f64, y: f64| Spot {
+            face: 0,
+            uv: [x, y],
+            xy: [x, y],
+            at: [x as usize, y as usize],
+        };
+        let [p, m, q] = [[17.987, 3.0], [17.9777, 3.32], [17.9262, 3.655]].map(|[x, y]| spot(x, y));
+        assert!(!matches!(excursion(&p, &m, &q), Bend::Inside));
+        // As bent, but far from lines; and beside one, but on its way.
+        let [p, m, q] = [[17.487, 3.1], [17.4777, 3.32], [17.4262, 3.555]].map(|[x, y]| spot(x, y));
+        assert!(matches!(excursion(&p, &m, &q), Bend::Inside));
+        let [p, m, q] = [[17.99, 3.1], [17.7, 3.32], [17.4, 3.555]].map(|[x, y]| spot(x, y));
+        assert!(matches!(excursion(&p, &m, &q), Bend::Inside));
     }
 
     #[test]

@@ -29,6 +29,8 @@ WORKS = [
     ("latlong", 256, "cube", 128, 12.0),
     ("cube", 128, "latlong", 256, 12.0),
     ("latlong", 256, "octahedral", 256, 12.0),
+    ("latlong", 64, "cube", 32, 12.0),
+    ("octahedral", 32, "latlong", 16, 12.0),
     ("cube", 512, "cube", 128, 12.0),
     ("octahedral", 1024, "octahedral", 300, 12.0),
     ("angular", 1024, "angular", 256, 12.0),

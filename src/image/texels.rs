@@ -3,7 +3,7 @@
 use crate::error::{Error, expect_length};
 use crate::geometry::axes::Rotation;
 use crate::geometry::solid_angle::Rect;
-use crate::image::raster::{Block, Raster, Run};
+use crate::image::raster::{Block, Raster};
 use crate::kernel::Scalar;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, TuplesMut};
@@ -151,7 +151,8 @@ pub fn solid_angles(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), E
     let (own, copies) = out.split_at_mut(rows * raster.columns);
     let points = own.len() * 16;
     threads::rows(own, raster.columns, points, |row, out| {
-        let mut before: Option<Run> = None;
+        // The last row of a face that was found: its first texel, its length and its column.
+        let mut known = None;
         for run in raster.runs(row) {
             let here = run.column..run.column + run.length;
             let Some((_, start, step)) = run.face else {
@@ -159,23 +160,15 @@ pub fn solid_angles(map: &Map, shape: &[usize], out: &mut [f64]) -> Result<(), E
                 continue;
             };
             if step == [1, 0] {
-                let alike = |run: &Run, other: &Run| {
-                    let texels = |run: &Run| run.face.map(|(_, start, step)| (start, step));
-                    run.length == other.length && texels(run) == texels(other)
-                };
-                match before.filter(|before| alike(before, &run)) {
-                    Some(before) => {
-                        out.copy_within(before.column..before.column + before.length, run.column)
-                    }
-                    None => cells.row(
-                        map,
-                        &raster,
-                        start[1] as usize,
-                        start[0] as usize,
-                        &mut out[here],
-                    ),
+                if let Some((texel, length, column)) = known
+                    && (texel, length) == (start, run.length)
+                {
+                    out.copy_within(column..column + length, run.column);
+                } else {
+                    let [first, j] = start.map(|k| k as usize);
+                    cells.row(map, &raster, j, first, &mut out[here]);
+                    known = Some((start, run.length, run.column));
                 }
-                before = Some(run);
                 continue;
             }
             for (k, out) in out[here].iter_mut().enumerate() {

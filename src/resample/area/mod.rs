@@ -116,7 +116,7 @@ enum Path {
 }
 
 /// How many cells of a refined source take as long, on the fast path, as a texel of source or target on the general one: 0.3 to 1 µs, and 4 to 10.
-const CELLS: usize = 14;
+const CELLS: f64 = 14.0;
 
 /// Source cells along the side of a target cell for which a target is refined.
 const WIDEST: f64 = 12.0;
@@ -155,9 +155,13 @@ fn convert_by<T: Texel>(
     let fast = match path {
         Path::Best if alike => false,
         Path::Best => {
-            let parts = parts_for(&from, fast::plane::FEWEST);
-            let all = from.raster.texels();
-            all * parts * parts <= CELLS * (all + texels)
+            let parts = parts_for(&from, fast::plane::FEWEST) as f64;
+            // Of either image that part which the other covers, if it covers less.
+            let covered = [&from, &into].map(|lattice| lattice.map.coverage().solid_angle());
+            let seen = |texels: usize, own: f64, other: f64| texels as f64 * (other / own).min(1.0);
+            let source = seen(from.raster.texels(), covered[0], covered[1]);
+            let target = seen(texels, covered[1], covered[0]);
+            source * parts * parts <= CELLS * (source + target)
         }
         #[cfg(test)]
         Path::Fast => true,

@@ -557,9 +557,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
             self.counts[1] += 1;
         } else {
             self.shares.weights.clear();
-            if self.into.cell(face, at).is_some() && !self.misses(face, at) {
-                self.general(face, at);
-            }
+            self.general(face, at);
         }
         add(at, &self.shares.weights);
     }
@@ -601,12 +599,15 @@ impl<'l, 'a> Sweep<'l, 'a> {
     fn misses(&self, face: usize, at: [usize; 2]) -> bool {
         let [(u0, u1), (v0, v1)] = self.into.rectangle(at);
         let (us, vs) = ([u0, 0.5 * (u0 + u1), u1], [v0, 0.5 * (v0 + v1), v1]);
+        let center = self.into.decode(face, [us[1], vs[1]]);
+        if self.from.locate(center).is_some() {
+            return false;
+        }
         let around =
-            [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| self.into.decode(face, [us[k % 3], vs[k / 3]]));
+            [0, 1, 2, 3, 5, 6, 7, 8].map(|k| self.into.decode(face, [us[k % 3], vs[k / 3]]));
         if around.iter().any(|d| self.from.locate(*d).is_some()) {
             return false;
         }
-        let center = around[4];
         let widest = around.iter().fold(0.0_f64, |widest, d| {
             let way = sub(*d, center);
             widest.max(dot(way, way))
@@ -617,6 +618,9 @@ impl<'l, 'a> Sweep<'l, 'a> {
 
     /// Any cell. It counts where there is something to share: not outside a rim.
     fn general(&mut self, face: usize, at: [usize; 2]) {
+        if self.into.cell(face, at).is_none() || self.misses(face, at) {
+            return;
+        }
         let (from, weights) = (self.coarse, &mut self.shares.weights);
         let before = weights.len();
         self.overlay.overlaps(face, at, |face, cell, area| {

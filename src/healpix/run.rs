@@ -3,7 +3,7 @@
 use crate::kernel;
 use crate::kernel::Job;
 use crate::kernel::threads;
-use crate::kernel::tile::{SOURCE_AHEAD, TARGET_AHEAD, W, prefetch};
+use crate::kernel::tile::{SOURCE_AHEAD, TARGET_AHEAD, W, in_chunks, prefetch};
 
 /// What arrays hold, as steps compute with it.
 pub trait Wide: Copy + Default + Sync {
@@ -44,8 +44,8 @@ struct Scratch<A, B, const I: usize, const O: usize> {
 
 struct Loop<'a, S, A: Wide, B, const I: usize, const O: usize> {
     step: S,
-    input: &'a [[A; I]],
-    output: &'a mut [[B; O]],
+    input: &'a [[[A; I]; W]],
+    output: &'a mut [[[B; O]; W]],
     scratch: &'a mut Scratch<A::Number, B, I, O>,
 }
 
@@ -62,20 +62,10 @@ where
         // A copy: behind a reference it might change with each number that is stored, and the compiler keeps a scalar
         // loop for that.
         let step = self.step;
-        let (inputs, input_rest) = self.input.as_chunks::<W>();
-        let (outputs, output_rest) = self.output.as_chunks_mut::<W>();
-        for (source, target) in inputs.iter().zip(outputs) {
+        for (source, target) in self.input.iter().zip(self.output) {
             prefetch(source, SOURCE_AHEAD);
             prefetch(target, TARGET_AHEAD);
             chunk(step, source, target, self.scratch);
-        }
-        let rest = input_rest.len();
-        if rest > 0 {
-            let mut source = [[A::default(); I]; W];
-            let mut target = [[B::default(); O]; W];
-            source[..rest].copy_from_slice(input_rest);
-            chunk(step, &source, &mut target, self.scratch);
-            output_rest.copy_from_slice(&target[..rest]);
         }
     }
 }
@@ -122,11 +112,15 @@ where
             input: [[A::Number::default(); W]; I],
             output: [[B::default(); W]; O],
         };
-        kernel::dispatch(Loop {
-            step,
-            input: input.as_chunks::<I>().0,
-            output: output.as_chunks_mut::<O>().0,
-            scratch: &mut scratch,
+        let (points, results) = (input.as_chunks().0, output.as_chunks_mut().0);
+        let others = ([A::default(); I], [B::default(); O]);
+        in_chunks(points, results, others, |input, output| {
+            kernel::dispatch(Loop {
+                step,
+                input,
+                output,
+                scratch: &mut scratch,
+            });
         });
     });
 }

@@ -14,8 +14,12 @@
 //! What decided the shape, measured: 64 points a chunk (16 or 32 were 1.2 to 2 times slower, 256 slower
 //! again); a buffer that the caller of the dispatched function owns (made inside, it lost its alignment,
 //! 1.4×); software prefetch of source and target (0.80 → 1.20 of a copy); `#[inline(always)]` on
-//! everything below `run` (one missing made a kernel five times slower). Large results go past the caches
+//! everything below a formula (one missing made a kernel five times slower). Large results go past the caches
 //! ([`stream`]).
+//!
+//! A formula is called once a chunk, by a pointer: what brings tuples into rows, turns them and takes them out again is compiled for the
+//! numbers of its tuples alone, not for each formula. Of the formulas' kernels it was two thirds. What did not help: four
+//! chunks a call, which spared the small formulas nothing and let the prefetches come in bursts (large arrays 1.3 to 1.5×).
 
 pub mod interrupt;
 pub mod memory;
@@ -28,6 +32,8 @@ use crate::kernel::tile::{Parcel, Rows, W};
 use crate::kernel::tile::{TILE, Tile, Tuples, TuplesMut};
 use crate::number::math::Polynomials;
 use crate::number::real::Real;
+#[cfg(target_arch = "x86_64")]
+use fearless_simd::{Avx2, Avx512};
 use fearless_simd::{Level, Simd, SimdBase, SimdCombine, SimdSplit, f32x4, f32x8, f64x4, f64x8};
 use std::ops::BitOr;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -103,10 +109,6 @@ scalar!(f64, f64x4, f64x8, u64, 983 << 53, 0xf800_0000_0000_0000);
 
 /// A formula from I numbers to O numbers.
 pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
-    /// Whether `Frame::input` applies to what comes in.
-    const DIRECTION_IN: bool = false;
-    /// Whether `Frame::output` applies to what goes out.
-    const DIRECTION_OUT: bool = false;
     /// Whether `apply_normal` is worth a look at each chunk.
     const HAS_NORMAL_FORM: bool = false;
     /// Whether it is compiled for every level. What is not has none for AVX-512, and runs at AVX2 there.
@@ -122,6 +124,11 @@ pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
     /// One point of a chunk in which every number is normal: the same bits, with fewer guards.
     #[inline(always)]
     fn apply_normal(self, x: [R; I]) -> [R; O] {
+        self.apply(x)
+    }
+
+    /// One point for which f64 has no result, of a formula that is computed in f64.
+    fn alone(self, x: [R; I]) -> [R; O] {
         self.apply(x)
     }
 }
@@ -170,6 +177,25 @@ impl<R: Real, const I: usize, const O: usize> Frame<R, I, O> {
     }
 }
 
+impl<R: Scalar, const I: usize, const O: usize> Frame<R, I, O> {
+    /// A formula of one point, from and to where the frame has directions.
+    fn around(&self, formula: &dyn Fn([R; I]) -> [R; O], x: [R; I]) -> [R; O] {
+        let SignedPermutation { order, negative } = &self.input;
+        let x = turned::<R, I, 1>(self.rotate_input.as_ref(), x, 0);
+        let x = std::array::from_fn(|k| x[order[k] % I].negated_if(negative[k]));
+        let rotation = self.rotate_output.as_ref();
+        let mut result = formula(x);
+        if O == 6 {
+            result = turned::<R, O, 2>(rotation, result, 0);
+            result = turned::<R, O, 2>(rotation, result, 1);
+        } else {
+            result = turned::<R, O, 1>(rotation, result, 0);
+        }
+        let SignedPermutation { order, negative } = &self.output;
+        std::array::from_fn(|k| result[order[k] % O].negated_if(negative[k]))
+    }
+}
+
 impl<const I: usize, const O: usize> Frame<f64, I, O> {
     /// The frame for numbers of another type.
     pub fn cast<R: Real>(&self) -> Frame<R, I, O> {
@@ -183,6 +209,7 @@ impl<const I: usize, const O: usize> Frame<f64, I, O> {
     }
 }
 
+/// The rows of a chunk, before and after.
 struct Scratch<R, const I: usize, const O: usize> {
     input: Rows<R, I>,
     output: Rows<R, O>,
@@ -248,31 +275,84 @@ pub fn force_level(name: Option<&str>) -> bool {
     true
 }
 
+/// What kernels are run by: the best level of this CPU, or the one that was forced.
+#[derive(Clone, Copy)]
+enum Instructions {
+    Baseline,
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx512),
+}
+
+impl Instructions {
+    #[inline(always)]
+    fn in_force() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let forced = FORCED.load(Ordering::Relaxed);
+            let best = Level::new();
+            if (forced == 0 || forced > 2)
+                && let Some(token) = best.as_avx512()
+            {
+                return Instructions::Avx512(token);
+            }
+            if forced != 1
+                && let Some(token) = best.as_avx2()
+            {
+                return Instructions::Avx2(token);
+            }
+        }
+        Instructions::Baseline
+    }
+
+    /// Runs `work`, which must be `#[inline(always)]` down to its loops, compiled for these.
+    #[inline(always)]
+    fn vectorize<O>(self, work: impl FnOnce() -> O) -> O {
+        match self {
+            Instructions::Baseline => work(),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2(token) => token.vectorize(work),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512(token) => token.vectorize(work),
+        }
+    }
+
+    /// The same, compiled for none above AVX2.
+    #[inline(always)]
+    fn vectorize_narrow<O>(self, work: impl FnOnce() -> O) -> O {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(token) = self.avx2() {
+            return token.vectorize(work);
+        }
+        work()
+    }
+
+    /// AVX2, where that or more is in force.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn avx2(self) -> Option<Avx2> {
+        match self {
+            Instructions::Baseline => None,
+            Instructions::Avx2(token) => Some(token),
+            Instructions::Avx512(token) => token.level().as_avx2(),
+        }
+    }
+}
+
 /// Runs `work`, which must be `#[inline(always)]` down to its loops, compiled for the level in force.
 #[inline(always)]
 pub fn vectorize<O>(work: impl FnOnce() -> O) -> O {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let forced = FORCED.load(Ordering::Relaxed);
-        let best = Level::new();
-        if (forced == 0 || forced > 2)
-            && let Some(token) = best.as_avx512()
-        {
-            return token.vectorize(work);
-        }
-        if forced != 1
-            && let Some(token) = best.as_avx2()
-        {
-            return token.vectorize(work);
-        }
-    }
-    work()
+    Instructions::in_force().vectorize(work)
 }
 
 /// Work written in lanes of `fearless_simd`, for sums over many points: there the compiler may not
 /// change the order of a loop's additions, so lanes that are added last are part of the formula. The
 /// number of lanes is the same at every level, and so are the bits.
 pub trait SimdWork {
+    /// As of a [`Point`].
+    const EVERY_LEVEL: bool = true;
+
     /// Does the work; to be `#[inline(always)]`.
     fn run<S: Simd>(self, simd: S);
 }
@@ -282,30 +362,33 @@ pub trait SimdWork {
 pub fn run_simd<P: SimdWork>(work: P) {
     #[cfg(target_arch = "x86_64")]
     {
-        let forced = FORCED.load(Ordering::Relaxed);
-        let best = Level::new();
-        if (forced == 0 || forced > 2)
-            && let Some(token) = best.as_avx512()
+        let at = Instructions::in_force();
+        if const { P::EVERY_LEVEL }
+            && let Instructions::Avx512(token) = at
         {
-            return token.vectorize(
-                #[inline(always)]
-                || work.run(token),
-            );
+            return run_by(token, work);
         }
-        if forced != 1
-            && let Some(token) = best.as_avx2()
-        {
-            return token.vectorize(
-                #[inline(always)]
-                || work.run(token),
-            );
+        if let Some(token) = at.avx2() {
+            return run_by(token, work);
         }
     }
     run_baseline(work);
 }
 
+#[inline(always)]
+fn run_by<S: Simd, P: SimdWork>(simd: S, work: P) {
+    simd.vectorize(
+        #[inline(always)]
+        || work.run(simd),
+    );
+}
+
 /// Runs SIMD work for the baseline only: what is seldom done is not worth its code three times.
 pub fn run_baseline<P: SimdWork>(work: P) {
+    // Not `dispatch!`, which compiles the work for every level that there is before it finds that it is not run.
+    #[cfg(target_arch = "x86_64")]
+    run_by(Level::baseline().as_sse2().expect("x86-64 has SSE2"), work);
+    #[cfg(not(target_arch = "x86_64"))]
     fearless_simd::dispatch!(Level::baseline(), simd => work.run(simd));
 }
 
@@ -327,44 +410,54 @@ pub fn dispatch<J: Job>(job: J) -> J::Output {
     )
 }
 
-/// Runs a job at the level in force, but not above AVX2.
-#[inline(never)]
-fn dispatch_narrow<J: Job>(job: J) -> J::Output {
-    #[cfg(target_arch = "x86_64")]
-    if FORCED.load(Ordering::Relaxed) != 1
-        && let Some(token) = Level::new().as_avx2()
-    {
-        return token.vectorize(
-            #[inline(always)]
-            || job.work(),
-        );
+/// A formula over the rows of a chunk, whichever formula it is: what brings tuples into rows and takes them from there is
+/// compiled for all of them together.
+trait Formula<R, const I: usize, const O: usize> {
+    /// Finds the outputs of a chunk.
+    fn fill_rows(&self, at: Instructions, chunk: &mut Scratch<R, I, O>);
+}
+
+impl<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize> Formula<R, I, O> for F {
+    fn fill_rows(&self, at: Instructions, chunk: &mut Scratch<R, I, O>) {
+        // A copy: behind a reference its parameters might change with each number that is stored.
+        let point = *self;
+        if const { F::EVERY_LEVEL } {
+            at.vectorize(
+                #[inline(always)]
+                move || fill(point, chunk),
+            );
+        } else {
+            at.vectorize_narrow(
+                #[inline(always)]
+                move || fill(point, chunk),
+            );
+        }
     }
-    job.work()
 }
 
-struct Run<'a, R, F, const I: usize, const O: usize> {
+#[inline(always)]
+fn fill<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     point: F,
-    frame: &'a Frame<R, I, O>,
-    input: Tuples<'a, R, I>,
-    output: TuplesMut<'a, R, O>,
-    scratch: &'a mut Scratch<R, I, O>,
-    /// Where chunks are put together that go past the caches.
-    parcel: Option<&'a mut Parcel<R, O>>,
-}
-
-impl<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize> Job for Run<'_, R, F, I, O> {
-    type Output = ();
-
-    #[inline(always)]
-    fn work(self) {
-        all(
-            self.point,
-            self.frame,
-            self.input,
-            self.output,
-            self.scratch,
-            self.parcel,
-        );
+    chunk: &mut Scratch<R, I, O>,
+) {
+    let Scratch {
+        input: Rows(input),
+        output: Rows(output),
+    } = chunk;
+    if F::HAS_NORMAL_FORM && all_normal(input) {
+        for i in 0..W {
+            let result = point.apply_normal(std::array::from_fn(|k| input[k][i]));
+            for k in 0..O {
+                output[k][i] = result[k];
+            }
+        }
+    } else {
+        for i in 0..W {
+            let result = point.apply(std::array::from_fn(|k| input[k][i]));
+            for k in 0..O {
+                output[k][i] = result[k];
+            }
+        }
     }
 }
 
@@ -373,53 +466,110 @@ pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     point: F,
     frame: &Frame<R, I, O>,
     input: Tuples<'_, R, I>,
+    output: TuplesMut<'_, R, O>,
+) {
+    run_formula(&point, F::STREAMS, frame, input, output);
+}
+
+fn run_formula<R: Scalar, const I: usize, const O: usize>(
+    formula: &dyn Formula<R, I, O>,
+    streams: bool,
+    frame: &Frame<R, I, O>,
+    input: Tuples<'_, R, I>,
     mut output: TuplesMut<'_, R, O>,
 ) {
     let zero = R::default();
-    let mut scratch = Scratch {
-        input: Rows([[zero; W]; I]),
-        output: Rows([[zero; W]; O]),
+    let mut walk = Walk {
+        formula,
+        frame,
+        at: Instructions::in_force(),
+        scratch: Scratch {
+            input: Rows([[zero; W]; I]),
+            output: Rows([[zero; W]; O]),
+        },
     };
     // Of two that are in rows, whose ends mean nothing, or of one, the other tells how many there are.
     let count = input.len().min(output.len());
     let whole = count / W * W;
     if whole > 0 {
-        chunks(point, frame, input, output.again(), &mut scratch);
+        // Not made where it is not wanted: small calls would clear as much again.
+        let mut parcel = None;
+        if streams && output.is_streamed() {
+            parcel = Some(Parcel([[zero; O]; W]));
+        }
+        walk.walk_chunks(input, output.again(), parcel.as_mut());
     }
     if whole < count {
         let mut padded = [[zero; I]; W];
         let input = input.rest(whole, &mut padded);
-        output.rest(whole, |output| {
-            chunks(point, frame, input, output, &mut scratch);
-        });
+        output.rest(whole, |output| walk.walk_chunks(input, output, None));
     }
 }
 
-/// The whole chunks among them.
-fn chunks<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
-    point: F,
-    frame: &Frame<R, I, O>,
-    input: Tuples<'_, R, I>,
-    output: TuplesMut<'_, R, O>,
-    scratch: &mut Scratch<R, I, O>,
-) {
-    // Not made where it is not wanted: small calls would clear as much again.
-    let mut parcel = None;
-    if F::STREAMS && output.is_streamed() {
-        parcel = Some(Parcel([[R::default(); O]; W]));
+/// What a formula's way over tuples needs.
+struct Walk<'a, R, const I: usize, const O: usize> {
+    formula: &'a dyn Formula<R, I, O>,
+    frame: &'a Frame<R, I, O>,
+    at: Instructions,
+    scratch: Scratch<R, I, O>,
+}
+
+impl<R: Scalar, const I: usize, const O: usize> Walk<'_, R, I, O> {
+    /// The whole chunks among tuples; by way of a parcel, past the caches.
+    #[inline(never)]
+    fn walk_chunks(
+        &mut self,
+        input: Tuples<'_, R, I>,
+        output: TuplesMut<'_, R, O>,
+        parcel: Option<&mut Parcel<R, O>>,
+    ) {
+        self.at.vectorize(
+            #[inline(always)]
+            || self.all(input, output, parcel),
+        );
     }
-    let job = Run {
-        point,
-        frame,
-        input,
-        output,
-        scratch,
-        parcel: parcel.as_mut(),
-    };
-    if const { F::EVERY_LEVEL } {
-        dispatch(job);
-    } else {
-        dispatch_narrow(job);
+
+    #[inline(always)]
+    fn all(
+        &mut self,
+        input: Tuples<'_, R, I>,
+        mut output: TuplesMut<'_, R, O>,
+        mut parcel: Option<&mut Parcel<R, O>>,
+    ) {
+        let Walk {
+            formula,
+            frame,
+            at,
+            scratch,
+        } = self;
+        let mut slot = [0; I];
+        for (k, &source) in frame.input.order.iter().enumerate() {
+            slot[source % I] = k;
+        }
+        let order = frame.output.order;
+        // Copies: behind a reference they might change with each number that is stored.
+        let (flip_in, flip_out) = (frame.input.negative, frame.output.negative);
+        for number in 0..input.len().min(output.len()) / W {
+            let Rows(before) = &mut scratch.input;
+            input.load(number, slot, flip_in, before);
+            if let Some(matrix) = &frame.rotate_input {
+                rotate::<R, I, 1>(matrix, before, 0);
+            }
+            formula.fill_rows(*at, scratch);
+            let Rows(after) = &mut scratch.output;
+            if let Some(matrix) = &frame.rotate_output {
+                if O == 6 {
+                    rotate::<R, O, 2>(matrix, after, 0);
+                    rotate::<R, O, 2>(matrix, after, 1);
+                } else {
+                    rotate::<R, O, 1>(matrix, after, 0);
+                }
+            }
+            output.store(number, order, flip_out, after, parcel.as_deref_mut());
+        }
+        if parcel.is_some() {
+            stream::finish();
+        }
     }
 }
 
@@ -429,10 +579,21 @@ pub fn run_in_double<R: Scalar, F, const I: usize, const O: usize>(
     point: F,
     frame: &Frame<f64, I, O>,
     input: Tuples<'_, R, I>,
-    mut output: TuplesMut<'_, R, O>,
+    output: TuplesMut<'_, R, O>,
 ) where
     F: Point<f64, I, O> + Point<R, I, O>,
 {
+    let alone = |x: [R; I]| -> [R; O] { point.alone(x) };
+    run_formula_in_double(&point, &alone, frame, input, output);
+}
+
+fn run_formula_in_double<R: Scalar, const I: usize, const O: usize>(
+    formula: &dyn Formula<f64, I, O>,
+    alone: &dyn Fn([R; I]) -> [R; O],
+    frame: &Frame<f64, I, O>,
+    input: Tuples<'_, R, I>,
+    mut output: TuplesMut<'_, R, O>,
+) {
     let own = frame.cast::<R>();
     let (mut from, mut into) = (Tile::<f64, I>::new(), Tile::<f64, O>::new());
     let (mut before, mut after) = (Tile::<R, I>::new(), Tile::<R, O>::new());
@@ -442,12 +603,12 @@ pub fn run_in_double<R: Scalar, F, const I: usize, const O: usize>(
         // Behind the last point stay numbers of the tile before, which nobody asks for.
         input.read(first, n, &mut before);
         dispatch(Converted(&before, &mut from, n));
-        run(point, frame, from.first(n), into.first_mut(n));
+        run_formula(formula, false, frame, from.first(n), into.first_mut(n));
         dispatch(Converted(&into, &mut after, n));
         if into.0[0][..n].iter().any(|x| x.is_nan()) {
             for k in 0..n {
                 if into.0[0][k].is_nan() {
-                    after.set(k, one(point, &own, before.at(k)));
+                    after.set(k, own.around(alone, before.at(k)));
                 }
             }
         }
@@ -475,34 +636,6 @@ impl<A: Scalar, B: Scalar, const N: usize> Job for Converted<'_, A, B, N> {
     }
 }
 
-/// One point, by itself.
-fn one<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
-    point: F,
-    frame: &Frame<R, I, O>,
-    x: [R; I],
-) -> [R; O] {
-    let x = if F::DIRECTION_IN {
-        let x = turned::<R, I, 1>(frame.rotate_input.as_ref(), x, 0);
-        std::array::from_fn(|k| x[frame.input.order[k] % I].negated_if(frame.input.negative[k]))
-    } else {
-        x
-    };
-    let result = point.apply(x);
-    if F::DIRECTION_OUT {
-        let rotation = frame.rotate_output.as_ref();
-        let result = if O == 6 {
-            let result = turned::<R, O, 2>(rotation, result, 0);
-            turned::<R, O, 2>(rotation, result, 1)
-        } else {
-            turned::<R, O, 1>(rotation, result, 0)
-        };
-        let SignedPermutation { order, negative } = &frame.output;
-        std::array::from_fn(|k| result[order[k] % O].negated_if(negative[k]))
-    } else {
-        result
-    }
-}
-
 /// The components `first`, `first + STEP`, `first + 2 STEP` multiplied by a matrix.
 fn turned<R: Real, const N: usize, const STEP: usize>(
     matrix: Option<&[[R; 3]; 3]>,
@@ -518,82 +651,6 @@ fn turned<R: Real, const N: usize, const STEP: usize>(
         }
     }
     x
-}
-
-#[inline(always)]
-fn all<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
-    point: F,
-    frame: &Frame<R, I, O>,
-    input: Tuples<'_, R, I>,
-    mut output: TuplesMut<'_, R, O>,
-    scratch: &mut Scratch<R, I, O>,
-    parcel: Option<&mut Parcel<R, O>>,
-) {
-    let mut slot: [usize; I] = std::array::from_fn(|k| k);
-    if F::DIRECTION_IN {
-        for (k, &source) in frame.input.order.iter().enumerate() {
-            slot[source % I] = k;
-        }
-    }
-    let mut order: [usize; O] = std::array::from_fn(|k| k);
-    if F::DIRECTION_OUT {
-        order = frame.output.order;
-    }
-    // Copies: behind a reference they might change with each number that is stored.
-    let (flip_in, flip_out) = (frame.input.negative, frame.output.negative);
-    // Without this there are stores past the caches in every kernel.
-    let mut parcel = parcel.filter(|_| F::STREAMS);
-    for number in 0..input.len().min(output.len()) / W {
-        input.load(number, slot, flip_in, &mut scratch.input.0);
-        chunk(point, frame, scratch);
-        let parcel = parcel.as_deref_mut();
-        output.store(number, order, flip_out, &scratch.output.0, parcel);
-    }
-    if parcel.is_some() {
-        stream::finish();
-    }
-}
-
-#[inline(always)]
-fn chunk<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
-    point: F,
-    frame: &Frame<R, I, O>,
-    scratch: &mut Scratch<R, I, O>,
-) {
-    let Scratch {
-        input: Rows(input),
-        output: Rows(output),
-    } = scratch;
-    if F::DIRECTION_IN
-        && let Some(matrix) = &frame.rotate_input
-    {
-        rotate::<R, I, 1>(matrix, input, 0);
-    }
-    if F::HAS_NORMAL_FORM && all_normal(input) {
-        for i in 0..W {
-            let result = point.apply_normal(std::array::from_fn(|k| input[k][i]));
-            for k in 0..O {
-                output[k][i] = result[k];
-            }
-        }
-    } else {
-        for i in 0..W {
-            let result = point.apply(std::array::from_fn(|k| input[k][i]));
-            for k in 0..O {
-                output[k][i] = result[k];
-            }
-        }
-    }
-    if F::DIRECTION_OUT
-        && let Some(matrix) = &frame.rotate_output
-    {
-        if O == 6 {
-            rotate::<R, O, 2>(matrix, output, 0);
-            rotate::<R, O, 2>(matrix, output, 1);
-        } else {
-            rotate::<R, O, 1>(matrix, output, 0);
-        }
-    }
 }
 
 /// Whether every number of a chunk is normal.

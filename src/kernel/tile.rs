@@ -20,6 +20,25 @@ pub(crate) const TARGET_AHEAD: usize = 2048;
 pub const TILE: usize = 256;
 const _: () = assert!(TILE.is_multiple_of(W));
 
+/// Calls `work` with the whole chunks of as many items, and once more with those that are left among others: in a loop of their own
+/// they would want a second copy of the formula.
+pub(crate) fn in_chunks<A: Copy, B: Copy>(
+    input: &[A],
+    output: &mut [B],
+    others: (A, B),
+    mut work: impl FnMut(&[[A; W]], &mut [[B; W]]),
+) {
+    let (chunks, input) = input.as_chunks();
+    let (results, output) = output.as_chunks_mut();
+    work(chunks, results);
+    if !input.is_empty() {
+        let (mut chunk, mut result) = ([others.0; W], [others.1; W]);
+        chunk[..input.len()].copy_from_slice(input);
+        work(&[chunk], std::slice::from_mut(&mut result));
+        output.copy_from_slice(&result[..output.len()]);
+    }
+}
+
 /// The rows of a chunk.
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]

@@ -43,6 +43,19 @@ fn uv<R: Real, const I: usize>(x: [R; I]) -> Uv<R> {
     }
 }
 
+/// What f64 finds at a place that lies in the image for numbers of this type, if only for these.
+fn within<P: Projection, R: Scalar, const I: usize, const O: usize>(
+    p: P,
+    x: [R; I],
+    formula: impl Fn(P, Uv<f64>) -> [f64; O],
+) -> [R; O] {
+    if one::contains(p, uv(x)) {
+        formula(p, uv(x.map(Scalar::to_f64))).map(R::new)
+    } else {
+        [R::NAN; O]
+    }
+}
+
 #[derive(Clone, Copy)]
 struct Encode<P>(P);
 
@@ -60,7 +73,6 @@ impl<P: Projection> Encode<P> {
 }
 
 impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
-    const DIRECTION_IN: bool = true;
     const HAS_NORMAL_FORM: bool = true;
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::SINGLE;
@@ -88,23 +100,33 @@ impl<P: Projection, R: Scalar, const O: usize> Point<R, 3, O> for Encode<P> {
 #[derive(Clone, Copy)]
 struct Decode<P>(P);
 
-impl<P: Projection, R: Real, const I: usize> Point<R, I, 3> for Decode<P> {
-    const DIRECTION_OUT: bool = true;
+impl<P: Projection> Decode<P> {
+    /// The direction of coordinates, NaN where the image holds nothing.
+    #[inline(always)]
+    fn whole<R: Real, const I: usize>(self, x: [R; I]) -> [R; 3] {
+        only_if(self.0.contains(uv(x)), self.0.decode(uv(x)))
+    }
+}
+
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::SINGLE;
     const STREAMS: bool = P::MEMORY_BOUND;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 3] {
-        only_if(self.0.contains(uv(x)), self.0.decode(uv(x)))
+        self.whole(x)
+    }
+
+    fn alone(self, x: [R; I]) -> [R; 3] {
+        within(self.0, x, one::decode)
     }
 }
 
 #[derive(Clone, Copy)]
 struct Jacobian<P>(P);
 
-impl<P: Projection, R: Real, const I: usize> Point<R, I, 6> for Jacobian<P> {
-    const DIRECTION_OUT: bool = true;
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::COMMON;
 
@@ -113,18 +135,29 @@ impl<P: Projection, R: Real, const I: usize> Point<R, I, 6> for Jacobian<P> {
         let [a, b] = self.0.jacobian(uv(x));
         only_if(self.0.contains(uv(x)), [a[0], b[0], a[1], b[1], a[2], b[2]])
     }
+
+    fn alone(self, x: [R; I]) -> [R; 6] {
+        within(self.0, x, |p, uv| {
+            let [a, b] = one::jacobian(p, uv);
+            [a[0], b[0], a[1], b[1], a[2], b[2]]
+        })
+    }
 }
 
 #[derive(Clone, Copy)]
 struct Density<P>(P);
 
-impl<P: Projection, R: Real, const I: usize> Point<R, I, 1> for Density<P> {
+impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 1> for Density<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::COMMON;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 1] {
         only_if(self.0.contains(uv(x)), [self.0.density(uv(x))])
+    }
+
+    fn alone(self, x: [R; I]) -> [R; 1] {
+        within(self.0, x, |p, uv| [one::density(p, uv)])
     }
 }
 
@@ -479,7 +512,7 @@ pub struct DecodeOne<R>(pub [R; 3]);
 impl<R: Real> Visitor for DecodeOne<R> {
     type Output = [R; 3];
     fn visit<P: Projection>(self, p: P) -> [R; 3] {
-        Decode(p).apply(self.0)
+        Decode(p).whole(self.0)
     }
 }
 

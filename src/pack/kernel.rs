@@ -7,7 +7,7 @@
 //! Floats become integers by their bits: x + 1.5·2²³ holds x, rounded, in its low bits. `as i32`
 //! saturates, which no instruction does, and kept the loop scalar.
 
-use crate::kernel::tile::{Rows, SOURCE_AHEAD, TARGET_AHEAD, W, prefetch};
+use crate::kernel::tile::{Rows, SOURCE_AHEAD, TARGET_AHEAD, W, in_chunks, prefetch};
 use crate::kernel::{Job, Scalar, all_normal, dispatch};
 use crate::number::real::Real;
 use crate::number::trace::Trace;
@@ -143,8 +143,8 @@ pub trait Decode<R: Cell>: Copy + Send + Sync {
 
 struct EncodeJob<'a, R: Cell, F> {
     scheme: F,
-    directions: &'a [R],
-    codes: &'a mut [R::Code],
+    directions: &'a [[[R; 3]; W]],
+    codes: &'a mut [[R::Code; W]],
     scratch: &'a mut Rows<R, 3>,
 }
 
@@ -159,23 +159,11 @@ impl<R: Cell, F: Encode<R>> Job for EncodeJob<'_, R, F> {
             codes,
             scratch,
         } = self;
-        let (sources, source_rest) = directions.as_chunks::<3>().0.as_chunks::<W>();
-        let (targets, target_rest) = codes.as_chunks_mut::<W>();
         let mut good = true;
-        for (source, target) in sources.iter().zip(targets) {
+        for (source, target) in directions.iter().zip(codes) {
             prefetch(source, SOURCE_AHEAD);
             prefetch(target, TARGET_AHEAD);
             good &= encode_chunk(scheme, source, target, scratch);
-        }
-        let rest = source_rest.len();
-        if rest > 0 {
-            // Beside real ones: three ones are a direction of every scheme.
-            let one = R::ONE;
-            let mut source = [[one; 3]; W];
-            let mut target = [R::Code::default(); W];
-            source[..rest].copy_from_slice(source_rest);
-            good &= encode_chunk(scheme, &source, &mut target, scratch);
-            target_rest.copy_from_slice(&target[..rest]);
         }
         good
     }
@@ -215,8 +203,8 @@ fn encode_chunk<R: Cell, F: Encode<R>>(
 
 struct DecodeJob<'a, R: Cell, F> {
     scheme: F,
-    codes: &'a [R::Code],
-    directions: &'a mut [R],
+    codes: &'a [[R::Code; W]],
+    directions: &'a mut [[[R; 3]; W]],
     scratch: &'a mut Rows<R, 3>,
 }
 
@@ -231,20 +219,10 @@ impl<R: Cell, F: Decode<R>> Job for DecodeJob<'_, R, F> {
             directions,
             scratch,
         } = self;
-        let (sources, source_rest) = codes.as_chunks::<W>();
-        let (targets, target_rest) = directions.as_chunks_mut::<3>().0.as_chunks_mut::<W>();
-        for (source, target) in sources.iter().zip(targets) {
+        for (source, target) in codes.iter().zip(directions) {
             prefetch(source, SOURCE_AHEAD);
             prefetch(target, TARGET_AHEAD);
             decode_chunk(scheme, source, target, scratch);
-        }
-        let rest = source_rest.len();
-        if rest > 0 {
-            let mut source = [R::Code::default(); W];
-            let mut target = [[R::default(); 3]; W];
-            source[..rest].copy_from_slice(source_rest);
-            decode_chunk(scheme, &source, &mut target, scratch);
-            target_rest.copy_from_slice(&target[..rest]);
         }
     }
 }
@@ -273,22 +251,33 @@ fn decode_chunk<R: Cell, F: Decode<R>>(
 /// Codes of directions, three numbers each. False if one of them has none; its code is then 0.
 pub fn encode<R: Cell, F: Encode<R>>(scheme: F, directions: &[R], codes: &mut [R::Code]) -> bool {
     let mut scratch = Rows([[R::default(); W]; 3]);
-    dispatch(EncodeJob {
-        scheme,
-        directions,
-        codes,
-        scratch: &mut scratch,
-    })
+    let mut good = true;
+    // Three ones are a direction of every scheme.
+    let others = ([R::ONE; 3], R::Code::default());
+    let directions = directions.as_chunks().0;
+    in_chunks(directions, codes, others, |directions, codes| {
+        good &= dispatch(EncodeJob {
+            scheme,
+            directions,
+            codes,
+            scratch: &mut scratch,
+        });
+    });
+    good
 }
 
 /// Directions of codes.
 pub fn decode<R: Cell, F: Decode<R>>(scheme: F, codes: &[R::Code], directions: &mut [R]) {
     let mut scratch = Rows([[R::default(); W]; 3]);
-    dispatch(DecodeJob {
-        scheme,
-        codes,
-        directions,
-        scratch: &mut scratch,
+    let others = (R::Code::default(), [R::default(); 3]);
+    let directions = directions.as_chunks_mut().0;
+    in_chunks(codes, directions, others, |codes, directions| {
+        dispatch(DecodeJob {
+            scheme,
+            codes,
+            directions,
+            scratch: &mut scratch,
+        });
     });
 }
 

@@ -62,7 +62,8 @@ impl<const STEPS_TAKEN: usize> FisheyePolynomial<STEPS_TAKEN> {
     /// 2w P'(w).
     #[inline(always)]
     fn bend<R: Real>(self, w: R) -> R {
-        let [a, b, c, d] = [1, 2, 3, 4].map(|n| R::new(f64::from(2 * n) * self.k[n as usize - 1]));
+        let [a, b, c, d] = self.k;
+        let [a, b, c, d] = [2.0 * a, 4.0 * b, 6.0 * c, 8.0 * d].map(R::new);
         w * (a + w * (b + w * (c + w * d)))
     }
 

@@ -326,6 +326,9 @@ where
     O: Filtered<T>,
     G: Gather<T>,
 {
+    // Faces that are stored turned are few.
+    const EVERY_LEVEL: bool = STRAIGHT;
+
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         if const { STRAIGHT } {

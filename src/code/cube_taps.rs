@@ -88,6 +88,9 @@ struct Joined;
 impl Visitor for Joined {
     type Output = [[[Neighbor; 2]; 2]; FACES];
     fn visit<P: Projection>(self, p: P) -> Self::Output {
+        if const { P::INFO.faces != FACES } {
+            unreachable!("a map of six faces");
+        }
         let beyond = |face: usize, axis: usize, high: bool| {
             let edge = Edge {
                 face: face as f64,

@@ -192,7 +192,7 @@ impl<L: Lens> Camera<L> {
     /// ∫ (1 - cos θ) dφ along an edge of a rectangle, from one place of it to another. Where the lens ends with no slope the
     /// integrand has a root, which the square of a sine at both ends takes away.
     fn along(self, at: &dyn Fn(f64) -> [f64; 2], axis: usize, from: f64, to: f64) -> f64 {
-        solid_angle::integral(0.0, 1.0, |s| {
+        let share = |s: f64| {
             let (sin, cos) = (0.5 * PI * s).sin_cos();
             let [u, v] = at(from + (to - from) * sin * sin);
             let uv = Uv::flat(u, v);
@@ -205,7 +205,10 @@ impl<L: Lens> Camera<L> {
                 turn * (1.0 - z) / (x * x + y * y)
             };
             share * PI * sin * cos * (to - from)
-        })
+        };
+        // Behind a pointer: the rules of integration are the same for all lenses.
+        let share: &dyn Fn(f64) -> f64 = &share;
+        solid_angle::integral(0.0, 1.0, share)
     }
 
     /// The solid angle of what a rectangle holds, ∮ (1 - cos θ) dφ around it, by Stokes: along its edges, and along the circle at

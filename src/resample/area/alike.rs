@@ -12,6 +12,7 @@ use crate::image::texel::Texel;
 use crate::map::verbs::DensityCanonical;
 use crate::resample::area::graticule::{edges, met};
 use crate::resample::area::lattice::{Lattice, NOTHING};
+use crate::resample::area::sweep::Add;
 use crate::resample::request::Request;
 use glam::DMat3;
 
@@ -107,14 +108,14 @@ pub(super) struct Room {
 }
 
 impl Alike<'_, '_> {
-    /// Calls `emit` with each of the target's cells from `low` to before `high` on a face, and what it covers of the source's texels.
+    /// Calls `add` with each of the target's cells from `low` to before `high` on a face, and what it covers of the source's texels.
     pub fn cells(
         &self,
         room: &mut Room,
         face: usize,
         low: [usize; 2],
         high: [usize; 2],
-        mut emit: impl FnMut([usize; 2], &[(usize, f64)]),
+        add: Add<'_>,
     ) {
         let first = self.columns.start(low[0]);
         let across = self.columns.of(low[0], high[0]);
@@ -144,7 +145,7 @@ impl Alike<'_, '_> {
                 } else {
                     self.exactly(face, own, down, &mut room.shares);
                 }
-                emit([x, y], &room.shares);
+                add([x, y], &room.shares);
             }
         }
     }

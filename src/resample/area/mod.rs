@@ -84,7 +84,7 @@ use crate::resample::area::frame::frame;
 use crate::resample::area::graticule::Graticule;
 use crate::resample::area::lattice::Lattice;
 use crate::resample::area::statistic::Tallies;
-use crate::resample::area::sweep::{Sweep, Tally};
+use crate::resample::area::sweep::{Add, Sweep, Tally};
 use crate::resample::area::traced::density::Density;
 use crate::resample::filters::AreaFilter;
 use crate::resample::request::Request;
@@ -238,7 +238,7 @@ fn convert_by<T: Texel>(
                         (y + step).min(high[1] * parts),
                     ];
                     let near = |face, low, high| fetch(&from, image, face, low, high);
-                    cells.each(face, [x, y], end, near, |[x, y], weights| {
+                    cells.each(face, [x, y], end, &near, &mut |[x, y], weights| {
                         let number = (y / parts - low[1]) * across + x / parts - low[0];
                         tallies.add(number, weights);
                     });
@@ -247,15 +247,10 @@ fn convert_by<T: Texel>(
             for Across { texel, owner } in rim.owned_within(low, high) {
                 let number = (owner[1] - low[1]) * across + owner[0] - low[0];
                 let [x, y] = texel.map(|k| k * parts);
-                cells.each(
-                    face,
-                    [x, y],
-                    [x + parts, y + parts],
-                    |_, _, _| (),
-                    |_, weights| {
-                        tallies.add(number, weights);
-                    },
-                );
+                let end = [x + parts, y + parts];
+                cells.each(face, [x, y], end, &|_, _, _| (), &mut |_, weights| {
+                    tallies.add(number, weights);
+                });
             }
             for row in 0..block.rows {
                 for column in 0..block.columns {
@@ -299,19 +294,19 @@ enum Cells<'l, 'a> {
 }
 
 impl Cells<'_, '_> {
-    /// Calls `emit` with each cell from `low` to before `high` on a face, and what it covers; and first, where that is not
+    /// Calls `add` with each cell from `low` to before `high` on a face, and what it covers; and first, where that is not
     /// known long before, `near` with boxes of the source's cells.
     fn each(
         &mut self,
         face: usize,
         low: [usize; 2],
         high: [usize; 2],
-        near: impl Fn(usize, [usize; 2], [usize; 2]),
-        emit: impl FnMut([usize; 2], &[(usize, f64)]),
+        near: &dyn Fn(usize, [usize; 2], [usize; 2]),
+        add: Add<'_>,
     ) {
         match self {
-            Cells::Alike(alike, room) => alike.cells(room, face, low, high, emit),
-            Cells::Sweep(sweep) => sweep.cells(face, low, high, near, emit),
+            Cells::Alike(alike, room) => alike.cells(room, face, low, high, add),
+            Cells::Sweep(sweep) => sweep.cells(face, low, high, near, add),
         }
     }
 

@@ -102,6 +102,10 @@ impl Batch {
     }
 }
 
+/// Told of each cell: which stored source texels it covers, and how much of them. Behind a pointer, for the ways to find that
+/// are the same for texels of any type.
+pub(super) type Add<'a> = &'a mut dyn FnMut([usize; 2], &[(usize, f64)]);
+
 /// Cells of a target image one block after another.
 pub(super) struct Sweep<'l, 'a> {
     from: &'l Lattice<'a>,
@@ -190,8 +194,8 @@ impl<'l, 'a> Sweep<'l, 'a> {
         face: usize,
         low: [usize; 2],
         high: [usize; 2],
-        near: impl Fn(usize, [usize; 2], [usize; 2]),
-        mut add: impl FnMut([usize; 2], &[(usize, f64)]),
+        near: &dyn Fn(usize, [usize; 2], [usize; 2]),
+        add: Add<'_>,
     ) {
         if !self.fast {
             for y in low[1]..high[1] {
@@ -215,7 +219,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
         for row in 0..high[1] - low[1] {
             for column in (0..columns).step_by(LANES) {
                 let count = LANES.min(columns - column);
-                self.together(face, low, [column, row], [columns, count], &mut add);
+                self.together(face, low, [column, row], [columns, count], add);
             }
         }
         let mut parts = 1;
@@ -225,7 +229,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
             now.extend(self.alone.iter().filter(|cell| cell.parts <= parts));
             self.alone.retain(|cell| cell.parts > parts);
             for cells in now.chunks(LANES) {
-                self.apart(face, cells, parts, &mut add);
+                self.apart(face, cells, parts, add);
             }
             self.now = now;
             parts *= 2;
@@ -296,7 +300,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
         low: [usize; 2],
         [column, row]: [usize; 2],
         [columns, count]: [usize; 2],
-        add: &mut impl FnMut([usize; 2], &[(usize, f64)]),
+        add: Add<'_>,
     ) {
         let width = columns + 1 + 2 * BEYOND;
         let first = (row + BEYOND) * width + BEYOND + column;
@@ -347,13 +351,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
     }
 
     /// Cells whose edges come in so many parts each.
-    fn apart(
-        &mut self,
-        face: usize,
-        cells: &[Alone],
-        parts: usize,
-        add: &mut impl FnMut([usize; 2], &[(usize, f64)]),
-    ) {
+    fn apart(&mut self, face: usize, cells: &[Alone], parts: usize, add: Add<'_>) {
         let around = 16 * parts;
         let limits = [self.from.columns, self.from.rows];
         self.places.clear();
@@ -417,12 +415,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
 
     /// Finds the shares of cells side by side; where something is wrong with them a cell goes another way.
     #[inline(always)]
-    fn finish(
-        &mut self,
-        face: usize,
-        batch: Batch,
-        add: &mut impl FnMut([usize; 2], &[(usize, f64)]),
-    ) {
+    fn finish(&mut self, face: usize, batch: Batch, add: Add<'_>) {
         let limits = [self.from.columns, self.from.rows];
         let mut rest = batch.used;
         while rest != 0 {
@@ -473,13 +466,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
 
     /// Hands out the shares of the lanes whose bits are set.
     #[inline(always)]
-    fn share(
-        &mut self,
-        source: usize,
-        lanes: u32,
-        ats: &[[usize; 2]; LANES],
-        add: &mut impl FnMut([usize; 2], &[(usize, f64)]),
-    ) {
+    fn share(&mut self, source: usize, lanes: u32, ats: &[[usize; 2]; LANES], add: Add<'_>) {
         let (eight, from) = (&self.eight, self.from);
         let most = eight.enough.len();
         self.shared
@@ -546,12 +533,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
 
     /// A cell that is not smooth.
     #[inline(never)]
-    fn any(
-        &mut self,
-        face: usize,
-        at: [usize; 2],
-        add: &mut impl FnMut([usize; 2], &[(usize, f64)]),
-    ) {
+    fn any(&mut self, face: usize, at: [usize; 2], add: Add<'_>) {
         self.shares.weights.clear();
         if self.follow(face, at) {
             self.counts[1] += 1;

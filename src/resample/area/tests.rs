@@ -143,8 +143,9 @@ fn worst_sun(a: &str, n: usize, b: &str, m: usize, rotation: Option<DMat3>) -> (
             for i in 0..into.raster.width {
                 weights.clear();
                 let (low, high) = ([i * parts, j * parts], [(i + 1) * parts, (j + 1) * parts]);
-                let add = |_: [usize; 2], more: &[(usize, f64)]| weights.extend_from_slice(more);
-                sweep.cells(face, low, high, |_, _, _| (), add);
+                let mut add =
+                    |_: [usize; 2], more: &[(usize, f64)]| weights.extend_from_slice(more);
+                sweep.cells(face, low, high, &|_, _, _| (), &mut add);
                 let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
                 let size = solid_angle(&into.raster, &target, i, j);
                 for (index, weight) in &weights {

@@ -225,13 +225,12 @@ impl<T: Texel, O: Filtered<T>> Visitor for AtEdge<'_, '_, T, O> {
             self.source.resolve(&mut taps, face, uv, 1.0);
             self.source.weigh(&taps, self.out);
         } else {
-            let weights = |t: f64| [1.0 - t, t];
+            let weights = |t| [1.0 - t, t];
             (self.source).weigh_around(self.surroundings, self.at, weights, self.out);
         }
     }
     fn separable<K: Kernel<TAPS>, const TAPS: usize>(self) {
-        let weights = K::weights::<f64>;
-        (self.source).weigh_around(self.surroundings, self.at, weights, self.out);
+        (self.source).weigh_around(self.surroundings, self.at, K::weights::<f64>, self.out);
     }
 }
 

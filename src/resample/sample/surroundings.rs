@@ -116,12 +116,14 @@ impl<const TAPS: usize> Window<TAPS> {
 }
 
 impl<T: Texel> Texture<'_, T> {
-    /// Weights the texels around a place of a face. `weights` are those of a place so far from the texel left of it.
+    /// Weights the texels around a place of a face. `weights` are those of a place so far from the texel left of it: behind a pointer, so that
+    /// filters of as many texels are one function.
+    #[inline(never)]
     pub(super) fn weigh_around<O: Filtered<T>, const TAPS: usize>(
         &self,
         surroundings: &mut Surroundings<T>,
         (face, uv): (usize, [f64; 2]),
-        weights: impl Fn(f64) -> [f64; TAPS],
+        weights: fn(f64) -> [f64; TAPS],
         out: &mut [O],
     ) {
         let [x, y] = self.place(uv);

@@ -21,10 +21,11 @@ from capstone import CS_ARCH_X86, CS_MODE_64, Cs
 from elftools.elf.elffile import ELFFile
 from spheremap import _core
 
-# A part of the symbol for each level, in legacy and in v0 mangling, and the registers it fills. A
-# v0 symbol of the first two holds one of the others as well. Rare maps have no AVX-512.
 # What walks over chunks calls the formula, by a pointer.
 WALK = "11walk_chunks"
+
+# A part of the symbol for each level, in legacy and in v0 mangling, and the registers it fills. A
+# v0 symbol of the first two holds one of the others as well. Rare maps have no AVX-512.
 BASELINES = ("kernel8dispatch", "9fill_rows", WALK)
 LEVELS = {"vectorize_avx512": "zmm", "vectorize_avx2": "ymm", **dict.fromkeys(BASELINES, "xmm")}
 

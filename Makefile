@@ -110,8 +110,10 @@ demo: $(BUILT)
 	@echo "The pictures are in $(CURDIR)/$(DEMO)"
 
 test: $(BUILT) $(DEV_DEPS)
-	cargo test
-	for example in examples/*.rs; do cargo run --quiet --profile test --example "$$(basename "$$example" .rs)"; done
+	cargo test --lib
+	@# What these call is little: the crate that they are linked to is not optimized.
+	cargo test --profile dev --doc
+	for example in examples/*.rs; do cargo run --quiet --example "$$(basename "$$example" .rs)"; done
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs"
 
 test-slow: $(BUILT) $(DEV_DEPS)
@@ -185,7 +187,7 @@ test-minimal-crates: $(RUN_DEPS)
 	for folder in src benches tests examples; do ln -s "$(CURDIR)/$$folder" "$(MINIMAL_CRATES)/$$folder"; done
 	cd "$(MINIMAL_CRATES)" && RUSTC_BOOTSTRAP=1 cargo generate-lockfile -Z direct-minimal-versions
 	cd "$(MINIMAL_CRATES)" && PYO3_PYTHON="$(BIN)/python" cargo check --locked --features python
-	cd "$(MINIMAL_CRATES)" && cargo test --locked --lib --test face
+	cd "$(MINIMAL_CRATES)" && cargo test --locked --lib public::face
 
 # The whole suite on a module whose overflows and failed assertions are errors. That of the machine code would find these.
 test-checked: $(RUN_DEPS) $(DEV_DEPS)
@@ -198,7 +200,7 @@ test-checked: $(RUN_DEPS) $(DEV_DEPS)
 # wants a standard library that is watched too (nightly, -Zbuild-std): with the one that comes, it takes its locks for races.
 HOST := $(shell rustc -vV | sed -n 's/^host: //p')
 SANITIZER ?= address
-SANITIZED_TESTS ?= --lib --test fuzzing --test face --test textures
+SANITIZED_TESTS ?= --lib
 # What these find wants its lines.
 test-sanitized test-valgrind: export CARGO_PROFILE_TEST_DEBUG := line-tables-only
 test-sanitized:
@@ -206,7 +208,7 @@ test-sanitized:
 		CARGO_TARGET_DIR="$(CARGO_TARGET_DIR)/sanitized" cargo test --target $(HOST) $(SANITIZED_TESTS)
 
 # It knows no AVX-512: what runs there is what machines without it run.
-VALGRIND_TESTS ?= --test fuzzing --test face
+VALGRIND_TESTS ?= --lib -- public::fuzzing public::face
 test-valgrind:
 	@command -v valgrind >/dev/null || { echo "valgrind was not found; install the package valgrind" >&2; exit 1; }
 	env "CARGO_TARGET_$$(echo $(HOST) | tr a-z- A-Z_)_RUNNER=valgrind --quiet --error-exitcode=9" \
@@ -230,7 +232,7 @@ fuzz: $(BUILT) $(DEV_DEPS)
 # Bytes of no meaning for the formulas, codes, pixel numbers and overlaps of the Rust crate: so long for each of them.
 FUZZ_SECONDS ?= 600
 fuzz-rust:
-	SPHEREMAP_FUZZ_SECONDS=$(FUZZ_SECONDS) cargo test --test fuzzing
+	SPHEREMAP_FUZZ_SECONDS=$(FUZZ_SECONDS) cargo test --lib public::fuzzing
 
 lint: lint-house lint-rust lint-python lint-generated lint-licenses lint-workflows
 

@@ -92,6 +92,19 @@ pub mod resample;
 #[doc(hidden)]
 pub mod shared;
 
+// Tests of what is public, written as a program that uses the crate. They are compiled into its own tests: beside these, the crate
+// would be compiled and optimized once more, for them alone.
+#[cfg(test)]
+extern crate self as spheremap;
+#[cfg(test)]
+#[path = "../tests"]
+mod public {
+    mod face;
+    mod fuzzing;
+    mod registry;
+    mod textures;
+}
+
 #[cfg(feature = "python")]
 mod py;
 

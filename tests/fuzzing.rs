@@ -260,17 +260,8 @@ fn pixels(u: &mut Unstructured<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Overlaps of texels: they add up to the constant that was there.
+/// Overlaps of texels: they add up to the constant that was there, and to the light.
 fn overlaps(u: &mut Unstructured<'_>) -> Result<()> {
-    overlapping(u, false)
-}
-
-/// And to the light.
-fn light_of_overlaps(u: &mut Unstructured<'_>) -> Result<()> {
-    overlapping(u, true)
-}
-
-fn overlapping(u: &mut Unstructured<'_>, with_light: bool) -> Result<()> {
     let (Some(source), Some(target)) = (map(u)?, map(u)?) else {
         return Ok(());
     };
@@ -307,7 +298,7 @@ fn overlapping(u: &mut Unstructured<'_>, with_light: bool) -> Result<()> {
     assert!(constant, "{} {value} {flat:?}", name());
     // Two fisheyes that overlap show some directions twice: a texel's mean is then of more than what it counts with.
     let once = |map: &Map| map.coverage() == Coverage::Sphere && map.info().name != "dual_fisheye";
-    if !with_light || !once(&source) || !once(&target) {
+    if !once(&source) || !once(&target) {
         return Ok(());
     }
     let light: Vec<f64> = (0..texels).map(|_| share(u)).collect::<Result<_>>()?;
@@ -346,11 +337,6 @@ fn any_pixel_of_any_nside() {
 }
 
 #[test]
-fn any_two_maps_overlap() {
-    drive(overlaps, 120);
-}
-
-#[test]
-fn any_two_maps_keep_the_light() {
-    drive(light_of_overlaps, 300);
+fn any_two_maps_overlap_and_keep_the_light() {
+    drive(overlaps, 300);
 }

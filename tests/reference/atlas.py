@@ -523,13 +523,14 @@ class Lens:
 def _polynomial(theta: Array, k: Parameters) -> Array:
     w = theta * theta
     a, b, c, d = (k.get(name, 0.0) for name in ("k1", "k2", "k3", "k4"))
-    return theta * (1 + a * w + b * w**2 + c * w**3 + d * w**4)
+    # By products: powers are calls of a function.
+    return theta * (1 + w * (a + w * (b + w * (c + w * d))))
 
 
 def _polynomial_slope(theta: Array, k: Parameters) -> Array:
     w = theta * theta
     a, b, c, d = (k.get(name, 0.0) for name in ("k1", "k2", "k3", "k4"))
-    return 1 + 3 * a * w + 5 * b * w**2 + 7 * c * w**3 + 9 * d * w**4
+    return 1 + w * (3 * a + w * (5 * b + w * (7 * c + w * 9 * d)))
 
 
 def _unified(theta: Array, k: Parameters) -> Array:

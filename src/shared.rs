@@ -1,8 +1,9 @@
 //! What programs ask for with types of their own choice, compiled with the library where compilers can share it.
 //!
 //! A generic function is compiled for each program that calls it. For these that is every formula at every level of instructions:
-//! minutes for each test and each example, of what all of them have alike. Below `opt-level = 2` a program takes from the library what the
-//! library has compiled for itself, and here it does. An optimized program compiles its own, of what it calls, so there this is left out.
+//! minutes for each example and for those of the documentation, of what all of them have alike. Below `opt-level = 2` a program takes
+//! from the library what the library has compiled for itself, and here it does. An optimized program compiles its own, of what it calls, so
+//! there this is left out.
 
 use crate::kernel::Scalar;
 use crate::map::Map;

@@ -48,7 +48,7 @@ RUST: Floors = [
         "pack": "directions in a few bits",
         "healpix": "pixel numbers",
     },
-    {"prelude": "what most programs import", "shared": "compiled once for all tests"},
+    {"prelude": "what most programs import", "shared": "compiled once for all examples"},
     {"lib": "the crate's face"},
     {"py": "parse, match the dtype, release the lock, call"},
 ]

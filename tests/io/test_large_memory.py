@@ -35,7 +35,7 @@ print(most_taken(lambda: {call}))
 """
 )
 
-# Results of 170 MB, and of a chain: what they take is in the levels of the file.
+# Results of 170 MB at most: to compress more noise would take most of the time.
 CALLS = {
     "convert": "sm.io.convert_file(place, place + '.out.tif', 'latlong', cross, any_aspect=True, "
     "size=1536, memory=limit)",

@@ -520,10 +520,10 @@ class Lens:
         return float(np.max(2 * scale / self.slope(theta, parameters)))
 
 
-def _polynomial(theta: Array, k: Parameters) -> Array:
+def polynomial(theta: Array, k: Parameters) -> Array:
     w = theta * theta
     a, b, c, d = (k.get(name, 0.0) for name in ("k1", "k2", "k3", "k4"))
-    # By products: powers are calls of a function.
+    # By products: powers of long doubles are calls of a function.
     return theta * (1 + w * (a + w * (b + w * (c + w * d))))
 
 
@@ -560,7 +560,7 @@ def _double_slope(theta: Array, k: Parameters) -> Array:
 
 
 LENSES: dict[str, Lens] = {
-    "kannala_brandt": Lens(_polynomial, _polynomial_slope),
+    "kannala_brandt": Lens(polynomial, _polynomial_slope),
     "unified": Lens(_unified, _unified_slope),
     "double_sphere": Lens(_double, _double_slope),
 }

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .atlas import Array, Parameters, World, azimuth, gauss, inverse, pi, within
+from .atlas import Array, Parameters, World, azimuth, gauss, inverse, pi, polynomial, within
 
 # A lens ends where its slope has fallen to this part of its chord's.
 LEAST_SLOPE = 0.01
@@ -64,13 +64,6 @@ def _plane(theta: Array, _: Parameters) -> Array:
     return np.where(theta < pi(theta.dtype) / 2, np.tan(theta), np.nan)
 
 
-def _polynomial(theta: Array, k: Parameters) -> Array:
-    a, b, c, d = (k.get(name, 0.0) for name in ("k1", "k2", "k3", "k4"))
-    # By products: powers of long doubles are calls of a function.
-    w = theta * theta
-    return theta * (1 + w * (a + w * (b + w * (c + w * d))))
-
-
 def _mei(theta: Array, k: Parameters) -> Array:
     depth = np.cos(theta) + k.get("xi", 1.0)
     return np.where(depth > 0, np.sin(theta) / depth, np.nan)
@@ -102,7 +95,7 @@ def _angle(theta: Array, _: Parameters) -> Array:
 RADIAL = {
     "camera_pinhole": Radial(_plane),
     "camera_brown_conrady": Radial(_plane),
-    "camera_kannala_brandt": Radial(_polynomial),
+    "camera_kannala_brandt": Radial(polynomial),
     "camera_unified": Radial(_mei),
     "camera_double_sphere": Radial(_two_spheres),
     "camera_eucm": Radial(_ellipsoid),
@@ -190,25 +183,21 @@ def undistort(a: Array, b: Array, k: Parameters, bend: Distortion) -> tuple[Arra
     """Newton's method: a step at each of eight places on the way from the axis, more at its end.
 
     All of the way is float64's, whose complex functions are a lot quicker than long double's. From
-    where it ends, each step by the slopes of that place is off by 1e-16 times the error before it
-    and how much they change there.
+    where it ends, each step by the last slopes is off by 1e-10 times the error before it.
     """
     near_a, near_b = np.asarray(a, np.float64), np.asarray(b, np.float64)
     x, y = np.zeros_like(near_a), np.zeros_like(near_b)
-    steps = 8
-    for n in range(1, steps + 1):
-        part = n / steps
-        for _ in range(12 if n == steps else 1):
-            u, v = bend(x, y, k)
-            slopes = distortion_slopes(x, y, k, bend)
-            dx, dy = _step(slopes, near_a * part - u, near_b * part - v)
-            x, y = x + dx, y + dy
-            # A step of this length leaves an error of its square.
-            if not (np.abs(dx) + np.abs(dy) > 1e-10).any():
-                break
+    for n in range(1, 20):
+        part = min(n / 8, 1)
+        u, v = bend(x, y, k)
+        slopes = distortion_slopes(x, y, k, bend)
+        dx, dy = _step(slopes, near_a * part - u, near_b * part - v)
+        x, y = x + dx, y + dy
+        # A step of this length leaves an error of its square.
+        if part == 1 and not (np.abs(dx) + np.abs(dy) > 1e-10).any():
+            break
     if a.dtype == np.float64:
         return x, y
-    slopes = distortion_slopes(x, y, k, bend)
     x, y = x.astype(a.dtype), y.astype(a.dtype)
     for _ in range(4):
         u, v = bend(x, y, k)

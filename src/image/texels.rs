@@ -9,6 +9,7 @@ use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, TuplesMut};
 use crate::map::Map;
 use crate::map::grid::GridAxis;
+use crate::map::row_of_cells::RowOfCells;
 use crate::map::verbs::DecodeTile;
 use glam::DMat3;
 
@@ -217,9 +218,16 @@ impl SolidAngles {
         let one = |i| solid_angle_of(map, raster, i, j);
         match &self.alike {
             None => {
-                for (k, out) in out.iter_mut().enumerate() {
-                    *out = one(first + k);
-                }
+                let ends = (first..first + out.len()).map(|i| raster.along_u.cell(i).1);
+                let edges: Vec<f64> = [raster.along_u.cell(first).0]
+                    .into_iter()
+                    .chain(ends)
+                    .collect();
+                map.visit_canonical(RowOfCells {
+                    edges: &edges,
+                    sides: raster.along_v.cell(j).into(),
+                    out,
+                });
             }
             Some((_, columns)) if columns.len() == 1 => out.fill(one(columns[0])),
             Some((which, columns)) => {

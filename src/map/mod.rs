@@ -14,6 +14,7 @@ mod name;
 mod options;
 mod parallels;
 mod pullback;
+pub(crate) mod row_of_cells;
 mod slices;
 mod typed;
 pub(crate) mod verbs;

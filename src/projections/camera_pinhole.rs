@@ -30,6 +30,8 @@ impl Lens for Pinhole {
         ..CAMERA
     };
 
+    const CLOSED_FORM: Option<fn(Rect, [f64; 2], [f64; 2]) -> f64> = Some(solid_angle::perspective);
+
     fn new(_: &[f64], _: f64) -> Self {
         Pinhole
     }
@@ -56,9 +58,5 @@ impl Lens for Pinhole {
 
     fn held_radius(self) -> f64 {
         f64::INFINITY
-    }
-
-    fn solid_angle(self, rect: Rect, half: [f64; 2], principal: [f64; 2]) -> Option<f64> {
-        Some(solid_angle::perspective(rect, half, principal))
     }
 }

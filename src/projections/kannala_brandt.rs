@@ -278,6 +278,10 @@ impl Projection for KannalaBrandt {
         [a * factor, b * factor, R::cos_half_turns(w, t)]
     }
 
+    fn is_smooth(self, rect: Rect, _corners: impl Fn() -> [f64; 4]) -> bool {
+        lens::is_smooth(rect)
+    }
+
     fn solid_angle(self, rect: Rect) -> f64 {
         let theta = |r: f64| {
             PI * self

@@ -439,6 +439,12 @@ pub trait Projection: Copy + Send + Sync + 'static {
         quadrature(rect, &|u, v| one::held_density(self, Uv::flat(u, v)))
     }
 
+    /// Whether the solid angle of a rectangle is the density's by [`solid_angle::smooth`]: those of many are then found at once.
+    /// The densities at its corners, no numbers beyond the image, are at hand if it asks for them.
+    fn is_smooth(self, _rect: Rect, _corners: impl Fn() -> [f64; 4]) -> bool {
+        false
+    }
+
     /// The columns ∂d/∂u and ∂d/∂v, by running `decode` on dual numbers.
     #[inline(always)]
     fn jacobian<R: Real>(self, uv: Uv<R>) -> [[R; 3]; 2] {

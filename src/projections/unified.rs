@@ -120,6 +120,10 @@ impl Projection for Unified {
         [eta * a, eta * b, eta - R::new(self.xi)]
     }
 
+    fn is_smooth(self, rect: Rect, _corners: impl Fn() -> [f64; 4]) -> bool {
+        lens::is_smooth(rect)
+    }
+
     fn solid_angle(self, rect: Rect) -> f64 {
         let theta = |r: f64| {
             let r = r * self.radius;

@@ -64,6 +64,14 @@ def test_totals_of_layouts_and_parameters(case):
         check_total(p, r, n)
 
 
+@each([c for c in DEFAULTS + PARAMETERS if is_lens(c.name)])
+def test_no_texel_whose_center_a_lens_holds_is_empty(case):
+    # Rectangles beyond all that a lens holds are left out at once: none of these is.
+    p = case.make()
+    held = np.isfinite(p.directions(40)).all(-1)
+    assert held.any() and p.solid_angle(40)[held].min() > 0
+
+
 @each(DEFAULTS)
 @some_fast("n", [100, 127, 255, 512, 1024], fast=(100, 127, 255))
 def test_totals_at_chosen_sizes(case, n):

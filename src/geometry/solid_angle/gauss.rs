@@ -10,7 +10,7 @@ use super::Rect;
 pub(super) type Rule = [[f64; 2]];
 
 /// ∫ f(x) dx from `x` to `x + dx`.
-pub(super) fn line(rule: &Rule, x: f64, dx: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn line(rule: &Rule, x: f64, dx: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
     let mut sum = 0.0;
     for &[t, w] in rule {
         sum += w * f(x + dx * t);
@@ -23,9 +23,31 @@ pub(super) fn tensor(
     rule: &Rule,
     [x, y]: [f64; 2],
     [dx, dy]: [f64; 2],
-    f: impl Fn(f64, f64) -> f64,
+    mut f: impl FnMut(f64, f64) -> f64,
 ) -> f64 {
     line(rule, x, dx, |x| line(rule, y, dy, |y| f(x, y)))
+}
+
+/// How often [`halved`] halves, down to a 64th.
+const HALVINGS: u32 = 6;
+/// Accepted difference of the rule of 16 points from two of six, relative. Where these err by that, the former errs by less than 1e-15.
+const SETTLED: f64 = 1e-9;
+/// The same, of what cancels and has rounding alone left of numbers of size 1.
+const CANCELLED: f64 = 1e-12;
+
+/// ∫ f(x) dx of a function that is smooth but for some places, if any, that singularities come near to: halved there.
+pub fn halved(from: f64, to: f64, f: &dyn Fn(f64) -> f64) -> f64 {
+    part_of_halved(from, to, f, HALVINGS)
+}
+
+fn part_of_halved(from: f64, to: f64, f: &dyn Fn(f64) -> f64, left: u32) -> f64 {
+    let middle = 0.5 * (from + to);
+    let whole = line(&G16, from, to - from, f);
+    let halves = line(&G6, from, middle - from, f) + line(&G6, middle, to - middle, f);
+    if left == 0 || (whole - halves).abs() <= SETTLED * whole.abs() + CANCELLED * (to - from) {
+        return whole;
+    }
+    part_of_halved(from, middle, f, left - 1) + part_of_halved(middle, to, f, left - 1)
 }
 
 /// How often [`quadrature`] halves a rectangle: down to 64 cells a side.

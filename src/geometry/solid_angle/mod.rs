@@ -10,6 +10,7 @@
 //! | cylindrical | longitude times a difference of sines | Archimedes' zone |
 //! | stereographic and orthographic fisheyes | Gauss–Legendre along the azimuth over bands of closed form | ω = ∫ (cos θ_in - cos θ_out) dφ |
 //! | other azimuthal | Gauss–Legendre; Green's theorem for big texels | ω = ∮ (1 - cos θ) dφ |
+//! | lenses without a closed form | few points where they are smooth ([`smooth`]), along the border beside a rim ([`halved`]) | ω = ∮ (1 - cos θ) dφ |
 //! | anything else | adaptive Gauss–Legendre, lines cut at the rim | [`quadrature`], [`outlined`] |
 //!
 //! Domain: finite rectangles with 0 ≤ u0 ≤ u1 ≤ 1 and the same in v. The bounds are taken as exact.
@@ -50,14 +51,22 @@ mod tests;
 use std::f64::consts::PI;
 
 pub use disk::{azimuthal, bands, disk_area, matcap};
-pub use gauss::{outlined, quadrature};
+pub use gauss::{halved, outlined, quadrature};
 pub use gnomonic::{cube, hemioctahedral, octahedral, perspective, plane_rectangle};
 pub use polygon::clip;
 pub use rect::Rect;
 
-/// ∫∫ density du dv over a rectangle whose sides are at most 1/64 and in which the density is smooth: to 1e-10 where the
+/// The longest side of a rectangle that [`smooth`] is for.
+const SMALL: f64 = 1.0 / 64.0;
+
+/// Whether a rectangle is one that [`smooth`] is for, if the density is smooth in it.
+pub fn is_small(r: Rect) -> bool {
+    r.du().max(r.dv()) <= SMALL
+}
+
+/// ∫∫ density du dv over a rectangle that [is small](is_small) and in which the density is smooth: to 1e-10 where the
 /// nearest singularity of the density, complex ones among them, is a tenth of the image away.
-pub fn smooth(r: Rect, density: impl Fn(f64, f64) -> f64) -> f64 {
+pub fn smooth(r: Rect, density: impl FnMut(f64, f64) -> f64) -> f64 {
     let side = r.du().max(r.dv());
     // A rule of n points errs by some (5 side)²ⁿ there.
     let rule: &gauss::Rule = if side <= 1.0 / 1600.0 {

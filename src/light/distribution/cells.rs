@@ -3,15 +3,14 @@
 
 use super::row::Row;
 use crate::error::Error;
-use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
 use crate::kernel::memory::expect_room;
 use crate::kernel::pages;
 use crate::kernel::threads;
 use crate::map::Map;
+use crate::map::row_of_cells::RowOfCells;
 use crate::map::verbs::DensityCanonical;
-use crate::projections::projection::Visitor;
-use crate::projections::projection::{Outline, Projection};
+use crate::projections::projection::Outline;
 
 /// The most that the density of a cell may be off when it is taken for straight, relative.
 pub const STRAIGHT: f64 = 8e-6;
@@ -90,24 +89,6 @@ fn cut(texels: impl Iterator<Item = (f64, f64)>, parts: usize) -> Vec<f64> {
 
 /// For each row of cells a zero and their solid angles, negative where the density is not straight.
 fn signed_solid_angles(map: &Map, edges: &[f64], rows: &[Row]) -> Vec<f64> {
-    struct RowOfCells<'a> {
-        edges: &'a [f64],
-        row: Row,
-        out: &'a mut [f64],
-    }
-    impl Visitor for RowOfCells<'_> {
-        type Output = ();
-        fn visit<P: Projection>(self, p: P) {
-            for (u, out) in self.edges.windows(2).zip(self.out) {
-                *out = p.solid_angle(Rect {
-                    u0: u[0],
-                    u1: u[1],
-                    v0: self.row.v0,
-                    v1: self.row.v1,
-                });
-            }
-        }
-    }
     let columns = edges.len() - 1;
     let mut out = vec![0.0; rows.len() * (columns + 1)];
     pages::advise(&mut out);
@@ -117,7 +98,7 @@ fn signed_solid_angles(map: &Map, edges: &[f64], rows: &[Row]) -> Vec<f64> {
         let row = rows[number];
         map.visit_canonical(RowOfCells {
             edges,
-            row,
+            sides: [row.v0, row.v1],
             out: &mut out[1..],
         });
         if map.info().equal_area && map.info().outline == Outline::Square {

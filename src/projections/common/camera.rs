@@ -34,6 +34,9 @@ pub trait Lens: Copy + Debug + Send + Sync + 'static {
     /// Claims that are its own: names, texts, parameters, outline.
     const NAMES: Info;
 
+    /// The solid angle of a rectangle of an image with these halves and this principal point, if it has a closed form.
+    const CLOSED_FORM: Option<fn(Rect, [f64; 2], [f64; 2]) -> f64> = None;
+
     /// With these coefficients, the parameters after [`ASPECT`], for an image whose farthest corner lies at `reach` from the axis.
     fn new(coefficients: &[f64], reach: f64) -> Self;
 
@@ -61,11 +64,6 @@ pub trait Lens: Copy + Debug + Send + Sync + 'static {
 
     /// The radius of a disk of the plane all of which it [`holds`](Lens::holds); the largest that is known.
     fn held_radius(self) -> f64;
-
-    /// The solid angle of a rectangle of an image with these halves and this principal point, where it has a closed form.
-    fn solid_angle(self, _rect: Rect, _half: [f64; 2], _principal: [f64; 2]) -> Option<f64> {
-        None
-    }
 }
 
 /// What cameras claim alike; names are a lens's own.
@@ -138,6 +136,8 @@ pub struct Camera<L> {
     aspect: f64,
     /// Whether the whole rectangle holds sphere.
     whole: bool,
+    /// The radius of a disk of the plane about the axis that has all that the lens holds, and may be larger.
+    held_within: f64,
 }
 
 impl<L: Lens> Camera<L> {
@@ -154,6 +154,7 @@ impl<L: Lens> Camera<L> {
             principal: self.principal,
             aspect: self.aspect,
             whole: self.whole,
+            held_within: self.held_within,
         }
     }
 
@@ -189,6 +190,37 @@ impl<L: Lens> Camera<L> {
         (all, any)
     }
 
+    /// How far from the axis what the lens holds reaches: the farthest of some points of its rim, and more.
+    fn farthest_held(self) -> f64 {
+        const AZIMUTHS: usize = 64;
+        // Between two of 64 places a radius r(φ) grows by 0.0012 r'' at most.
+        const SLACK: f64 = 1.0 / 64.0;
+        let (sin, cos) = (self.lens.rim() * (1.0 - 1e-12)).sin_cos();
+        let far = (0..AZIMUTHS).map(|k| {
+            let azimuth = 2.0 * PI * k as f64 / AZIMUTHS as f64;
+            let ([a, b], seen) = self
+                .lens
+                .project([sin * azimuth.cos(), sin * azimuth.sin(), cos]);
+            let far = angle::length(a, b);
+            if seen && far < f64::INFINITY {
+                far
+            } else {
+                f64::INFINITY
+            }
+        });
+        far.fold(0.0, f64::max) * (1.0 + SLACK)
+    }
+
+    /// Whether a rectangle lies beyond all that the lens holds.
+    fn is_beyond(self, r: Rect) -> bool {
+        let [near_u, near_v] = [0, 1].map(|k| {
+            let axis = 0.5 + 0.5 * self.principal[k];
+            let [from, to] = [[r.u0, r.u1], [r.v0, r.v1]][k];
+            2.0 * (axis - axis.clamp(from, to)) / self.focal[k]
+        });
+        near_u * near_u + near_v * near_v > self.held_within * self.held_within
+    }
+
     /// ∫ (1 - cos θ) dφ along an edge of a rectangle, from one place of it to another. Where the lens ends with no slope the
     /// integrand has a root, which the square of a sine at both ends takes away.
     fn along(self, at: &dyn Fn(f64) -> [f64; 2], axis: usize, from: f64, to: f64) -> f64 {
@@ -208,7 +240,7 @@ impl<L: Lens> Camera<L> {
         };
         // Behind a pointer: the rules of integration are the same for all lenses.
         let share: &dyn Fn(f64) -> f64 = &share;
-        solid_angle::integral(0.0, 1.0, share)
+        solid_angle::halved(0.0, 1.0, share)
     }
 
     /// The solid angle of what a rectangle holds, ∮ (1 - cos θ) dφ around it, by Stokes: along its edges, and along the circle at
@@ -240,10 +272,12 @@ impl<L: Lens> Camera<L> {
                 _ => [r.u0, r.v1 - (r.v1 - r.v0) * t],
             };
             let long = [r.u1 - r.u0, r.v1 - r.v0, r.u0 - r.u1, r.v0 - r.v1][edge];
-            let mut start = held(at(0.0)).then_some(0.0);
+            let mut after = held(at(0.0));
+            let mut start = after.then_some(0.0);
             for k in 0..steps {
                 let (a, b) = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
-                let (inside, after) = (held(at(a)), held(at(b)));
+                let inside = after;
+                after = held(at(b));
                 if inside == after {
                     continue;
                 }
@@ -376,9 +410,16 @@ impl<L: Lens> Projection for Camera<L> {
             principal,
             aspect,
             whole: false,
+            held_within: f64::INFINITY,
         };
+        let whole = camera.held().0;
         Camera {
-            whole: camera.held().0,
+            whole,
+            held_within: if whole {
+                f64::INFINITY
+            } else {
+                camera.farthest_held()
+            },
             ..camera
         }
     }
@@ -392,10 +433,10 @@ impl<L: Lens> Projection for Camera<L> {
     }
 
     fn coverage(self) -> Coverage {
-        let closed = self
-            .lens
-            .solid_angle(Rect::WHOLE, self.half(), self.principal);
-        Coverage::Part(closed.unwrap_or_else(|| self.around(Rect::WHOLE)))
+        Coverage::Part(match L::CLOSED_FORM {
+            Some(exact) => exact(Rect::WHOLE, self.half(), self.principal),
+            None => self.around(Rect::WHOLE),
+        })
     }
 
     fn used_part(self) -> f64 {
@@ -472,26 +513,40 @@ impl<L: Lens> Projection for Camera<L> {
         uv.in_bounds(1) & self.lens.holds(self.point(uv))
     }
 
+    fn is_smooth(self, rect: Rect, corners: impl Fn() -> [f64; 4]) -> bool {
+        L::CLOSED_FORM.is_none()
+            && solid_angle::is_small(rect)
+            && (self.whole || is_level(corners()))
+    }
+
     fn solid_angle(self, rect: Rect) -> f64 {
         let density = |u: f64, v: f64| one::held_density(self, Uv::flat(u, v));
         if !self.whole {
+            if self.is_beyond(rect) {
+                return 0.0;
+            }
             // Beside the rim the density has a root: where it varies much, and where the rim is.
             let corners = [(0, 0), (0, 1), (1, 0), (1, 1)]
                 .map(|(i, j)| density([rect.u0, rect.u1][i], [rect.v0, rect.v1][j]));
-            let most = corners.into_iter().fold(0.0, f64::max);
-            // A negation: what is not a number is no corner.
-            if !corners.iter().all(|&x| x > 0.8 * most) {
+            if !is_level(corners) {
                 return self.around(rect);
             }
         }
-        match self.lens.solid_angle(rect, self.half(), self.principal) {
-            Some(exact) => exact,
-            None if (rect.u1 - rect.u0).max(rect.v1 - rect.v0) <= 1.0 / 64.0 => {
+        match L::CLOSED_FORM {
+            Some(exact) => exact(rect, self.half(), self.principal),
+            None if solid_angle::is_small(rect) => {
                 solid_angle::smooth(rect, |u, v| one::density(self, Uv::flat(u, v)))
             }
             None => solid_angle::quadrature(rect, &density),
         }
     }
+}
+
+/// Whether the least of four densities is nearly the most.
+fn is_level(corners: [f64; 4]) -> bool {
+    let most = corners.into_iter().fold(0.0, f64::max);
+    // What is not a number is no corner.
+    corners.iter().all(|&x| x > 0.8 * most)
 }
 
 /// ∫ (1 - cos θ) dφ along the circle at which a lens ends, counterclockwise from one azimuth to another.

@@ -71,18 +71,27 @@ pub fn band(a: f64, b: f64) -> f64 {
     2.0 * (0.5 * (a + b)).sin() * (0.5 * (b - a)).sin()
 }
 
+/// Whether a rectangle is small and lies in the disk.
+pub fn is_smooth(rect: Rect) -> bool {
+    solid_angle::is_small(rect) && is_in_disk(rect)
+}
+
+fn is_in_disk(rect: Rect) -> bool {
+    let far = |a: f64, b: f64| (2.0 * a - 1.0).abs().max((2.0 * b - 1.0).abs());
+    let (p, q) = (far(rect.u0, rect.u1), far(rect.v0, rect.v1));
+    p * p + q * q < 1.0
+}
+
 /// The solid angle of a rectangle of an image whose disk shows the angles `theta(r)` from the axis.
 pub fn solid_angle(
     rect: Rect,
     density: impl Fn(f64, f64) -> f64,
     theta: impl Fn(f64) -> f64,
 ) -> f64 {
-    let far = |a: f64, b: f64| (2.0 * a - 1.0).abs().max((2.0 * b - 1.0).abs());
-    let (p, q) = (far(rect.u0, rect.u1), far(rect.v0, rect.v1));
-    if p * p + q * q < 1.0 {
-        if (rect.u1 - rect.u0).max(rect.v1 - rect.v0) <= 1.0 / 64.0 {
-            return solid_angle::smooth(rect, density);
-        }
+    if is_smooth(rect) {
+        return solid_angle::smooth(rect, density);
+    }
+    if is_in_disk(rect) {
         return solid_angle::quadrature(rect, &density);
     }
     solid_angle::bands(rect, |inner, outer| {

@@ -6,9 +6,10 @@
 //! Domain: directions that the rectangle shows, z > 0 among them, else NaN. No singular point.
 
 use crate::geometry::solid_angle;
-use crate::geometry::solid_angle::Rect;
 use crate::number::real::Real;
-use crate::projections::common::camera::{ASPECT, CAMERA, CX, CY, Camera, FX, FY, Lens};
+use crate::projections::common::camera::{
+    ASPECT, CAMERA, CX, CY, Camera, ClosedForm, FX, FY, Lens,
+};
 use crate::projections::projection::{Info, Outline};
 use std::f64::consts::FRAC_PI_2;
 
@@ -30,7 +31,7 @@ impl Lens for Pinhole {
         ..CAMERA
     };
 
-    const CLOSED_FORM: Option<fn(Rect, [f64; 2], [f64; 2]) -> f64> = Some(solid_angle::perspective);
+    const CLOSED_FORM: Option<ClosedForm> = Some(solid_angle::perspective);
 
     fn new(_: &[f64], _: f64) -> Self {
         Pinhole

@@ -208,6 +208,19 @@ def test_what_the_source_does_not_cover():
     assert kept > (image * sm.solid_angle("hemioctahedral", 12)).sum()
 
 
+@pytest.mark.parametrize(
+    "lens", [{"p2": -0.05}, {"p2": 0.05}, {"p1": -0.05}, {"p1": 0.05}], ids=str
+)
+@pytest.mark.parametrize("size", [16, 33, 64])
+def test_a_texel_that_bulges_over_the_edge_of_the_source(lens, size):
+    # Whose window, of some thousand cells, has a row beyond the source's last.
+    p = sm.projection("camera_unified", **lens)
+    image = np.repeat(np.arange(1.0, 129.0)[:, None], 128, axis=1)
+    made = area(image, p, "latlong", size, fill=np.nan)
+    held = np.isfinite(made)
+    assert held.any() and made[held].min() >= 1 and made[held].max() <= 128
+
+
 def test_credits_never_leak():
     for name in ("angular", "sphere", "dual_paraboloid", "matcap"):
         p = sm.projection(name)

@@ -33,7 +33,7 @@ const HALVINGS: u32 = 6;
 /// Accepted difference of the rule of 16 points from two of six, relative. Where these err by that, the former errs by less than 1e-15.
 const SETTLED: f64 = 1e-9;
 /// The same, of what cancels and has rounding alone left of numbers of size 1.
-const CANCELLED: f64 = 1e-12;
+const CANCELED: f64 = 1e-12;
 
 /// ∫ f(x) dx of a function that is smooth but for some places, if any, that singularities come near to: halved there.
 pub fn halved(from: f64, to: f64, f: &dyn Fn(f64) -> f64) -> f64 {
@@ -44,7 +44,7 @@ fn part_of_halved(from: f64, to: f64, f: &dyn Fn(f64) -> f64, left: u32) -> f64 
     let middle = 0.5 * (from + to);
     let whole = line(&G16, from, to - from, f);
     let halves = line(&G6, from, middle - from, f) + line(&G6, middle, to - middle, f);
-    if left == 0 || (whole - halves).abs() <= SETTLED * whole.abs() + CANCELLED * (to - from) {
+    if left == 0 || (whole - halves).abs() <= SETTLED * whole.abs() + CANCELED * (to - from) {
         return whole;
     }
     part_of_halved(from, middle, f, left - 1) + part_of_halved(middle, to, f, left - 1)

@@ -29,13 +29,16 @@ pub const LET_OUT: f64 = 256.0 * f64::EPSILON;
 /// The part of the radius that a lens holds of which nobody need ask: near its end the inverse of a polynomial is steep.
 const WITHIN: f64 = 1.0 - 1.0 / 256.0;
 
+/// The solid angle of a rectangle of an image with these halves and this principal point.
+pub type ClosedForm = fn(Rect, [f64; 2], [f64; 2]) -> f64;
+
 /// A lens: directions to points of the plane at distance 1 and back, in the view frame.
 pub trait Lens: Copy + Debug + Send + Sync + 'static {
     /// Claims that are its own: names, texts, parameters, outline.
     const NAMES: Info;
 
-    /// The solid angle of a rectangle of an image with these halves and this principal point, if it has a closed form.
-    const CLOSED_FORM: Option<fn(Rect, [f64; 2], [f64; 2]) -> f64> = None;
+    /// The solid angle of a rectangle, if it has a closed form.
+    const CLOSED_FORM: Option<ClosedForm> = None;
 
     /// With these coefficients, the parameters after [`ASPECT`], for an image whose farthest corner lies at `reach` from the axis.
     fn new(coefficients: &[f64], reach: f64) -> Self;

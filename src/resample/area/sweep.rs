@@ -473,8 +473,12 @@ impl<'l, 'a> Sweep<'l, 'a> {
             .resize((LANES * most).max(self.shared.len()), (0, 0.0));
         let view = from.raster.view(source);
         let [along, down] = view.steps();
-        let simple = from.refined == 1 && !from.raster.has_rim();
         let firsts: [[usize; 2]; LANES] = std::array::from_fn(|lane| eight.first(lane));
+        // A window is as large as the largest of eight, and a cell may bulge over an edge of the image.
+        let ends = [from.columns, from.rows];
+        let over = |first: [usize; 2]| (0..2).any(|k| first[k] + eight.window[k] > ends[k]);
+        let simple =
+            from.refined == 1 && !from.raster.has_rim() && !firsts.iter().any(|first| over(*first));
         let starts = firsts.map(|[x, y]| view.index(x, y) as isize);
         let mut counts = [0; LANES];
         let columns = eight.window[0].max(1);
@@ -491,7 +495,8 @@ impl<'l, 'a> Sweep<'l, 'a> {
                     (starts[lane] + step) as usize
                 } else if here >> lane & 1 == 1 {
                     let [x, y] = firsts[lane];
-                    from.stored(source, [x + column, y + row])
+                    let (x, y) = ((x + column).min(ends[0] - 1), (y + row).min(ends[1] - 1));
+                    from.stored(source, [x, y])
                 } else {
                     0
                 };

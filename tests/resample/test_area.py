@@ -208,6 +208,16 @@ def test_what_the_source_does_not_cover():
     assert kept > (image * sm.solid_angle("hemioctahedral", 12)).sum()
 
 
+@each(DEFAULTS, slow=PARAMETERS)
+def test_constants_of_a_hundred_rows(case):
+    # Most of their texels take the fast path, to which hostile calls of a few rows do not come.
+    p, latlong = case.make(), sm.projection("latlong")
+    for src, dst in ((p, latlong), (latlong, p)):
+        made = area(np.full(src.shape(128), 3.0), src, dst, 16, fill=np.nan)
+        held = np.isfinite(made)
+        assert held.any() and (made[held] == 3).all()
+
+
 @pytest.mark.parametrize(
     "lens", [{"p2": -0.05}, {"p2": 0.05}, {"p1": -0.05}, {"p1": 0.05}], ids=str
 )

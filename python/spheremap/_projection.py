@@ -1356,7 +1356,8 @@ class Projection(_core.Projection):
         -------
         levels : list of ndarray, of the image's dtype
             The image itself, and its levels down to faces of one texel along a side (two on a grid
-            of corners). Sides that are odd are rounded down.
+            of corners), or to the last in which a texel has its center in the valid image. Sides
+            that are odd are rounded down.
 
         Raises
         ------

@@ -391,6 +391,30 @@ impl Raster {
         }
     }
 
+    /// Whether any texel of a face has its center in the valid image: not if that is a disk so small that it lies between centers.
+    pub fn holds_any(&self) -> bool {
+        if self.outline == Outline::Square {
+            return true;
+        }
+        // From the middle of what is held on, where nearly all have one.
+        let [i, j] = [0, 1].map(|axis| {
+            let middle = self
+                .held
+                .map_or(0.5, |[middle, _]| 0.5 + 0.5 * middle[axis]);
+            let (along, n) = [(self.along_u, self.width), (self.along_v, self.height)][axis];
+            let (scale, offset) = along.index();
+            // `as` takes negative numbers to 0.
+            ((middle * scale + offset).round() as usize).min(n - 1)
+        });
+        (0..self.height).any(|down| {
+            let y = (j + down) % self.height;
+            (0..self.width).any(|right| {
+                let x = (i + right) % self.width;
+                self.holds(x as isize, y as isize)
+            })
+        })
+    }
+
     /// Whether all of the square that is no farther than `reach` from a place of it, along u and along v, is valid for certain.
     #[inline(always)]
     pub fn holds_around(&self, place: [f64; 2], reach: [f64; 2]) -> bool {

@@ -152,3 +152,32 @@ def test_bad_input():
         sm.mipmaps(np.zeros((4, 8)), "cube")
     with pytest.raises(TypeError):
         sm.mipmaps(np.zeros((4, 8), complex), "latlong")
+
+
+@each_mipmapped
+@pytest.mark.parametrize(
+    "p",
+    [
+        # A disk of eight texels, which becomes less than one.
+        sm.projection("camera_thin_prism_fisheye", cx=0.0264, k1=-53.2, k4=2.9, s1=0.0072),
+        # The four corners of a disk's square.
+        sm.projection("angular", grid="corners"),
+        sm.projection("orthographic", grid="corners-v"),
+    ],
+    ids=lambda p: p.name,
+)
+def test_levels_end_before_no_texel_is_held(p, filter):
+    image = np.full((*p.shape(130), 1), 3.0)
+    levels = sm.mipmaps(image, p)
+    assert len(levels) > 2
+    for level in levels:
+        assert np.isfinite(p.directions(level.shape[:2])).any()
+    made = [
+        sm.convert(image, p, "equisolid", size=size, filter=filter, fill=np.nan).ravel()
+        for size in (1, 2, 3, 33)
+    ]
+    held = np.concatenate(made)
+    # A constant stays constant to the bit.
+    assert set(held[np.isfinite(held)]) == {3}
+    forward = np.array([[0.0, 0.0, -1.0]])
+    assert p.sample(image, forward, filter="trilinear", lod=np.full(1, 9.0)) == 3

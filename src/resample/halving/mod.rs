@@ -67,7 +67,8 @@ struct Cells<'r> {
     lit: bool,
 }
 
-/// The shape of the next level of an image of this shape, without channels; none where it cannot be made smaller.
+/// The shape of the next level of an image of this shape, without channels; none where it cannot be made smaller, or no texel of it
+/// would hold a value: lookups would have none.
 pub(crate) fn smaller(map: &Map, shape: &[usize]) -> Result<Option<Vec<usize>>, Error> {
     let fine = Raster::new(map, shape)?;
     if fine.width.min(fine.height) < 2 {
@@ -79,7 +80,8 @@ pub(crate) fn smaller(map: &Map, shape: &[usize]) -> Result<Option<Vec<usize>>, 
     smaller[n - 2] = fine.height / 2 * layout.rows;
     smaller[n - 1] = fine.width / 2 * layout.columns;
     // A grid of corners has no faces of one texel.
-    Ok(Raster::new(map, &smaller).is_ok().then_some(smaller))
+    let holds = Raster::new(map, &smaller).is_ok_and(|raster| raster.holds_any());
+    Ok(holds.then_some(smaller))
 }
 
 impl Halving {

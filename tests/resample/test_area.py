@@ -223,7 +223,7 @@ def test_constants_of_a_hundred_rows(case):
 )
 @pytest.mark.parametrize("size", [16, 33, 64])
 def test_a_texel_that_bulges_over_the_edge_of_the_source(lens, size):
-    # Whose window, of some thousand cells, has a row beyond the source's last.
+    # Its window among the source's texels has a row beyond the last.
     p = sm.projection("camera_unified", **lens)
     image = np.repeat(np.arange(1.0, 129.0)[:, None], 128, axis=1)
     made = area(image, p, "latlong", size, fill=np.nan)

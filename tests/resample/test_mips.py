@@ -158,7 +158,7 @@ def test_bad_input():
 @pytest.mark.parametrize(
     "p",
     [
-        # A disk of eight texels, which becomes less than one.
+        # A disk seven texels wide, which becomes less than one.
         sm.projection("camera_thin_prism_fisheye", cx=0.0264, k1=-53.2, k4=2.9, s1=0.0072),
         # The four corners of a disk's square.
         sm.projection("angular", grid="corners"),

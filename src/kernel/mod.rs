@@ -117,6 +117,8 @@ pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
     const SINGLE: bool = true;
     /// Whether it is compiled to write past the caches, too ([`stream`]).
     const STREAMS: bool = false;
+    /// Whether [`alone`](Point::alone) calls something for each point, and so makes no lanes.
+    const ALONE_CALLS: bool = false;
 
     /// One point.
     fn apply(self, x: [R; I]) -> [R; O];
@@ -128,6 +130,7 @@ pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
     }
 
     /// One point for which f64 has no result, of a formula that is computed in f64.
+    #[inline(always)]
     fn alone(self, x: [R; I]) -> [R; O] {
         self.apply(x)
     }
@@ -174,25 +177,6 @@ impl<R: Real, const I: usize, const O: usize> Frame<R, I, O> {
             rotate_input: None,
             rotate_output: None,
         }
-    }
-}
-
-impl<R: Scalar, const I: usize, const O: usize> Frame<R, I, O> {
-    /// A formula of one point, from and to where the frame has directions.
-    fn around(&self, formula: &dyn Fn([R; I]) -> [R; O], x: [R; I]) -> [R; O] {
-        let SignedPermutation { order, negative } = &self.input;
-        let x = turned::<R, I, 1>(self.rotate_input.as_ref(), x, 0);
-        let x = std::array::from_fn(|k| x[order[k] % I].negated_if(negative[k]));
-        let rotation = self.rotate_output.as_ref();
-        let mut result = formula(x);
-        if O == 6 {
-            result = turned::<R, O, 2>(rotation, result, 0);
-            result = turned::<R, O, 2>(rotation, result, 1);
-        } else {
-            result = turned::<R, O, 1>(rotation, result, 0);
-        }
-        let SignedPermutation { order, negative } = &self.output;
-        std::array::from_fn(|k| result[order[k] % O].negated_if(negative[k]))
     }
 }
 
@@ -583,13 +567,12 @@ pub fn run_in_double<R: Scalar, F, const I: usize, const O: usize>(
 ) where
     F: Point<f64, I, O> + Point<R, I, O>,
 {
-    let alone = |x: [R; I]| -> [R; O] { point.alone(x) };
-    run_formula_in_double(&point, &alone, frame, input, output);
+    run_formula_in_double(&point, &Alone(point), frame, input, output);
 }
 
 fn run_formula_in_double<R: Scalar, const I: usize, const O: usize>(
     formula: &dyn Formula<f64, I, O>,
-    alone: &dyn Fn([R; I]) -> [R; O],
+    alone: &dyn Formula<R, I, O>,
     frame: &Frame<f64, I, O>,
     input: Tuples<'_, R, I>,
     mut output: TuplesMut<'_, R, O>,
@@ -597,6 +580,8 @@ fn run_formula_in_double<R: Scalar, const I: usize, const O: usize>(
     let own = frame.cast::<R>();
     let (mut from, mut into) = (Tile::<f64, I>::new(), Tile::<f64, O>::new());
     let (mut before, mut after) = (Tile::<R, I>::new(), Tile::<R, O>::new());
+    // Behind the last that is asked for are places without a result as well, which are told soonest.
+    let (mut asked, mut found) = (Tile([[R::NAN; TILE]; I]), Tile::<R, O>::new());
     let count = input.len().min(output.len());
     for first in (0..count).step_by(TILE) {
         let n = TILE.min(count - first);
@@ -605,14 +590,74 @@ fn run_formula_in_double<R: Scalar, const I: usize, const O: usize>(
         dispatch(Converted(&before, &mut from, n));
         run_formula(formula, false, frame, from.first(n), into.first_mut(n));
         dispatch(Converted(&into, &mut after, n));
-        if into.0[0][..n].iter().any(|x| x.is_nan()) {
-            for k in 0..n {
-                if into.0[0][k].is_nan() {
-                    after.set(k, own.around(alone, before.at(k)));
-                }
+        let mut missing = [0; TILE];
+        let missing = nan_among(&into.0[0][..n], &mut missing);
+        if !missing.is_empty() {
+            for (k, &point) in missing.iter().enumerate() {
+                asked.set(k, before.at(point));
+            }
+            run_formula(
+                alone,
+                false,
+                &own,
+                asked.first(missing.len()),
+                found.first_mut(missing.len()),
+            );
+            for (k, &point) in missing.iter().enumerate() {
+                after.set(point, found.at(k));
             }
         }
         output.write(first, n, &after);
+    }
+}
+
+/// The places of numbers that are none, in the order in which they are.
+fn nan_among<'a>(numbers: &[f64], places: &'a mut [usize; TILE]) -> &'a [usize] {
+    let mut count = 0;
+    for (k, x) in numbers.iter().enumerate() {
+        places[count % TILE] = k;
+        count += usize::from(x.is_nan());
+    }
+    &places[..count]
+}
+
+/// A formula as what f64 has no result for asks it: for the baseline only, in lanes where it makes any.
+struct Alone<F>(F);
+
+impl<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize> Formula<R, I, O> for Alone<F> {
+    fn fill_rows(&self, _: Instructions, chunk: &mut Scratch<R, I, O>) {
+        let Alone(point) = *self;
+        if const { F::ALONE_CALLS } {
+            fill_by_calls(point, chunk);
+        } else {
+            fill_alone(point, chunk);
+        }
+    }
+}
+
+/// A function of its own: in kernels a test looks for calls.
+#[inline(never)]
+fn fill_by_calls<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
+    point: F,
+    chunk: &mut Scratch<R, I, O>,
+) {
+    fill_alone(point, chunk);
+}
+
+#[inline(always)]
+fn fill_alone<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
+    point: F,
+    chunk: &mut Scratch<R, I, O>,
+) {
+    let Scratch {
+        input: Rows(input),
+        output: Rows(output),
+    } = chunk;
+    for i in 0..W {
+        let result = point.alone(std::array::from_fn(|k| input[k][i]));
+        for k in 0..O {
+            output[k][i] = result[k];
+        }
     }
 }
 
@@ -634,23 +679,6 @@ impl<A: Scalar, B: Scalar, const N: usize> Job for Converted<'_, A, B, N> {
             }
         }
     }
-}
-
-/// The components `first`, `first + STEP`, `first + 2 STEP` multiplied by a matrix.
-fn turned<R: Real, const N: usize, const STEP: usize>(
-    matrix: Option<&[[R; 3]; 3]>,
-    mut x: [R; N],
-    first: usize,
-) -> [R; N] {
-    if let Some(m) = matrix
-        && first + 2 * STEP < N
-    {
-        let d = [0, 1, 2].map(|k| x[first + k * STEP]);
-        for (k, row) in m.iter().enumerate() {
-            x[first + k * STEP] = row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
-        }
-    }
-    x
 }
 
 /// Whether every number of a chunk is normal.

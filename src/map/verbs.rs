@@ -112,6 +112,7 @@ impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::SINGLE;
     const STREAMS: bool = P::MEMORY_BOUND;
+    const ALONE_CALLS: bool = true;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 3] {
@@ -129,6 +130,7 @@ struct Jacobian<P>(P);
 impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::COMMON;
+    const ALONE_CALLS: bool = true;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 6] {
@@ -150,6 +152,7 @@ struct Density<P>(P);
 impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 1> for Density<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::COMMON;
+    const ALONE_CALLS: bool = true;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 1] {

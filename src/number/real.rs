@@ -183,6 +183,12 @@ pub fn max<R: Real>(a: R, b: R) -> R {
     R::select(a.more(b), a, b)
 }
 
+/// x², or 1e-9 where it is less, for a long polynomial: f32 sees neither beside 1, and the fourth power is no subnormal number.
+#[inline(always)]
+pub fn floored_square<R: Real>(x: R) -> R {
+    max(x * x, R::new(1e-9))
+}
+
 /// (x, y) times the power of two that brings the larger one near 1, and the inverse of that power. It
 /// keeps squares from under- and overflowing and azimuths right down to the smallest subnormal.
 #[inline(always)]

@@ -301,11 +301,33 @@ static DOUBLE: Width = Width {
     terms: [7, 10],
 };
 
-/// c₀ + s (c₁ + s (c₂ + …)).
-fn horner(s: Trace, coefficients: &[f64]) -> Trace {
+/// c₀ + s (c₁ + s (c₂ + …)), in the order in which [`polynomial!`](crate::number::math::polynomial) sums it.
+fn polynomial(s: Trace, coefficients: &[f64]) -> Trace {
+    if coefficients.len() > 5 {
+        let s2 = s * s;
+        return fours(s, s2, s2 * s2, coefficients);
+    }
     let mut terms = coefficients.iter().rev().map(|&c| Trace::new(c));
     let last = terms.next().unwrap_or(Trace::ZERO);
     terms.fold(last, |sum, c| c + s * sum)
+}
+
+/// The same, four terms at a time.
+fn fours(s: Trace, s2: Trace, s4: Trace, coefficients: &[f64]) -> Trace {
+    let (four, rest) = coefficients.split_at(coefficients.len().min(4));
+    let pair = |pair: &[f64]| match *pair {
+        [c0, c1] => Trace::new(c0) + s * Trace::new(c1),
+        _ => Trace::new(pair[0]),
+    };
+    let mut sum = pair(&four[..four.len().min(2)]);
+    if four.len() > 2 {
+        sum = sum + s2 * pair(&four[2..]);
+    }
+    if rest.is_empty() {
+        sum
+    } else {
+        sum + s4 * fours(s, s2, s4, rest)
+    }
 }
 
 impl Real for Trace {
@@ -426,7 +448,7 @@ impl Real for Trace {
         let t = numerator / max(denominator, Self::new(width.smallest));
         let s = t * t;
         let [high, low] = width.polynomials.atan_1.map(Self::new);
-        let angle = t * high + t * (low + s * horner(s, width.polynomials.atan));
+        let angle = t * high + t * (low + s * polynomial(s, width.polynomials.atan));
         let beside = Self::select(behind, Self::new(0.75), Self::new(0.25));
         let along = Self::select(behind, Self::ONE, Self::ZERO);
         let along = Self::select(steep, Self::HALF, along);
@@ -447,8 +469,8 @@ impl Real for Trace {
         let r = r - quarters * Self::HALF;
         let s = r * r;
         let [high, low] = polynomials.pi.map(Self::new);
-        let sin = r * high + r * (low + s * horner(s, polynomials.sin));
-        let cos = Self::ONE + s * horner(s, polynomials.cos);
+        let sin = r * high + r * (low + s * polynomial(s, polynomials.sin));
+        let cos = Self::ONE + s * polynomial(s, polynomials.cos);
         // Of the quarter turn that was rounded off, the lowest bits: whether it exchanges, and which it turns over.
         let halves = (quarters * Self::HALF).floor();
         let odd = (quarters - halves * Self::TWO).more(Self::HALF);
@@ -489,8 +511,8 @@ impl Real for Trace {
                 .map(|k| 1.0 / factorial(first + 2 * k))
                 .collect()
         };
-        let sinh = r + r * (s * horner(s, &inverse_factorials(3)[..width.terms[0] - 1]));
-        let cosh = Self::ONE + s * horner(s, &inverse_factorials(2));
+        let sinh = r + r * (s * polynomial(s, &inverse_factorials(3)[..width.terms[0] - 1]));
+        let cosh = Self::ONE + s * polynomial(s, &inverse_factorials(2));
         (a * cosh + b * sinh, b * cosh + a * sinh)
     }
 
@@ -512,7 +534,7 @@ impl Real for Trace {
         let odds: Vec<f64> = (1..=Self::width().terms[1])
             .map(|k| 1.0 / (2 * k + 1) as f64)
             .collect();
-        let artanh = f + f * (s * horner(s, &odds));
+        let artanh = f + f * (s * polynomial(s, &odds));
         let value = exponent * Self::new(std::f64::consts::LN_2) + Self::TWO * artanh;
         value.negated_if(self.less(Self::ZERO))
     }

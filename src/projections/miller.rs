@@ -10,8 +10,8 @@
 
 use super::cylindrical::longitude;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::horner;
-use crate::number::real::{Real, SINGLE};
+use crate::number::math::polynomial;
+use crate::number::real::{Real, SINGLE, floored_square};
 use crate::projections::projection;
 use crate::projections::projection::{Coverage, Info, Projection, Seam, Uv};
 use std::f64::consts::PI;
@@ -57,8 +57,8 @@ const LATITUDE: [f64; 11] = [
 #[inline(always)]
 fn odd<R: Real>(x: R, coefficients: [f64; 11]) -> R {
     let [a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10] = coefficients.map(R::new);
-    let s = x * x;
-    x * (horner!(s; a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10))
+    let s = floored_square(x);
+    x * (polynomial!(s; a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10))
 }
 
 impl Miller {

@@ -15,8 +15,8 @@
 use super::cylindrical::longitude;
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
-use crate::number::math::horner;
-use crate::number::real::{Real, SINGLE, max, min};
+use crate::number::math::polynomial;
+use crate::number::real::{Real, SINGLE, floored_square, max, min};
 use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;
 
@@ -96,15 +96,15 @@ impl Projection for Mollweide {
     #[inline(always)]
     fn encode<R: Real>(self, [x, y, z]: [R; 3]) -> Uv<R> {
         let (half, one) = (R::HALF, R::ONE);
-        let (longitude, h) = longitude(x, z);
-        let ay = y.abs();
-        let yf = ay.squarable();
-        let length = (h * h + yf * yf).sqrt();
-        let side = R::new(PI) * (h * h / (length * (length + ay)));
+        let (longitude, _) = longitude(x, z);
+        let [xf, yf, zf] = [x, y, z].map(R::squarable);
+        let across = xf * xf + zf * zf;
+        let length = (across + yf * yf).sqrt();
+        let side = R::new(PI) * (across / (length * (length + y.abs())));
         let c = (side * R::new(6.0)).cbrt();
-        let s = c * c;
+        let s = floored_square(c);
         let [a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10] = ANGLE.map(R::new);
-        let mut psi = c * (horner!(s; a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10));
+        let mut psi = c * (polynomial!(s; a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10));
         if R::epsilon() < SINGLE {
             let (sin, cos) = R::sin_cos_half_turns(psi * R::new(0.5 / PI));
             let two = R::TWO;

@@ -94,7 +94,8 @@ impl Projection for Sinusoidal {
     #[inline(always)]
     fn contains<R: Real>(self, uv: Uv<R>) -> R::Mask {
         let (p, _) = uv.pq();
-        let (width, _) = R::sin_cos_half_turns(uv.v.clamped(0.0, 1.0));
+        // That of `decode` itself, which is then found once; beyond the bounds it means nothing.
+        let (width, _) = R::sin_cos_half_turns(uv.v);
         uv.in_bounds(1) & p.abs().at_most(width + R::new(8.0 * R::epsilon()))
     }
 

@@ -2,7 +2,7 @@
 //! weights, which alone differs from 1 by up to 1 %.
 
 use super::claims::{Claims, FilterInfo, Kernel, Lookup, Method, Visitor};
-use crate::number::math::horner;
+use crate::number::math::{horner, polynomial};
 use crate::number::real::{Real, SINGLE};
 
 /// The sinc function in Lanczos' window of three lobes.
@@ -52,7 +52,7 @@ fn sinc_of_third<R: Real>(x: R) -> R {
     let s = x * x;
     let [a0, a1, a2, a3, a4, a5, a6, a7, a8, a9] = SINC.map(R::new);
     if R::epsilon() < SINGLE {
-        horner!(s; a0, a1, a2, a3, a4, a5, a6, a7, a8, a9)
+        polynomial!(s; a0, a1, a2, a3, a4, a5, a6, a7, a8, a9)
     } else {
         horner!(s; a0, a1, a2, a3, a4, a5)
     }

@@ -5,7 +5,7 @@
 //! r = 1, is lowered to end at 0.
 
 use crate::kernel::vectorize;
-use crate::number::math::horner;
+use crate::number::math::polynomial;
 use std::ops::RangeInclusive;
 
 /// p xx + q xy + r yy = 1 on the ellipse, which reaches so far along x and y.
@@ -116,7 +116,7 @@ pub(crate) fn each(
 #[inline(always)]
 fn gaussian(x: f64) -> f64 {
     let y = -0.5 * x;
-    let sum = horner!(y; 1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0, 1.0 / 5040.0, 1.0 / 40320.0, 1.0 / 362_880.0);
+    let sum = polynomial!(y; 1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0, 1.0 / 5040.0, 1.0 / 40320.0, 1.0 / 362_880.0);
     let squared = sum * sum;
     squared * squared - 0.135_335_283_236_612_7
 }

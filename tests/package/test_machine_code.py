@@ -225,6 +225,18 @@ def test_kernels_are_found_at_every_level():
     assert sum(bool(code.loops) for code in codes) > 0.9 * len(codes)
 
 
+def test_operations_of_lanes_are_no_calls():
+    with MODULE.open("rb") as file:
+        symbols = ELFFile(file).get_section_by_name(".symtab")
+        names = [symbol.name for symbol in symbols.iter_symbols()] if symbols else []
+    if not any("vectorize_avx2" in name for name in names):
+        assert not os.environ.get("CI"), STRIPPED
+        pytest.skip(STRIPPED)
+    # A closure among lanes that is not inlined is compiled for the baseline, and calls these for
+    # every sum and product. Nothing else keeps one in the module.
+    assert not [name for name in names if "__fearless_simd_kernel" in name]
+
+
 @each_kernel
 def test_no_scalar_arithmetic(kernel):
     code = _code(kernel)

@@ -225,17 +225,11 @@ impl<S: Simd> Cubic<S> {
         let (zero, one) = (number(0.0), number(1.0));
         let sign = up.select(one, number(-1.0));
         let [_, b, c] = self.powers;
-        // Where a + b t + c t² passes zero on its way up.
-        let passes = |a: f64x8<S>, b: f64x8<S>, c: f64x8<S>| {
-            let root = (b * b - number(4.0) * a * c).max(zero).sqrt();
-            let near = zero - (a + a) / (b + root);
-            let far = number(0.5) * (root - b) / c;
-            b.simd_ge(zero).select(near, far)
-        };
         // Parabolas that touch it: beside a turning point a step along the tangent goes astray, and a parabola through
         // the ends with the bend that the twist leaves there comes closer by a factor of five a step only.
         let start = sign * (self.from - line);
         let mut t = passes(
+            simd,
             start,
             sign * (self.along + self.bend),
             zero - sign * self.bend,
@@ -243,6 +237,7 @@ impl<S: Simd> Cubic<S> {
         for _ in 0..2 {
             t = t.max(zero).min(one);
             t += passes(
+                simd,
                 sign * (self.at(t) - line),
                 sign * self.slope(simd, t),
                 sign * (b + number(3.0) * c * t),
@@ -250,6 +245,16 @@ impl<S: Simd> Cubic<S> {
         }
         t.max(zero).min(one)
     }
+}
+
+/// Where a + b t + c t² passes zero on its way up. No closure: that would be a call, and so would each of its operations.
+#[inline(always)]
+fn passes<S: Simd>(simd: S, a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
+    let number = |x| f64x8::splat(simd, x);
+    let root = (b * b - number(4.0) * a * c).max(number(0.0)).sqrt();
+    let near = number(0.0) - (a + a) / (b + root);
+    let far = number(0.5) * (root - b) / c;
+    b.simd_ge(number(0.0)).select(near, far)
 }
 
 /// From, along, bend and twist of an edge; 0 in lanes without a cell.

@@ -26,6 +26,7 @@ __all__ = [
     "convert_depth",
     "convert_levels",
     "dfg",
+    "directions_to_lonlat",
     "divide_layer",
     "encode_gradient",
     "energy",
@@ -47,6 +48,7 @@ __all__ = [
     "lobe",
     "lobe_from",
     "lobe_of",
+    "lonlat_to_directions",
     "luminances",
     "matching_size",
     "mipmaps",
@@ -393,6 +395,12 @@ def energy(
     luminance: NDArray[np.float64],
     /,
 ) -> tuple[float, NDArray[np.float64], float, float, list[float], float, int, _Sun | None]: ...
+def directions_to_lonlat(
+    directions: ArrayLike, world: str, half_turn: float, /
+) -> NDArray[np.floating[Any]]: ...
+def lonlat_to_directions(
+    lonlat: ArrayLike, world: str, half_turn: float, /
+) -> NDArray[np.floating[Any]]: ...
 def mipmaps(image: ArrayLike, projection: Projection, /) -> list[NDArray[Any]]: ...
 def sample_uv(
     image: ArrayLike,

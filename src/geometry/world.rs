@@ -57,6 +57,11 @@ impl World {
         }
     }
 
+    /// (x, y, z) to (right, up, ahead).
+    pub(crate) fn frame(self) -> Axes {
+        self.frame
+    }
+
     /// The axis that points to the right.
     ///
     /// ```

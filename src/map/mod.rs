@@ -10,6 +10,7 @@ pub(crate) mod element;
 mod explain;
 pub(crate) mod grid;
 pub(crate) mod layout;
+pub(crate) mod lonlat;
 mod name;
 mod options;
 mod parallels;

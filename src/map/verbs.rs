@@ -21,7 +21,7 @@ use crate::projections::projection::{Projection, Uv};
 /// The direction with its largest component brought near 1, and whether it is a direction at all:
 /// finite and not zero.
 #[inline(always)]
-fn prepared<R: Real>([x, y, z]: [R; 3]) -> ([R; 3], R::Mask) {
+pub(super) fn prepared<R: Real>([x, y, z]: [R; 3]) -> ([R; 3], R::Mask) {
     let scale = max(x.abs(), max(y.abs(), z.abs())).binade_scale();
     let d = [x * scale, y * scale, z * scale];
     let sum = d[0].abs() + d[1].abs() + d[2].abs();
@@ -30,7 +30,7 @@ fn prepared<R: Real>([x, y, z]: [R; 3]) -> ([R; 3], R::Mask) {
 }
 
 #[inline(always)]
-fn only_if<R: Real, const N: usize>(ok: R::Mask, x: [R; N]) -> [R; N] {
+pub(super) fn only_if<R: Real, const N: usize>(ok: R::Mask, x: [R; N]) -> [R; N] {
     x.map(|x| R::choose(ok, x, R::NAN))
 }
 
@@ -183,7 +183,7 @@ fn beyond<const N: usize>(found: &mut Tile<f64, N>, n: usize, formula: impl Fn(u
 }
 
 /// World directions into the view frame, on the way in.
-fn frame_in<const O: usize>(turn: Rotation) -> Frame<f64, 3, O> {
+pub(super) fn frame_in<const O: usize>(turn: Rotation) -> Frame<f64, 3, O> {
     let mut frame = Frame::plain();
     match turn {
         Rotation::Axes(axes) => {
@@ -198,7 +198,7 @@ fn frame_in<const O: usize>(turn: Rotation) -> Frame<f64, 3, O> {
 }
 
 /// View directions, or their derivatives by `columns` variables, into the world on the way out.
-fn frame_out<const I: usize, const O: usize>(turn: Rotation) -> Frame<f64, I, O> {
+pub(super) fn frame_out<const I: usize, const O: usize>(turn: Rotation) -> Frame<f64, I, O> {
     let columns = O / 3;
     let mut frame = Frame::plain();
     match turn {
@@ -213,7 +213,7 @@ fn frame_out<const I: usize, const O: usize>(turn: Rotation) -> Frame<f64, I, O>
 }
 
 /// Runs a verb of a projection: in kernels for its arrays' type, or in those for f64.
-fn run<R: Scalar, F, const I: usize, const O: usize>(
+pub(super) fn run<R: Scalar, F, const I: usize, const O: usize>(
     point: F,
     frame: &Frame<f64, I, O>,
     input: Tuples<'_, R, I>,

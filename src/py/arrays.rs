@@ -126,7 +126,7 @@ impl<'py, T: Float> Points<'py, T> {
         &self,
         py: Python<'py>,
         output: &mut [B],
-        work: impl Fn(&[T], &mut [B]) + Sync,
+        work: Work<'_, T, B>,
     ) -> PyResult<()> {
         match self {
             Points::Plain(array) => {
@@ -312,6 +312,9 @@ pub fn leading<'a>(shape: &'a [usize], width: usize, name: &str) -> PyResult<&'a
     }
 }
 
+/// What is done to the numbers of points: behind a pointer, for what is around it is much more code.
+pub type Work<'a, A, B> = &'a (dyn Fn(&[A], &mut [B]) + Sync);
+
 /// Takes `work` over an array of tuples: (..., width) in, (..., *tail) out.
 #[expect(
     clippy::too_many_arguments,
@@ -325,7 +328,7 @@ pub fn points<'py, A: Float, B: Element>(
     out: Option<&Bound<'py, PyAny>>,
     dtype: &str,
     tail: &[usize],
-    work: impl Fn(&[A], &mut [B]) + Sync,
+    work: Work<'_, A, B>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let shape = input.shape();
     let leading = leading(shape, width, name)?;

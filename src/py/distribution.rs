@@ -62,7 +62,7 @@ impl PyDistribution {
         let reals = reals(directions, "directions", out)?;
         with_reals!(&reals, d => {
             let work = |d: &[_], pdf: &mut [_]| fits(self.distribution.pdf(d, pdf));
-            points(py, d, "directions", 3, out, d.dtype(), &[], work)
+            points(py, d, "directions", 3, out, d.dtype(), &[], &work)
         })
     }
 

@@ -39,7 +39,7 @@ pub fn healpix_vec2pix<'py>(
     let reals = reals(directions, "directions", out)?;
     with_reals!(&reals, d => {
         let work = |d: &[_], out: &mut [i64]| fits(pixels.of_directions(d, out));
-        points(py, d, "directions", 3, out, "int64", &[], work)
+        points(py, d, "directions", 3, out, "int64", &[], &work)
     })
 }
 
@@ -74,7 +74,7 @@ pub fn healpix_ang2pix<'py>(
     let kind = self::angles(lonlat);
     let work = |angles: &[f64], out: &mut [i64]| fits(pixels.of_angles(kind, angles, out));
     let angles = Points::Plain(angles);
-    points(py, &angles, "angles", 2, out, "int64", &[], work)
+    points(py, &angles, "angles", 2, out, "int64", &[], &work)
 }
 
 /// Pairs of angles of the centers of pixels: (...) -> (..., 2).

@@ -184,7 +184,7 @@ fn sample_texels<'py, T: PyTexel>(
             let out = target.as_slice_mut()?;
             disjoint(image.as_slice()?, out)?;
             let failed = OnceLock::new();
-            directions.each(py, out, |directions, out| {
+            directions.each(py, out, &|directions, out| {
                 if let Err(error) = sampler.sample(directions, out) {
                     failed.get_or_init(|| error);
                 }

@@ -18,6 +18,7 @@ mod images;
 mod layers;
 mod light;
 mod lights;
+mod lonlat;
 mod mip_lookups;
 mod pack;
 mod pad;
@@ -68,6 +69,8 @@ mod _core {
     };
     #[pymodule_export]
     use super::lights::{add_sun, energy, lights, remove_sun, sun};
+    #[pymodule_export]
+    use super::lonlat::{directions_to_lonlat, lonlat_to_directions};
     #[pymodule_export]
     use super::mip_lookups::sample_uv;
     #[pymodule_export]

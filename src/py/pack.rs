@@ -113,7 +113,7 @@ fn pack_points<'py, T: Number, W: Word>(
         let done = AtomicUsize::new(0);
         let mut target = writable(&array)?;
         // Blocks come one after another, on this thread.
-        input.each(py, target.as_slice_mut()?, |d: &[T], codes: &mut [W]| {
+        input.each(py, target.as_slice_mut()?, &|d: &[T], codes: &mut [W]| {
             let before = done.fetch_add(codes.len(), Ordering::Relaxed);
             if let Ok(Some(k)) = packing.pack(rounding, invalid, d, codes) {
                 bad.fetch_min(before + k, Ordering::Relaxed);

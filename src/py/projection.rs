@@ -206,7 +206,7 @@ impl PyProjection {
         let room = arrays::room(out);
         with_reals!(&reals, d => {
             let work = |d: &[_], uv: &mut [_]| map.encode_to(None, d, uv, room);
-            points(py, d, "directions", 3, out, d.dtype(), &[map.uv_width()], work)
+            points(py, d, "directions", 3, out, d.dtype(), &[map.uv_width()], &work)
         })
     }
 
@@ -223,7 +223,7 @@ impl PyProjection {
         let room = arrays::room(out);
         with_reals!(&reals, uv => {
             let work = |uv: &[_], result: &mut [_]| map.decode_to(None, uv, result, room);
-            points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3], work)
+            points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3], &work)
         })
     }
 
@@ -239,7 +239,7 @@ impl PyProjection {
         let reals = reals(uv, "uv", out)?;
         with_reals!(&reals, uv => {
             let work = |uv: &[_], result: &mut [_]| map.jacobian_numbers(None, uv, result);
-            points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3, 2], work)
+            points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[3, 2], &work)
         })
     }
 
@@ -255,7 +255,7 @@ impl PyProjection {
         let reals = reals(uv, "uv", out)?;
         with_reals!(&reals, uv => {
             let work = |uv: &[_], result: &mut [_]| map.density_numbers(uv, result);
-            points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[], work)
+            points(py, uv, "uv", map.uv_width(), out, uv.dtype(), &[], &work)
         })
     }
 
@@ -264,7 +264,7 @@ impl PyProjection {
     fn valid<'py>(&self, py: Python<'py>, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let map = &self.0;
         with_reals!(&reals(uv, "uv", None)?, uv => {
-            points(py, uv, "uv", map.uv_width(), None, "bool", &[], |uv, valid| map.valid_numbers(uv, valid))
+            points(py, uv, "uv", map.uv_width(), None, "bool", &[], &|uv, valid| map.valid_numbers(uv, valid))
         })
     }
 
@@ -277,7 +277,7 @@ impl PyProjection {
     ) -> PyResult<Bound<'py, PyAny>> {
         let map = &self.0;
         with_reals!(&reals(directions, "directions", None)?, d => {
-            points(py, d, "directions", 3, None, "bool", &[], |d, covered| map.covers_numbers(None, d, covered))
+            points(py, d, "directions", 3, None, "bool", &[], &|d, covered| map.covers_numbers(None, d, covered))
         })
     }
 

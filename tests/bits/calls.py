@@ -64,6 +64,9 @@ def maps(inputs: Arrays) -> Iterator[Call]:
     for dtype in FLOATS:
         d = inputs[f"directions {dtype}"]
         yield f"reflect {dtype}", lambda d=d: sm.reflect(d, d[::-1].copy())
+        angles = inputs[f"uv {dtype}"] * 720 - 360
+        yield f"directions_to_lonlat {dtype}", lambda d=d: sm.directions_to_lonlat(d)
+        yield f"lonlat_to_directions {dtype}", lambda a=angles: sm.lonlat_to_directions(a)
     for k, angles in enumerate(inputs["angles"]):
         yield f"rotation: {k}", lambda angles=angles: sm.rotation(*angles)
     for what, p in variants():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import permutations, product
+
 import numpy as np
 import pytest
 import spheremap as sm
@@ -93,6 +95,55 @@ def test_longitude_and_latitude_come_back(world, dtype):
     assert np.allclose(np.degrees(radians), lonlat, atol=1e-4)  # as above
     turns = sm.lonlat_to_directions(lonlat.astype(np.float64) + np.array([720, 0]), world=world)
     assert np.allclose(turns, d, atol=1e-6)  # as above
+
+
+def _person(world):
+    """Return what lies to the right, up and ahead as rows."""
+    rows = np.zeros((3, 3))
+    for row, (sign, axis) in zip(rows, world.split(), strict=True):
+        row["xyz".index(axis)] = 1 if sign == "+" else -1
+    return rows
+
+
+WORLDS = [
+    " ".join(sign + axis for sign, axis in zip(signs, axes, strict=True))
+    for axes in permutations("xyz")
+    for signs in product("+-", repeat=3)
+]
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_longitude_and_latitude_are_arctangents_in_every_world(world):
+    person = _person(world)
+    d = random_directions(500, 9, np.float64)
+    # Beside a pole, and beside the place ahead: there each component counts, however small.
+    small = 10.0 ** -np.linspace(0, 300, 100)
+    above = np.stack([small, np.ones(100), np.roll(small, 7)], axis=-1) @ person
+    ahead = np.stack([small, np.roll(small, 7), np.ones(100)], axis=-1) @ person
+    d = np.concatenate([d, above, -above, ahead])
+    x, y, z = person @ d.T
+    want = np.degrees([np.arctan2(x, z), np.arctan2(y, np.hypot(x, z))]).T
+    found = sm.directions_to_lonlat(d, world=world)
+    # An arctangent is off by 2.13 units, its degrees and the two of NumPy by half a unit and one.
+    assert np.allclose(found, want, rtol=4 * np.finfo(float).eps, atol=0)
+    single = d.astype(np.float32)
+    rounded = sm.directions_to_lonlat(single.astype(np.float64), world=world).astype(np.float32)
+    assert_same_bits(sm.directions_to_lonlat(single, world=world), rounded)
+    angles = np.random.default_rng(3).uniform(-1000, 1000, (500, 2))
+    (longitude, latitude) = np.radians(np.remainder(angles, 360)).T
+    level = np.cos(latitude)
+    seen = [np.sin(longitude) * level, np.sin(latitude), np.cos(longitude) * level]
+    # Numbers near 1000 are 1e-13 apart, which is 2e-15 radians.
+    assert np.allclose(
+        sm.lonlat_to_directions(angles, world=world), np.transpose(seen) @ person, atol=4e-15
+    )
+
+
+def test_angles_of_any_size_are_directions():
+    whole = sm.lonlat_to_directions([[360e9, 0], [-90 + 360e9, 0], [0, 360e9 + 90]])
+    assert np.array_equal(whole, [[0, 0, -1], [-1, 0, 0], [0, 1, 0]])
+    huge = sm.lonlat_to_directions(np.array([[1e16, 5], [-1e17, 1e18], [1e300, -1e308]]))
+    assert np.allclose(np.linalg.norm(huge, axis=-1), 1, atol=1e-15)  # products of two, rounded
 
 
 def test_they_are_those_of_the_latlong_image_and_of_healpix():

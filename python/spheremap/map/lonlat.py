@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from .._arrays import as_doubles, as_unit_vectors
+from .. import _core
 from .._scalars import as_flag, as_text
-from .named import resolve
-from .variants import axes_matrix, changed
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["directions_to_lonlat", "lonlat_to_directions"]
@@ -64,14 +62,7 @@ def directions_to_lonlat(
     >>> sm.directions_to_lonlat([[0, 0, -1], [1, 0, 0], [0, 2, -2]]).round(6).tolist()
     [[0.0, 0.0], [90.0, 0.0], [0.0, 45.0]]
     """
-    right, up, ahead = _world(world)
-    unit, leading = as_unit_vectors(directions, "directions")
-    x, y, z = unit @ right, unit @ up, unit @ ahead
-    # Zeros of either sign are ahead.
-    lonlat = np.stack([np.arctan2(x + 0.0, z + 0.0), np.arctan2(y, np.hypot(x, z))], axis=-1)
-    if as_flag(degrees, "degrees"):
-        lonlat = np.degrees(lonlat)
-    return lonlat.reshape(*leading, 2).astype(_dtype(directions))
+    return _core.directions_to_lonlat(directions, as_text(world, "world"), _half_turn(degrees))
 
 
 def lonlat_to_directions(
@@ -105,28 +96,8 @@ def lonlat_to_directions(
     >>> (sm.lonlat_to_directions([90, 0], world="+y +z +x").round(6) + 0.0).tolist()
     [0.0, 1.0, 0.0]
     """
-    frame = _world(world)
-    angles = as_doubles(lonlat, "lonlat")
-    if angles.shape[-1:] != (2,):
-        raise ValueError(f"Expected `lonlat` to have shape (..., 2), got {angles.shape}.")
-    # Of infinite angles there is no sine.
-    with np.errstate(invalid="ignore"):
-        if as_flag(degrees, "degrees"):
-            angles = np.radians(np.remainder(angles, 360.0))
-        sine, cosine = np.sin(angles), np.cos(angles)
-    seen = np.stack(
-        [sine[..., 0] * cosine[..., 1], sine[..., 1], cosine[..., 0] * cosine[..., 1]], axis=-1
-    )
-    # Rows of zeros would make NaN of nothing but the affected component.
-    found = np.where(np.isnan(seen).any(axis=-1, keepdims=True), np.nan, seen @ frame)
-    return found.astype(_dtype(lonlat))
+    return _core.lonlat_to_directions(lonlat, as_text(world, "world"), _half_turn(degrees))
 
 
-def _world(world: str) -> NDArray[np.float64]:
-    """Return right, up and ahead as rows."""
-    return axes_matrix(changed(resolve("latlong"), world=as_text(world, "world")).world)
-
-
-def _dtype(given: ArrayLike) -> type[np.floating[Any]]:
-    dtype = np.asarray(given).dtype
-    return np.float32 if dtype.kind == "f" and dtype.itemsize <= 4 else np.float64
+def _half_turn(degrees: bool) -> float:
+    return 180.0 if as_flag(degrees, "degrees") else math.pi

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+import spheremap as sm
 from spheremap._srgb import decoded
 
 if TYPE_CHECKING:
@@ -52,11 +53,10 @@ _TILE_PIXELS = (480, 160)
 def radiance(directions: NDArray[Any]) -> NDArray[np.float32]:
     """Return the light from unit directions (..., 3) as linear RGB (..., 3)."""
     d = np.asarray(directions, dtype=np.float32)
-    x, y, z = d[..., 0], d[..., 1], d[..., 2]
-    latitude = np.degrees(np.arctan2(y, np.hypot(x, z)))
-    azimuth = np.degrees(np.arctan2(x, -z))
+    lonlat = sm.directions_to_lonlat(d)
+    azimuth, latitude = lonlat[..., 0], lonlat[..., 1]
 
-    light = _sky(y)
+    light = _sky(d[..., 1])
     light += _sun(d)
     line = _lines(latitude, azimuth)[..., np.newaxis]
     light += line * (np.float32(0.02) + light * np.float32(0.35) - light)

@@ -17,8 +17,8 @@ def azimuth_elevation(
     direction: NDArray[np.float64], projection: sm.Projection
 ) -> tuple[float, float]:
     """Return degrees to the right of what is ahead in the map's world, and above the horizon."""
-    right, up, ahead = axes_matrix(projection.world) @ (direction / np.linalg.norm(direction))
-    return float(np.degrees(np.arctan2(right, ahead))), float(np.degrees(np.arcsin(up)))
+    azimuth, elevation = sm.directions_to_lonlat(direction, world=projection.world)
+    return float(azimuth), float(elevation)
 
 
 def angles(

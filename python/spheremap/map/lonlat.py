@@ -73,7 +73,8 @@ def lonlat_to_directions(
     Parameters
     ----------
     lonlat : array_like, shape (..., 2)
-        Longitude and latitude, of any size: 370° is 10°.
+        Longitude and latitude, of any size: 370° is 10°. From 2⁵⁰ half turns on, where numbers are
+        a quarter turn apart, they count as 0.
     world, degrees
         As for `directions_to_lonlat`.
 

@@ -48,6 +48,41 @@ impl<R: Real> Located<R> {
     }
 }
 
+/// What the faces tried so far have of a place.
+#[derive(Clone, Copy)]
+struct Tried<R: Real> {
+    place: Uv<R>,
+    signs: [R; 2],
+    swap: R,
+    found: R::Mask,
+}
+
+impl<R: Real> Tried<R> {
+    #[inline(always)]
+    fn none() -> Self {
+        let nan = R::NAN;
+        Tried {
+            place: Uv {
+                u: nan,
+                v: nan,
+                face: nan,
+            },
+            signs: [nan; 2],
+            swap: nan,
+            found: R::truth(false),
+        }
+    }
+}
+
+/// How a face is stored.
+#[derive(Clone, Copy)]
+struct Kept<R: Real> {
+    along: Side<R>,
+    down: Side<R>,
+    swap: R,
+    stored: R,
+}
+
 impl<const FACES: usize, const ATLAS: bool> LaidOut<FACES, ATLAS> {
     fn new(face_layout: &FaceLayout) -> Self {
         let mut arranged = LaidOut {
@@ -68,76 +103,141 @@ impl<const FACES: usize, const ATLAS: bool> LaidOut<FACES, ATLAS> {
     /// The place on a face at `uv`, if one is there.
     #[inline(always)]
     fn place<R: Real>(self, uv: Uv<R>) -> Located<R> {
-        let one = R::ONE;
-        let (columns, rows) = (R::new(self.columns), R::new(self.rows));
-        let cell = |x: R, cells: R| {
-            let cell = (x * cells).floor();
-            R::choose(cell.more(cells - one), cells - one, cell)
-        };
-        let (column, row) = (cell(uv.u, columns), cell(uv.v, rows));
-        let nan = R::NAN;
-        let mut place = Uv {
-            u: nan,
-            v: nan,
-            face: nan,
-        };
-        let (mut along_sign, mut down_sign, mut swap) = (nan, nan, nan);
-        let mut found = R::truth(false);
+        let cell = self.cell(uv);
+        let mut tried = Tried::none();
         // Each face's place is computed and one is chosen: choosing the constants first saves the
         // arithmetic, but the compiler makes branches of it.
         macro_rules! try_face {
             ($($face:literal),+) => {$(
                 if $face < FACES {
-                    let (along, down) =
-                        (self.sides[$face % FACES].of::<R>(0), self.sides[$face % FACES].of::<R>(1));
-                    let here = if ATLAS {
-                        column.equals(along.cell) & row.equals(down.cell)
-                    } else {
-                        uv.face.equals(R::new(self.stored[$face % FACES]))
-                    };
-                    let a = ((uv.u - along.high) - along.low) * columns * along.sign;
-                    let b = ((uv.v - down.high) - down.low) * rows * down.sign;
-                    let (a, b) = (a.clamped(0.0, 1.0), b.clamped(0.0, 1.0));
-                    let turned = R::new(self.swap[$face % FACES]);
-                    let swapped = turned.more(R::ZERO);
-                    place.u = R::choose(here, R::choose(swapped, b, a), place.u);
-                    place.v = R::choose(here, R::choose(swapped, a, b), place.v);
-                    place.face = R::choose(here, R::new($face as f64), place.face);
-                    along_sign = R::choose(here, along.sign, along_sign);
-                    down_sign = R::choose(here, down.sign, down_sign);
-                    swap = R::choose(here, turned, swap);
-                    found = found | here;
+                    tried = self.try_face($face, uv, cell, tried);
                 }
             )+};
         }
         try_face!(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
+        self.located(uv, tried)
+    }
+
+    /// The same, face after face: what makes no lanes gains nothing by twelve faces written out.
+    fn place_one<R: Real>(self, uv: Uv<R>) -> Located<R> {
+        let cell = self.cell(uv);
+        let tried = (0..FACES).fold(Tried::none(), |tried, face| {
+            self.try_face(face, uv, cell, tried)
+        });
+        self.located(uv, tried)
+    }
+
+    /// The column and row of an atlas.
+    #[inline(always)]
+    fn cell<R: Real>(self, uv: Uv<R>) -> [R; 2] {
+        let one = R::ONE;
+        let cell = |x: R, cells: R| {
+            let cell = (x * cells).floor();
+            R::choose(cell.more(cells - one), cells - one, cell)
+        };
+        [
+            cell(uv.u, R::new(self.columns)),
+            cell(uv.v, R::new(self.rows)),
+        ]
+    }
+
+    #[inline(always)]
+    fn try_face<R: Real>(
+        self,
+        face: usize,
+        uv: Uv<R>,
+        [column, row]: [R; 2],
+        mut tried: Tried<R>,
+    ) -> Tried<R> {
+        let (along, down) = (
+            self.sides[face % FACES].of::<R>(0),
+            self.sides[face % FACES].of::<R>(1),
+        );
+        let here = if ATLAS {
+            column.equals(along.cell) & row.equals(down.cell)
+        } else {
+            uv.face.equals(R::new(self.stored[face % FACES]))
+        };
+        let a = ((uv.u - along.high) - along.low) * R::new(self.columns) * along.sign;
+        let b = ((uv.v - down.high) - down.low) * R::new(self.rows) * down.sign;
+        let (a, b) = (a.clamped(0.0, 1.0), b.clamped(0.0, 1.0));
+        let turned = R::new(self.swap[face % FACES]);
+        let swapped = turned.more(R::ZERO);
+        let place = &mut tried.place;
+        place.u = R::choose(here, R::choose(swapped, b, a), place.u);
+        place.v = R::choose(here, R::choose(swapped, a, b), place.v);
+        place.face = R::choose(here, R::new(face as f64), place.face);
+        let [along_sign, down_sign] = tried.signs;
+        tried.signs = [
+            R::choose(here, along.sign, along_sign),
+            R::choose(here, down.sign, down_sign),
+        ];
+        tried.swap = R::choose(here, turned, tried.swap);
+        tried.found = tried.found | here;
+        tried
+    }
+
+    #[inline(always)]
+    fn located<R: Real>(self, uv: Uv<R>, tried: Tried<R>) -> Located<R> {
+        let [along_sign, down_sign] = tried.signs;
         Located {
-            place,
-            found: found & uv.in_bounds(1),
-            slope: [columns * along_sign, rows * down_sign],
-            swapped: swap.more(R::ZERO),
+            place: tried.place,
+            found: tried.found & uv.in_bounds(1),
+            slope: [
+                R::new(self.columns) * along_sign,
+                R::new(self.rows) * down_sign,
+            ],
+            swapped: tried.swap.more(R::ZERO),
         }
     }
 
     /// A place on a canonical face to the stored image's coordinates.
     #[inline(always)]
     fn store<R: Real>(self, [u, v, face]: [R; 3]) -> [R; 3] {
-        let (mut along, mut down) = (self.sides[0].of::<R>(0), self.sides[0].of::<R>(1));
-        let mut swap = R::new(self.swap[0]);
-        let mut stored = R::new(self.stored[0]);
+        let mut kept = self.kept(0);
         macro_rules! choose {
             ($($face:literal),+) => {$(
                 if $face < FACES {
-                    let here = face.equals(R::new($face as f64));
-                    along = choose_side(here, self.sides[$face % FACES].of(0), along);
-                    down = choose_side(here, self.sides[$face % FACES].of(1), down);
-                    swap = R::choose(here, R::new(self.swap[$face % FACES]), swap);
-                    stored = R::choose(here, R::new(self.stored[$face % FACES]), stored);
+                    kept = self.choose_face($face, face, kept);
                 }
             )+};
         }
         choose!(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
-        let swapped = swap.more(R::ZERO);
+        self.stored([u, v], kept)
+    }
+
+    /// The same, face after face.
+    fn store_one<R: Real>(self, [u, v, face]: [R; 3]) -> [R; 3] {
+        let kept = (1..FACES).fold(self.kept(0), |kept, k| self.choose_face(k, face, kept));
+        self.stored([u, v], kept)
+    }
+
+    /// How a face is stored.
+    #[inline(always)]
+    fn kept<R: Real>(self, face: usize) -> Kept<R> {
+        Kept {
+            along: self.sides[face % FACES].of(0),
+            down: self.sides[face % FACES].of(1),
+            swap: R::new(self.swap[face % FACES]),
+            stored: R::new(self.stored[face % FACES]),
+        }
+    }
+
+    #[inline(always)]
+    fn choose_face<R: Real>(self, number: usize, face: R, kept: Kept<R>) -> Kept<R> {
+        let here = face.equals(R::new(number as f64));
+        let own = self.kept::<R>(number);
+        Kept {
+            along: choose_side(here, own.along, kept.along),
+            down: choose_side(here, own.down, kept.down),
+            swap: R::choose(here, own.swap, kept.swap),
+            stored: R::choose(here, own.stored, kept.stored),
+        }
+    }
+
+    #[inline(always)]
+    fn stored<R: Real>(self, [u, v]: [R; 2], kept: Kept<R>) -> [R; 3] {
+        let swapped = kept.swap.more(R::ZERO);
         let (u, v) = (R::choose(swapped, v, u), R::choose(swapped, u, v));
         // NaN passes both comparisons.
         let at = |x: R, side: Side<R>, cells: f64| {
@@ -145,8 +245,8 @@ impl<const FACES: usize, const ATLAS: bool> LaidOut<FACES, ATLAS> {
             let x = R::choose(x.more(side.last), side.last, x);
             R::choose(x.less(side.first), side.first, x)
         };
-        let (u, v) = (at(u, along, self.columns), at(v, down, self.rows));
-        [u, v, R::choose(u.is_nan(), u, stored)]
+        let (u, v) = (at(u, kept.along, self.columns), at(v, kept.down, self.rows));
+        [u, v, R::choose(u.is_nan(), u, kept.stored)]
     }
 
     /// The stored image's coordinates to a place on a canonical face, NaN where there is none.
@@ -300,8 +400,8 @@ pub fn locate<R: Scalar>(face_layout: &FaceLayout, uv: &[R], work: &mut dyn FnMu
 pub fn store_one<R: Real>(face_layout: &FaceLayout, canonical: [R; 3]) -> [R; 3] {
     with_room!(
         face_layout,
-        |arranged| arranged.store(canonical),
-        arranged.store(canonical)
+        |arranged| arranged.store_one(canonical),
+        arranged.store_one(canonical)
     )
 }
 
@@ -318,8 +418,8 @@ pub fn locate_one<R: Real>(face_layout: &FaceLayout, uv: [R; 3]) -> [R; 3] {
 pub fn place_one<R: Real>(face_layout: &FaceLayout, uv: Uv<R>) -> Located<R> {
     with_room!(
         face_layout,
-        |arranged| arranged.place(uv),
-        arranged.place(uv)
+        |arranged| arranged.place_one(uv),
+        arranged.place_one(uv)
     )
 }
 

@@ -138,13 +138,20 @@ impl Measuring {
         source: &Raster,
         parts: impl Iterator<Item = Part>,
     ) -> usize {
-        let [from, into] = &mut self.places;
         let mut n = 0;
         for part in parts.take(TILE) {
-            from.set(n, part.uv);
+            self.places[0].set(n, part.uv);
             self.sizes.set(n, part.size);
             n += 1;
         }
+        self.measure_first(coordinate_map, source, n);
+        n
+    }
+
+    /// The same of the first n, which are in place: whichever parts these were.
+    #[inline(never)]
+    fn measure_first(&mut self, coordinate_map: &CoordinateMap<'_>, source: &Raster, n: usize) {
+        let [from, into] = &mut self.places;
         for (into, from) in into.0.iter_mut().zip(&from.0) {
             into[..n].copy_from_slice(&from[..n]);
         }
@@ -156,7 +163,6 @@ impl Measuring {
             #[inline(always)]
             || self.sides_of(n, scale),
         );
-        n
     }
 
     /// From the derivatives of both images: J = (Sᵀ S)⁻¹ Sᵀ T times the sides.

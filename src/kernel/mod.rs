@@ -21,6 +21,7 @@
 //! numbers of its tuples alone, not for each formula. Of the formulas' kernels it was two thirds. What did not help: four
 //! chunks a call, which spared the small formulas nothing and let the prefetches come in bursts (large arrays 1.3 to 1.5×).
 
+pub mod double;
 pub mod interrupt;
 pub mod memory;
 pub mod pages;
@@ -28,8 +29,7 @@ pub mod stream;
 pub mod threads;
 pub mod tile;
 
-use crate::kernel::tile::{Parcel, Rows, W};
-use crate::kernel::tile::{TILE, Tile, Tuples, TuplesMut};
+use crate::kernel::tile::{Parcel, Rows, Tuples, TuplesMut, W};
 use crate::number::math::Polynomials;
 use crate::number::real::Real;
 #[cfg(target_arch = "x86_64")]
@@ -108,7 +108,7 @@ scalar!(f32, f32x4, f32x8, u32, 108 << 24, 0xe000_0000);
 scalar!(f64, f64x4, f64x8, u64, 983 << 53, 0xf800_0000_0000_0000);
 
 /// A formula from I numbers to O numbers.
-pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
+pub trait Point<R: Copy, const I: usize, const O: usize>: Copy + Send + Sync {
     /// Whether `apply_normal` is worth a look at each chunk.
     const HAS_NORMAL_FORM: bool = false;
     /// Whether it is compiled for every level. What is not has none for AVX-512, and runs at AVX2 there.
@@ -117,8 +117,6 @@ pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
     const SINGLE: bool = true;
     /// Whether it is compiled to write past the caches, too ([`stream`]).
     const STREAMS: bool = false;
-    /// Whether [`alone`](Point::alone) calls something for each point, and so makes no lanes.
-    const ALONE_CALLS: bool = false;
 
     /// One point.
     fn apply(self, x: [R; I]) -> [R; O];
@@ -129,10 +127,19 @@ pub trait Point<R, const I: usize, const O: usize>: Copy + Send + Sync {
         self.apply(x)
     }
 
-    /// One point for which f64 has no result, of a formula that is computed in f64.
-    #[inline(always)]
-    fn alone(self, x: [R; I]) -> [R; O] {
-        self.apply(x)
+    /// A chunk of points for which f64 has no result, of a formula that is computed in f64 ([`double`]).
+    #[inline(never)]
+    fn alone(self, at: Instructions, chunk: &mut Scratch<R, I, O>) {
+        at.vectorize_narrow(
+            #[inline(always)]
+            move || {
+                each(
+                    chunk,
+                    #[inline(always)]
+                    |x| self.apply(x),
+                )
+            },
+        );
     }
 }
 
@@ -178,6 +185,37 @@ impl<R: Real, const I: usize, const O: usize> Frame<R, I, O> {
             rotate_output: None,
         }
     }
+
+    /// Into which row each component goes on the way in.
+    #[inline(always)]
+    fn slots(&self) -> [usize; I] {
+        let mut slot = [0; I];
+        for (k, &source) in self.input.order.iter().enumerate() {
+            slot[source % I] = k;
+        }
+        slot
+    }
+
+    /// Turns a chunk's points before the formula.
+    #[inline(always)]
+    fn rotate_in(&self, Rows(rows): &mut Rows<R, I>) {
+        if let Some(matrix) = &self.rotate_input {
+            rotate::<R, I, 1>(matrix, rows, 0);
+        }
+    }
+
+    /// Turns what the formula found.
+    #[inline(always)]
+    fn rotate_out(&self, Rows(rows): &mut Rows<R, O>) {
+        if let Some(matrix) = &self.rotate_output {
+            if O == 6 {
+                rotate::<R, O, 2>(matrix, rows, 0);
+                rotate::<R, O, 2>(matrix, rows, 1);
+            } else {
+                rotate::<R, O, 1>(matrix, rows, 0);
+            }
+        }
+    }
 }
 
 impl<const I: usize, const O: usize> Frame<f64, I, O> {
@@ -194,9 +232,19 @@ impl<const I: usize, const O: usize> Frame<f64, I, O> {
 }
 
 /// The rows of a chunk, before and after.
-struct Scratch<R, const I: usize, const O: usize> {
-    input: Rows<R, I>,
-    output: Rows<R, O>,
+pub struct Scratch<R, const I: usize, const O: usize> {
+    pub(crate) input: Rows<R, I>,
+    pub(crate) output: Rows<R, O>,
+}
+
+impl<R: Real, const I: usize, const O: usize> Scratch<R, I, O> {
+    /// Zeros.
+    pub(crate) const fn new() -> Self {
+        Scratch {
+            input: Rows([[R::ZERO; W]; I]),
+            output: Rows([[R::ZERO; W]; O]),
+        }
+    }
 }
 
 /// Instruction-set levels, weakest first.
@@ -261,7 +309,7 @@ pub fn force_level(name: Option<&str>) -> bool {
 
 /// What kernels are run by: the best level of this CPU, or the one that was forced.
 #[derive(Clone, Copy)]
-enum Instructions {
+pub enum Instructions {
     Baseline,
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
@@ -396,13 +444,13 @@ pub fn dispatch<J: Job>(job: J) -> J::Output {
 
 /// A formula over the rows of a chunk, whichever formula it is: what brings tuples into rows and takes them from there is
 /// compiled for all of them together.
-trait Formula<R, const I: usize, const O: usize> {
+pub trait Formula<R, const I: usize, const O: usize> {
     /// Finds the outputs of a chunk.
-    fn fill_rows(&self, at: Instructions, chunk: &mut Scratch<R, I, O>);
+    fn fill_rows(&mut self, at: Instructions, chunk: &mut Scratch<R, I, O>);
 }
 
 impl<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize> Formula<R, I, O> for F {
-    fn fill_rows(&self, at: Instructions, chunk: &mut Scratch<R, I, O>) {
+    fn fill_rows(&mut self, at: Instructions, chunk: &mut Scratch<R, I, O>) {
         // A copy: behind a reference its parameters might change with each number that is stored.
         let point = *self;
         if const { F::EVERY_LEVEL } {
@@ -424,39 +472,51 @@ fn fill<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
     point: F,
     chunk: &mut Scratch<R, I, O>,
 ) {
+    if F::HAS_NORMAL_FORM && all_normal(&chunk.input.0) {
+        each(
+            chunk,
+            #[inline(always)]
+            |x| point.apply_normal(x),
+        );
+    } else {
+        each(
+            chunk,
+            #[inline(always)]
+            |x| point.apply(x),
+        );
+    }
+}
+
+/// Takes a formula over all points of a chunk.
+#[inline(always)]
+pub(crate) fn each<R: Copy, const I: usize, const O: usize>(
+    chunk: &mut Scratch<R, I, O>,
+    formula: impl Fn([R; I]) -> [R; O],
+) {
     let Scratch {
         input: Rows(input),
         output: Rows(output),
     } = chunk;
-    if F::HAS_NORMAL_FORM && all_normal(input) {
-        for i in 0..W {
-            let result = point.apply_normal(std::array::from_fn(|k| input[k][i]));
-            for k in 0..O {
-                output[k][i] = result[k];
-            }
-        }
-    } else {
-        for i in 0..W {
-            let result = point.apply(std::array::from_fn(|k| input[k][i]));
-            for k in 0..O {
-                output[k][i] = result[k];
-            }
+    for i in 0..W {
+        let result = formula(std::array::from_fn(|k| input[k][i]));
+        for k in 0..O {
+            output[k][i] = result[k];
         }
     }
 }
 
 /// Takes `point` over `input`, I numbers a point, into `output`, O numbers for each of as many points.
 pub fn run<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
-    point: F,
+    mut point: F,
     frame: &Frame<R, I, O>,
     input: Tuples<'_, R, I>,
     output: TuplesMut<'_, R, O>,
 ) {
-    run_formula(&point, F::STREAMS, frame, input, output);
+    run_formula(&mut point, F::STREAMS, frame, input, output);
 }
 
 fn run_formula<R: Scalar, const I: usize, const O: usize>(
-    formula: &dyn Formula<R, I, O>,
+    formula: &mut dyn Formula<R, I, O>,
     streams: bool,
     frame: &Frame<R, I, O>,
     input: Tuples<'_, R, I>,
@@ -467,10 +527,7 @@ fn run_formula<R: Scalar, const I: usize, const O: usize>(
         formula,
         frame,
         at: Instructions::in_force(),
-        scratch: Scratch {
-            input: Rows([[zero; W]; I]),
-            output: Rows([[zero; W]; O]),
-        },
+        scratch: Scratch::new(),
     };
     // Of two that are in rows, whose ends mean nothing, or of one, the other tells how many there are.
     let count = input.len().min(output.len());
@@ -492,7 +549,7 @@ fn run_formula<R: Scalar, const I: usize, const O: usize>(
 
 /// What a formula's way over tuples needs.
 struct Walk<'a, R, const I: usize, const O: usize> {
-    formula: &'a dyn Formula<R, I, O>,
+    formula: &'a mut dyn Formula<R, I, O>,
     frame: &'a Frame<R, I, O>,
     at: Instructions,
     scratch: Scratch<R, I, O>,
@@ -526,157 +583,20 @@ impl<R: Scalar, const I: usize, const O: usize> Walk<'_, R, I, O> {
             at,
             scratch,
         } = self;
-        let mut slot = [0; I];
-        for (k, &source) in frame.input.order.iter().enumerate() {
-            slot[source % I] = k;
-        }
+        let slot = frame.slots();
         let order = frame.output.order;
         // Copies: behind a reference they might change with each number that is stored.
         let (flip_in, flip_out) = (frame.input.negative, frame.output.negative);
         for number in 0..input.len().min(output.len()) / W {
-            let Rows(before) = &mut scratch.input;
-            input.load(number, slot, flip_in, before);
-            if let Some(matrix) = &frame.rotate_input {
-                rotate::<R, I, 1>(matrix, before, 0);
-            }
+            input.load(number, slot, flip_in, &mut scratch.input.0);
+            frame.rotate_in(&mut scratch.input);
             formula.fill_rows(*at, scratch);
-            let Rows(after) = &mut scratch.output;
-            if let Some(matrix) = &frame.rotate_output {
-                if O == 6 {
-                    rotate::<R, O, 2>(matrix, after, 0);
-                    rotate::<R, O, 2>(matrix, after, 1);
-                } else {
-                    rotate::<R, O, 1>(matrix, after, 0);
-                }
-            }
+            frame.rotate_out(&mut scratch.output);
+            let Rows(after) = &scratch.output;
             output.store(number, order, flip_out, after, parcel.as_deref_mut());
         }
         if parcel.is_some() {
             stream::finish();
-        }
-    }
-}
-
-/// Takes `point` over numbers of another type in f64, tile by tile. Where f64 says that there is no result, the formula in
-/// the numbers' own type decides: a coordinate that was rounded to f32 may lie beyond a rim by more than f64 lets out.
-pub fn run_in_double<R: Scalar, F, const I: usize, const O: usize>(
-    point: F,
-    frame: &Frame<f64, I, O>,
-    input: Tuples<'_, R, I>,
-    output: TuplesMut<'_, R, O>,
-) where
-    F: Point<f64, I, O> + Point<R, I, O>,
-{
-    run_formula_in_double(&point, &Alone(point), frame, input, output);
-}
-
-fn run_formula_in_double<R: Scalar, const I: usize, const O: usize>(
-    formula: &dyn Formula<f64, I, O>,
-    alone: &dyn Formula<R, I, O>,
-    frame: &Frame<f64, I, O>,
-    input: Tuples<'_, R, I>,
-    mut output: TuplesMut<'_, R, O>,
-) {
-    let own = frame.cast::<R>();
-    let (mut from, mut into) = (Tile::<f64, I>::new(), Tile::<f64, O>::new());
-    let (mut before, mut after) = (Tile::<R, I>::new(), Tile::<R, O>::new());
-    // Behind the last that is asked for are places without a result as well, which are told soonest.
-    let (mut asked, mut found) = (Tile([[R::NAN; TILE]; I]), Tile::<R, O>::new());
-    let count = input.len().min(output.len());
-    for first in (0..count).step_by(TILE) {
-        let n = TILE.min(count - first);
-        // Behind the last point stay numbers of the tile before, which nobody asks for.
-        input.read(first, n, &mut before);
-        dispatch(Converted(&before, &mut from, n));
-        run_formula(formula, false, frame, from.first(n), into.first_mut(n));
-        dispatch(Converted(&into, &mut after, n));
-        let mut missing = [0; TILE];
-        let missing = nan_among(&into.0[0][..n], &mut missing);
-        if !missing.is_empty() {
-            for (k, &point) in missing.iter().enumerate() {
-                asked.set(k, before.at(point));
-            }
-            run_formula(
-                alone,
-                false,
-                &own,
-                asked.first(missing.len()),
-                found.first_mut(missing.len()),
-            );
-            for (k, &point) in missing.iter().enumerate() {
-                after.set(point, found.at(k));
-            }
-        }
-        output.write(first, n, &after);
-    }
-}
-
-/// The places of numbers that are none, in the order in which they are.
-fn nan_among<'a>(numbers: &[f64], places: &'a mut [usize; TILE]) -> &'a [usize] {
-    let mut count = 0;
-    for (k, x) in numbers.iter().enumerate() {
-        places[count % TILE] = k;
-        count += usize::from(x.is_nan());
-    }
-    &places[..count]
-}
-
-/// A formula as what f64 has no result for asks it: for the baseline only, in lanes where it makes any.
-struct Alone<F>(F);
-
-impl<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize> Formula<R, I, O> for Alone<F> {
-    fn fill_rows(&self, _: Instructions, chunk: &mut Scratch<R, I, O>) {
-        let Alone(point) = *self;
-        if const { F::ALONE_CALLS } {
-            fill_by_calls(point, chunk);
-        } else {
-            fill_alone(point, chunk);
-        }
-    }
-}
-
-/// A function of its own: in kernels a test looks for calls.
-#[inline(never)]
-fn fill_by_calls<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
-    point: F,
-    chunk: &mut Scratch<R, I, O>,
-) {
-    fill_alone(point, chunk);
-}
-
-#[inline(always)]
-fn fill_alone<R: Scalar, F: Point<R, I, O>, const I: usize, const O: usize>(
-    point: F,
-    chunk: &mut Scratch<R, I, O>,
-) {
-    let Scratch {
-        input: Rows(input),
-        output: Rows(output),
-    } = chunk;
-    for i in 0..W {
-        let result = point.alone(std::array::from_fn(|k| input[k][i]));
-        for k in 0..O {
-            output[k][i] = result[k];
-        }
-    }
-}
-
-/// The chunks of so many points of a tile, in another float type.
-struct Converted<'a, A, B, const N: usize>(&'a Tile<A, N>, &'a mut Tile<B, N>, usize);
-
-impl<A: Scalar, B: Scalar, const N: usize> Job for Converted<'_, A, B, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn work(self) {
-        let Converted(from, into, n) = self;
-        for (from, into) in from.0.iter().zip(&mut into.0) {
-            let chunks = from.as_chunks::<W>().0.iter();
-            for (from, into) in chunks.zip(into.as_chunks_mut::<W>().0).take(n.div_ceil(W)) {
-                for i in 0..W {
-                    into[i] = B::new(from[i].to_f64());
-                }
-            }
         }
     }
 }
@@ -696,7 +616,7 @@ pub(crate) fn all_normal<R: Scalar, const N: usize>(rows: &[[R; W]; N]) -> bool 
 
 /// Multiplies the rows `first`, `first + STEP`, `first + 2 STEP` by a matrix.
 #[inline(always)]
-fn rotate<R: Scalar, const N: usize, const STEP: usize>(
+fn rotate<R: Real, const N: usize, const STEP: usize>(
     m: &[[R; 3]; 3],
     rows: &mut [[R; W]; N],
     first: usize,

@@ -161,21 +161,12 @@ impl<'a, R: Real<Mask = bool>, const N: usize> Tuples<'a, R, N> {
         }
     }
 
-    /// Brings n from `first` on, at most [`TILE`], into rows.
-    pub(crate) fn read(&self, first: usize, n: usize, tile: &mut Tile<R, N>) {
+    /// Those from `first` on, at most [`TILE`].
+    pub(crate) fn part(&self, first: usize) -> Self {
+        let last = self.len().min(first + TILE);
         match self {
-            Tuples::Interleaved(tuples) => {
-                for (k, tuple) in tuples[first..first + n].iter().enumerate() {
-                    for (row, &number) in tile.0.iter_mut().zip(tuple) {
-                        row[k] = number;
-                    }
-                }
-            }
-            Tuples::Rows(rows) => {
-                for (tile, row) in tile.0.iter_mut().zip(rows) {
-                    tile[..n].copy_from_slice(&row[first..first + n]);
-                }
-            }
+            Tuples::Interleaved(tuples) => Tuples::Interleaved(&tuples[first..last]),
+            Tuples::Rows(rows) => Tuples::Rows(rows.map(|row| &row[first..last])),
         }
     }
 
@@ -246,30 +237,44 @@ impl<R: Real<Mask = bool>, const N: usize> TuplesMut<'_, R, N> {
         matches!(self, TuplesMut::Streamed(tuples) if stream::fits(tuples))
     }
 
-    /// Takes n from rows, at most [`TILE`], to those from `first` on.
-    pub(crate) fn write(&mut self, first: usize, n: usize, tile: &Tile<R, N>) {
-        match self {
-            TuplesMut::Interleaved(tuples) | TuplesMut::Streamed(tuples) => {
-                for (k, tuple) in tuples[first..first + n].iter_mut().enumerate() {
-                    for (number, row) in tuple.iter_mut().zip(&tile.0) {
-                        *number = row[k];
-                    }
-                }
-            }
-            TuplesMut::Rows(rows) => {
-                for (row, tile) in rows.iter_mut().zip(&tile.0) {
-                    row[first..first + n].copy_from_slice(&tile[..n]);
-                }
-            }
-        }
-    }
-
     /// The same, for as long as this borrow lasts.
     pub(crate) fn again(&mut self) -> TuplesMut<'_, R, N> {
         match self {
             TuplesMut::Interleaved(tuples) => TuplesMut::Interleaved(tuples),
             TuplesMut::Streamed(tuples) => TuplesMut::Streamed(tuples),
             TuplesMut::Rows(rows) => TuplesMut::Rows(rows.each_mut().map(|row| &mut **row)),
+        }
+    }
+
+    /// Those from `first` on, at most [`TILE`].
+    pub(crate) fn part(&mut self, first: usize) -> TuplesMut<'_, R, N> {
+        let last = self.len().min(first + TILE);
+        match self {
+            TuplesMut::Interleaved(tuples) | TuplesMut::Streamed(tuples) => {
+                TuplesMut::Interleaved(&mut tuples[first..last])
+            }
+            TuplesMut::Rows(rows) => {
+                TuplesMut::Rows(rows.each_mut().map(|row| &mut row[first..last]))
+            }
+        }
+    }
+
+    /// Writes one tuple, as [`store`](Self::store) does.
+    pub(crate) fn set(
+        &mut self,
+        place: usize,
+        order: [usize; N],
+        negative: [bool; N],
+        point: [R; N],
+    ) {
+        for (k, number) in order.map(|k| point[k]).into_iter().enumerate() {
+            let number = number.negated_if(negative[k]);
+            match self {
+                TuplesMut::Interleaved(tuples) | TuplesMut::Streamed(tuples) => {
+                    tuples[place][k] = number;
+                }
+                TuplesMut::Rows(rows) => rows[k][place] = number,
+            }
         }
     }
 

@@ -13,8 +13,8 @@
 use crate::geometry::axes::Rotation;
 use crate::geometry::world::World;
 use crate::kernel::threads;
-use crate::kernel::tile::{Tuples, TuplesMut};
-use crate::kernel::{Point, Scalar};
+use crate::kernel::tile::{Rows, Tuples, TuplesMut, W};
+use crate::kernel::{Instructions, Point, Scalar, Scratch};
 use crate::map::verbs::{frame_in, frame_out, only_if, prepared, run};
 use crate::number::real::Real;
 
@@ -46,9 +46,8 @@ impl<R: Scalar> Point<R, 3, 2> for ToAngles {
         self.of(d)
     }
 
-    #[inline(always)]
-    fn alone(self, _: [R; 3]) -> [R; 2] {
-        [R::NAN; 2]
+    fn alone(self, _: Instructions, chunk: &mut Scratch<R, 3, 2>) {
+        chunk.output = Rows([[R::NAN; W]; 2]);
     }
 }
 
@@ -85,9 +84,8 @@ impl<R: Scalar> Point<R, 2, 3> for OfAngles {
         self.of(angles)
     }
 
-    #[inline(always)]
-    fn alone(self, _: [R; 2]) -> [R; 3] {
-        [R::NAN; 3]
+    fn alone(self, _: Instructions, chunk: &mut Scratch<R, 2, 3>) {
+        chunk.output = Rows([[R::NAN; W]; 3]);
     }
 }
 

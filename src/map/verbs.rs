@@ -12,7 +12,9 @@
 use crate::geometry::axes::Rotation;
 use crate::kernel;
 use crate::kernel::tile::{TILE, Tile, Tuples, TuplesMut, W};
-use crate::kernel::{Frame, Point, Scalar, SignedPermutation, vectorize};
+use crate::kernel::{
+    Formula, Frame, Instructions, Point, Scalar, Scratch, SignedPermutation, each, vectorize,
+};
 use crate::number::real::{Normal, Real, max};
 use crate::projections::projection::Visitor;
 use crate::projections::projection::one;
@@ -43,16 +45,57 @@ fn uv<R: Real, const I: usize>(x: [R; I]) -> Uv<R> {
     }
 }
 
-/// What f64 finds at a place that lies in the image for numbers of this type, if only for these.
-fn within<P: Projection, R: Scalar, const I: usize, const O: usize>(
+/// Whether a place lies in the valid image: 0, or NaN. For the baseline only: few are asked.
+struct Contains<P>(P);
+
+impl<P: Projection, R: Scalar, const I: usize> Formula<R, I, 1> for Contains<P> {
+    #[inline(never)]
+    fn fill_rows(&mut self, _: Instructions, chunk: &mut Scratch<R, I, 1>) {
+        let p = self.0;
+        if const { P::SINGLE } {
+            each(
+                chunk,
+                #[inline(always)]
+                |x| only_if(p.contains(uv(x)), [R::ZERO]),
+            );
+        } else {
+            contains_one_by_one(p, chunk);
+        }
+    }
+}
+
+/// Where a lens is inverted for it. A function of its own: in kernels a test looks for calls.
+#[inline(never)]
+fn contains_one_by_one<P: Projection, R: Scalar, const I: usize>(
     p: P,
-    x: [R; I],
-    formula: impl Fn(P, Uv<f64>) -> [f64; O],
-) -> [R; O] {
-    if one::contains(p, uv(x)) {
-        formula(p, uv(x.map(Scalar::to_f64))).map(R::new)
-    } else {
-        [R::NAN; O]
+    chunk: &mut Scratch<R, I, 1>,
+) {
+    each(
+        chunk,
+        #[inline(always)]
+        |x| [R::select(one::contains(p, uv(x)), R::ZERO, R::NAN)],
+    );
+}
+
+/// What f64 finds at those places of a chunk that lie in the image for numbers of this type, if only for these.
+fn within<R: Scalar, const I: usize, const O: usize>(
+    contains: &mut dyn Formula<R, I, 1>,
+    at: Instructions,
+    chunk: &mut Scratch<R, I, O>,
+    formula: &dyn Fn(Uv<f64>) -> [f64; O],
+) {
+    let mut lies = Scratch::new();
+    lies.input = chunk.input;
+    contains.fill_rows(at, &mut lies);
+    for (k, lies) in lies.output.0[0].iter().enumerate() {
+        let mut found = [R::NAN; O];
+        if !lies.is_nan() {
+            let place: [f64; I] = std::array::from_fn(|row| chunk.input.0[row][k].to_f64());
+            found = formula(uv(place)).map(R::new);
+        }
+        for (row, found) in chunk.output.0.iter_mut().zip(found) {
+            row[k] = found;
+        }
     }
 }
 
@@ -112,15 +155,15 @@ impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 3> for Decode<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::SINGLE;
     const STREAMS: bool = P::MEMORY_BOUND;
-    const ALONE_CALLS: bool = true;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 3] {
         self.whole(x)
     }
 
-    fn alone(self, x: [R; I]) -> [R; 3] {
-        within(self.0, x, one::decode)
+    fn alone(self, at: Instructions, chunk: &mut Scratch<R, I, 3>) {
+        let Decode(p) = self;
+        within(&mut Contains(p), at, chunk, &|uv| one::decode(p, uv));
     }
 }
 
@@ -130,7 +173,6 @@ struct Jacobian<P>(P);
 impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::COMMON;
-    const ALONE_CALLS: bool = true;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 6] {
@@ -138,11 +180,12 @@ impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 6> for Jacobian<P> {
         only_if(self.0.contains(uv(x)), [a[0], b[0], a[1], b[1], a[2], b[2]])
     }
 
-    fn alone(self, x: [R; I]) -> [R; 6] {
-        within(self.0, x, |p, uv| {
+    fn alone(self, at: Instructions, chunk: &mut Scratch<R, I, 6>) {
+        let Jacobian(p) = self;
+        within(&mut Contains(p), at, chunk, &|uv| {
             let [a, b] = one::jacobian(p, uv);
             [a[0], b[0], a[1], b[1], a[2], b[2]]
-        })
+        });
     }
 }
 
@@ -152,15 +195,15 @@ struct Density<P>(P);
 impl<P: Projection, R: Scalar, const I: usize> Point<R, I, 1> for Density<P> {
     const EVERY_LEVEL: bool = P::COMMON;
     const SINGLE: bool = P::COMMON;
-    const ALONE_CALLS: bool = true;
 
     #[inline(always)]
     fn apply(self, x: [R; I]) -> [R; 1] {
         only_if(self.0.contains(uv(x)), [self.0.density(uv(x))])
     }
 
-    fn alone(self, x: [R; I]) -> [R; 1] {
-        within(self.0, x, |p, uv| [one::density(p, uv)])
+    fn alone(self, at: Instructions, chunk: &mut Scratch<R, I, 1>) {
+        let Density(p) = self;
+        within(&mut Contains(p), at, chunk, &|uv| [one::density(p, uv)]);
     }
 }
 
@@ -224,7 +267,7 @@ pub(super) fn run<R: Scalar, F, const I: usize, const O: usize>(
     if const { <F as Point<R, I, O>>::SINGLE || size_of::<R>() == size_of::<f64>() } {
         kernel::run(point, &frame.cast::<R>(), input, output);
     } else {
-        kernel::run_in_double(point, frame, input, output);
+        kernel::double::run_in_double(point, frame, input, output);
     }
 }
 

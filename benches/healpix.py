@@ -45,6 +45,7 @@ def rows(nside: int, count: int, args: argparse.Namespace) -> list[list[str]]:
     lon = Longitude(np.degrees(np.arctan2(y, x)), u.deg)
     lat = Latitude(np.degrees(np.arcsin(z)), u.deg)
     degrees = lon.deg, lat.deg
+    theta, phi = np.arccos(z), np.arctan2(y, x)
     depth, threads = nside.bit_length() - 1, args.threads
     pixels = rng.integers(0, 12 * nside * nside, count)
     whole, triples = np.empty(count, np.int64), np.empty((count, 3))
@@ -94,6 +95,27 @@ def rows(nside: int, count: int, args: argparse.Namespace) -> list[list[str]]:
             "out": lambda: healpix.ring2nest(nside, pixels, out=whole),
             "ours": lambda: healpix.ring2nest(nside, pixels),
             "healpy": lambda: healpy.ring2nest(nside, pixels),
+        },
+        "neighbors, nested": {
+            "ours": lambda: healpix.neighbors(nside, pixels, nest=True),
+            "healpy": lambda: healpy.get_all_neighbours(nside, pixels, nest=True),
+            "cds": lambda: cdshealpix.nested.neighbours(pixels, depth, threads),
+        },
+        "neighbors, ring": {
+            "ours": lambda: healpix.neighbors(nside, pixels),
+            "healpy": lambda: healpy.get_all_neighbours(nside, pixels),
+        },
+        "interpolation_weights, nested": {
+            "ours": lambda: healpix.interpolation_weights(nside, theta, phi, nest=True),
+            "healpy": lambda: healpy.get_interp_weights(nside, theta, phi, nest=True),
+        },
+        "interpolation_weights, ring": {
+            "ours": lambda: healpix.interpolation_weights(nside, theta, phi),
+            "healpy": lambda: healpy.get_interp_weights(nside, theta, phi),
+        },
+        "boundaries, nested": {
+            "ours": lambda: healpix.boundaries(nside, pixels, nest=True),
+            "healpy": lambda: healpy.boundaries(nside, pixels, nest=True),
         },
     }
     body = []

@@ -35,10 +35,12 @@ __all__ = [
     "get_num_threads",
     "healpix_ang2pix",
     "healpix_arrange",
+    "healpix_interpolation",
     "healpix_neighbors",
     "healpix_pix2ang",
     "healpix_pix2vec",
     "healpix_reorder",
+    "healpix_runs",
     "healpix_vec2pix",
     "helpers",
     "integrals",
@@ -605,6 +607,15 @@ def healpix_pix2ang(
 def healpix_neighbors(
     nside: int, pixels: ArrayLike, /, *, nest: bool = False
 ) -> NDArray[np.int64]: ...
+def healpix_interpolation(
+    nside: int,
+    angles: NDArray[np.float64],
+    /,
+    *,
+    nest: bool = False,
+    lonlat: bool = False,
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]: ...
+def healpix_runs(starts: NDArray[np.int64], lengths: NDArray[np.int64], /) -> NDArray[np.int64]: ...
 def healpix_arrange(
     nside: int,
     bytes: int,

@@ -149,8 +149,9 @@ impl Grid {
         }
     }
 
+    /// Pixels in a quadrant of a ring.
     #[inline(always)]
-    fn quadrant(self, ring: i64) -> i64 {
+    pub fn quadrant(self, ring: i64) -> i64 {
         let n = self.nside;
         let south = 4 * n - ring;
         let shorter = choose(ring < south, ring, south);
@@ -291,6 +292,48 @@ impl Grid {
             (-1, -1),
         ];
         STEPS.map(|(dx, dy)| self.beside(cell.face, cell.x + dx, cell.y + dy))
+    }
+
+    /// Whether all around a cell lie on its face.
+    #[inline(always)]
+    pub fn is_inside(self, FaceCell { x, y, .. }: FaceCell) -> bool {
+        let last = self.nside - 1;
+        (x > 0) & (x < last) & (y > 0) & (y < last)
+    }
+
+    /// The nested numbers around a cell [inside](Self::is_inside) its face, in the order of [`around`](Self::around).
+    #[inline(always)]
+    pub fn nested_around(self, FaceCell { face, x, y }: FaceCell) -> [i64; 8] {
+        let face = face << (2 * self.order);
+        let [a, b, c] = [spread(x - 1), spread(x), spread(x + 1)];
+        let [d, e, f] = [spread(y - 1) << 1, spread(y) << 1, spread(y + 1) << 1];
+        [a | e, a | f, b | f, c | f, c | e, c | d, b | d, a | d].map(|within| face | within)
+    }
+
+    /// The ring numbers: on five rings, whose first pixels all eight have in common.
+    #[inline(always)]
+    pub fn ring_around(self, cell: FaceCell) -> [i64; 8] {
+        let OnRing { ring, .. } = self.ring_of_cell(cell);
+        let eighths = 2 * (cell.face & 3) + i64::from(cell.face >> 2 != 1);
+        let across = cell.x - cell.y;
+        let on = |ring: i64, steps: [i64; 2]| -> [i64; 2] {
+            let quadrant = self.quadrant(ring);
+            let first = self.first(ring, quadrant);
+            let middle = product(eighths, quadrant) + across;
+            let number = |step: i64| {
+                let number = (middle + step) >> 1;
+                first + number + choose(number < 0, 4 * quadrant, 0)
+            };
+            [number(steps[0]), number(steps[1])]
+        };
+        let [north, _] = on(ring - 2, [0, 0]);
+        let [north_west, north_east] = on(ring - 1, [-1, 1]);
+        let [west, east] = on(ring, [-2, 2]);
+        let [south_west, south_east] = on(ring + 1, [-1, 1]);
+        let [south, _] = on(ring + 2, [0, 0]);
+        [
+            south_west, west, north_west, north, north_east, east, south_east, south,
+        ]
     }
 
     /// The cell at x and y of a face, from -1 to nside.

@@ -29,6 +29,7 @@
 //! double and are put right by one step, products are of 32-bit halves (one instruction on every level).
 
 mod arrange;
+mod between;
 mod index;
 mod place;
 mod run;
@@ -36,6 +37,7 @@ mod run;
 mod unseen;
 
 pub use arrange::Arrangement;
+use between::between;
 pub(crate) use index::Grid;
 use index::{FaceCell, OnRing};
 pub use place::BORDER;
@@ -45,6 +47,8 @@ use place::center;
 pub(crate) use unseen::{unseen_to_nan_f32, unseen_to_nan_f64};
 
 use crate::error::{Error, expect_length, expect_multiple};
+use crate::kernel::threads;
+use crate::kernel::tile::TILE;
 use crate::number::real::Real;
 use run::Wide;
 use run::{Step, run, run_one_by_one};
@@ -234,6 +238,63 @@ impl Pixels {
         Ok(())
     }
 
+    /// The four pixels around places given by two angles each, and their weights in bilinear interpolation; [`NONE`] and NaN
+    /// around what is no place.
+    ///
+    /// # Errors
+    /// The slices' lengths do not go together.
+    ///
+    /// ```
+    /// use spheremap::healpix::{Angles, Order, Pixels};
+    /// let ring = Pixels::new(2, Order::Ring)?;
+    /// let (mut pixels, mut weights) = ([0; 4], [0.0; 4]);
+    /// ring.interpolation(Angles::Colatitude, &[0.0, 0.0], &mut pixels, &mut weights)?;
+    /// assert_eq!(pixels, [1, 2, 3, 0]); // all of those around the pole
+    /// assert_eq!(weights, [0.25; 4]);
+    /// # Ok::<(), spheremap::Error>(())
+    /// ```
+    pub fn interpolation(
+        &self,
+        angles: Angles,
+        input: &[f64],
+        pixels: &mut [i64],
+        weights: &mut [f64],
+    ) -> Result<(), Error> {
+        expect_multiple("input", input.len(), 2)?;
+        let length = (input.len() / 2).saturating_mul(4);
+        expect_length("pixels", pixels.len(), length)?;
+        expect_length("weights", weights.len(), length)?;
+        let step = Between(self.grid, angles == Angles::LonLat);
+        let blocks = input.chunks(2 * TILE);
+        let results = pixels
+            .chunks_mut(4 * TILE)
+            .zip(weights.chunks_mut(4 * TILE));
+        threads::each(
+            length / 4,
+            blocks.zip(results),
+            |(input, (pixels, weights))| {
+                let mut found = [0; 8 * TILE];
+                let found = &mut found[..2 * pixels.len()];
+                run(step, input, found);
+                let mut ring = [0; 4 * TILE];
+                let ring = &mut ring[..pixels.len()];
+                let numbers = ring.as_chunks_mut::<4>().0.iter_mut();
+                let into = numbers.zip(weights.as_chunks_mut::<4>().0);
+                for ((number, weight), &[a, b, c, d, e, f, g, h]) in
+                    into.zip(found.as_chunks::<8>().0)
+                {
+                    *number = [a, b, c, d];
+                    *weight = [e, f, g, h].map(|bits| f64::from_bits(bits.cast_unsigned()));
+                }
+                match self.order {
+                    Order::Ring => pixels.copy_from_slice(ring),
+                    Order::Nested => run(ToNested(self.grid), ring, pixels),
+                }
+            },
+        );
+        Ok(())
+    }
+
     /// The numbers that these pixels have in the other order.
     ///
     /// # Errors
@@ -350,6 +411,34 @@ impl<const NESTED: bool> Step<f64, i64, 2, 1> for OfAngles<NESTED> {
     }
 }
 
+/// The polar angle and the azimuth of a place in half turns, from 0 to 1 and to 2, and whether it is one.
+#[inline(always)]
+fn half_turns(lonlat: bool, [a, b]: [f64; 2]) -> (f64, f64, bool) {
+    let (tilt, turns) = (choose(lonlat, 90.0 - b, a), choose(lonlat, a, b));
+    let scale = choose(lonlat, 1.0 / 180.0, FRAC_1_PI);
+    let most = choose(lonlat, 180.0, PI);
+    let turns = turns * scale;
+    let is_place = (tilt >= 0.0) & (tilt <= most) & (turns.abs() < (1_u64 << 50) as f64);
+    let azimuth = choose(is_place, turns, 0.0);
+    let tilt = choose(is_place, tilt * scale, 0.0);
+    (tilt, azimuth - 2.0 * Real::floor(0.5 * azimuth), is_place)
+}
+
+/// Ring numbers, and bits of weights: what an array holds is of one type.
+#[derive(Clone, Copy)]
+struct Between(Grid, bool);
+
+impl Step<f64, i64, 2, 8> for Between {
+    #[inline(always)]
+    fn apply(self, angles: [f64; 2]) -> [i64; 8] {
+        let (polar, azimuth, is_place) = half_turns(self.1, angles);
+        let (places, weights) = between(self.0, polar, azimuth);
+        let [a, b, c, d] = places.map(|place| choose(is_place, self.0.ring(place), NONE));
+        let [e, f, g, h] = weights.map(|x| choose(is_place, x, f64::NAN).to_bits().cast_signed());
+        [a, b, c, d, e, f, g, h]
+    }
+}
+
 #[derive(Clone, Copy)]
 struct ToAngles<const NESTED: bool>(Grid, bool);
 
@@ -408,6 +497,13 @@ impl<const NESTED: bool> Step<i64, i64, 1, 8> for Neighbors<NESTED> {
         } else {
             self.0.cell(self.0.on_ring(pixel))
         };
+        if is_pixel & self.0.is_inside(cell) {
+            return if NESTED {
+                self.0.nested_around(cell)
+            } else {
+                self.0.ring_around(cell)
+            };
+        }
         let number = |cell| pixel_of::<NESTED>(self.0, cell);
         self.0
             .around(cell)

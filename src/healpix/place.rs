@@ -75,9 +75,16 @@ pub fn center(grid: Grid, place: OnRing) -> (f64, f64, f64) {
         quadrant,
         halves,
     } = place;
-    let n = grid.nside;
     let halves = halves - choose(halves > 4 * quadrant, 8 * quadrant, 0);
     let azimuth = double(halves) / (4.0 * double(quadrant));
+    let (z, sine) = heights(grid, ring, quadrant);
+    (z, sine, azimuth)
+}
+
+/// z and √(1 - z²) of the centers on a ring.
+#[inline(always)]
+pub fn heights(grid: Grid, ring: i64, quadrant: i64) -> (f64, f64) {
+    let n = grid.nside;
     let share = double(quadrant) / double(n);
     // 1 - |z| in a cap.
     let height = share * share * (1.0 / 3.0);
@@ -89,5 +96,5 @@ pub fn center(grid: Grid, place: OnRing) -> (f64, f64, f64) {
         (1.0 - belt) * (1.0 + belt),
         height * (2.0 - height),
     );
-    (choose(in_belt, belt, cap), squared.sqrt(), azimuth)
+    (choose(in_belt, belt, cap), squared.sqrt())
 }

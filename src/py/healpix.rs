@@ -2,7 +2,7 @@
 
 use super::arrays::fits;
 use super::arrays::{
-    Points, contiguous, disjoint, finish, output, points, reals, run, with_reals, writable,
+    Points, contiguous, disjoint, finish, leading, output, points, reals, run, with_reals, writable,
 };
 use super::helpers::Helper;
 use super::stopping::stoppable;
@@ -125,6 +125,63 @@ pub fn healpix_neighbors<'py>(
     each(py, pixels, None, "int64", &[8], |pixels, out| {
         fits(division.neighbors(pixels, out));
     })
+}
+
+/// The four pixels around places given by pairs of angles, and their weights: (..., 2) -> (..., 4) twice.
+#[pyfunction]
+#[pyo3(signature = (nside, angles, /, *, nest=false, lonlat=false))]
+pub fn healpix_interpolation<'py>(
+    py: Python<'py>,
+    nside: i64,
+    angles: PyReadonlyArrayDyn<'py, f64>,
+    nest: bool,
+    lonlat: bool,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    let division = self::pixels(nside, nest)?;
+    let kind = self::angles(lonlat);
+    let shape = [leading(angles.shape(), 2, "angles")?, &[4]].concat();
+    let pixels = output::<i64>(py, None, "int64", &shape)?;
+    let weights = output::<f64>(py, None, "float64", &shape)?;
+    {
+        let (mut into, mut by) = (writable(&pixels)?, writable(&weights)?);
+        let (into, by) = (into.as_slice_mut()?, by.as_slice_mut()?);
+        let angles = angles.as_slice()?;
+        run(py, angles.len(), || {
+            fits(division.interpolation(kind, angles, into, by));
+        })?;
+    }
+    Ok((finish(pixels, false)?, finish(weights, false)?))
+}
+
+/// Numbers in a row from each of some, so many: the runs one after the other.
+#[pyfunction]
+#[pyo3(signature = (starts, lengths, /))]
+pub fn healpix_runs<'py>(
+    py: Python<'py>,
+    starts: PyReadonlyArrayDyn<'py, i64>,
+    lengths: PyReadonlyArrayDyn<'py, i64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let runs = || {
+        starts
+            .as_slice()
+            .into_iter()
+            .flatten()
+            .zip(lengths.as_slice().into_iter().flatten())
+    };
+    let count = runs().map(|(_, &length)| length.max(0) as usize).sum();
+    let numbers = output::<i64>(py, None, "int64", &[count])?;
+    {
+        let mut target = writable(&numbers)?;
+        let mut target = target.as_slice_mut()?;
+        for (&start, &length) in runs() {
+            let (here, rest) = target.split_at_mut(length.max(0) as usize);
+            for (k, number) in here.iter_mut().enumerate() {
+                *number = start + k as i64;
+            }
+            target = rest;
+        }
+    }
+    finish(numbers, false)
 }
 
 /// Copies a whole map, as bytes, from one arrangement into another: "ring", "nested" or "faces". `unseen` is the size of

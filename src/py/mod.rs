@@ -56,8 +56,8 @@ mod _core {
     use super::gradients::{encode_gradient, sample_adjoint, sample_slopes, sums_of_planes};
     #[pymodule_export]
     use super::healpix::{
-        healpix_ang2pix, healpix_arrange, healpix_neighbors, healpix_pix2ang, healpix_pix2vec,
-        healpix_reorder, healpix_vec2pix,
+        healpix_ang2pix, healpix_arrange, healpix_interpolation, healpix_neighbors,
+        healpix_pix2ang, healpix_pix2vec, healpix_reorder, healpix_runs, healpix_vec2pix,
     };
     #[pymodule_export]
     use super::helpers::helpers;

@@ -248,6 +248,10 @@ def pixels(inputs: Arrays) -> Iterator[Call]:
                 "boundaries": lambda n=nside, t=nest, s=some: sm.healpix.boundaries(
                     n, s[:200], step=3, nest=t
                 ),
+                "neighbors": lambda n=nside, t=nest, s=some: sm.healpix.neighbors(n, s, nest=t),
+                "interpolation_weights": lambda n=nside, t=nest, a=theta, b=phi: (
+                    sm.healpix.interpolation_weights(n, a, b, nest=t)
+                ),
             }.items():
                 yield f"{verb}: nside {nside} {'nest' if nest else 'ring'}", call
         yield f"ring2nest: nside {nside}", lambda n=nside, s=some: sm.healpix.ring2nest(n, s)

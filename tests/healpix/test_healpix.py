@@ -238,6 +238,8 @@ def test_same_bits_on_every_level_and_thread_count():
                     *healpix.pix2ang(1 << 12, pixels, nest=nest),
                     healpix.ang2pix(1 << 12, d[:, 0] ** 2, d[:, 1], nest=nest),
                     _core.healpix_reorder(1 << 12, pixels, nest=nest),
+                    healpix.neighbors(1 << 12, pixels, nest=nest),
+                    *healpix.interpolation_weights(1 << 12, d[:, 0] ** 2, d[:, 1], nest=nest),
                 ]
                 for k, result in enumerate(results):
                     assert_same_bits(result, want.setdefault((nest, k), result), level)

@@ -164,6 +164,13 @@ def test_interpolation_weights_equal_healpy(n):
 def test_interpolation_where_there_is_no_place():
     pixels, weights = healpix.interpolation_weights(4, [np.nan, 1.0], 0.0)
     assert pixels[0].tolist() == [-1] * 4 and np.isnan(weights[0]).all() and pixels[1].min() >= 0
+    for turn in (1e16, -1e300, np.inf):
+        pixels, weights = healpix.interpolation_weights(4, 1.0, turn, nest=True)
+        assert pixels.tolist() == [-1] * 4 and np.isnan(weights).all()
+    # What float32 makes of π is the pole, also beside a place that is none.
+    pixels, weights = healpix.interpolation_weights(4, np.float32([np.pi, 1, 2]), [0, np.nan, 1])
+    assert sorted(pixels[0].tolist()) == [188, 189, 190, 191] and (weights[0] == 0.25).all()
+    assert pixels[1].max() == -1 and pixels[2].min() >= 0
     with pytest.raises(ValueError, match=r"`theta` must be from 0 to π, got 3\.2"):
         healpix.interpolation_weights(4, 3.2, 0)
     with pytest.raises(ValueError, match="`latitude` must be from -90 to 90 degrees, got -91"):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import _core
 from .._arrays import as_unit_vectors, expect_room
 from .._scalars import as_flag, as_number, as_whole
 from ..map.named import resolve
@@ -173,9 +174,10 @@ def interpolation_weights(
     Returns
     -------
     pixels : ndarray of int64, shape (..., 4)
-        Two on the ring to the north and two on that to the south; -1 where an angle is not finite.
+        Two on the ring to the north and two on that to the south; -1 where an angle is not finite,
+        or a longitude 2⁵⁰ half turns and more.
     weights : ndarray of float64, shape (..., 4)
-        They sum to 1; NaN where an angle is not finite.
+        They sum to 1; NaN where there are no pixels.
 
     Raises
     ------
@@ -197,52 +199,12 @@ def interpolation_weights(
     """
     n, nest = _division(nside, nest)
     lonlat = as_flag(lonlat, "lonlat")
-    given = as_angles(theta, phi)
-    bring_into_range(given, lonlat)
-    shape, a, b = given.shape[:-1], given[..., 0], given[..., 1]
-    tilt, turn = (np.radians(90 - b), np.radians(a)) if lonlat else (a, b)
-    known = np.isfinite(tilt) & np.isfinite(turn)
-    tilt = np.where(known, tilt, 1.0)
-    turn = np.where(known, turn, 0.0) % (2 * math.pi)
-
-    above = _rings_above(n, tilt)
-    # Beyond the ends there is no ring; what is taken for it has no weight of its own.
-    north, south = np.maximum(above, 1), np.minimum(above + 1, 4 * n - 1)
-    pixels = np.empty((*shape, 4), np.int64)
-    weights = np.empty((*shape, 4))
-    angles = []
-    for k, ring in ((0, north), (2, south)):
-        first, count, shift, angle = _rings(n, ring)
-        along = turn * count / (2 * math.pi) - shift
-        before = np.floor(along)
-        east = along - before
-        left = before.astype(np.int64)
-        pixels[..., k] = first + left % count
-        pixels[..., k + 1] = first + (left + 1) % count
-        weights[..., k], weights[..., k + 1] = 1 - east, east
-        angles.append(angle)
-    at_north, at_south = above == 0, above == 4 * n - 1
-    start = np.where(at_north, 0.0, angles[0])
-    end = np.where(at_south, math.pi, angles[1])
-    down = (tilt - start) / (end - start)
-    weights[..., :2] *= (1 - down)[..., None]
-    weights[..., 2:] *= down[..., None]
-    # A pole's value is a quarter of each of the four around it, two of which are not there yet.
-    for at, share, own, other, base in (
-        (at_north, 1 - down, 2, 0, 0),
-        (at_south, down, 0, 2, nside2npix(n) - 4),
-    ):
-        quarter = (share / 4)[at][..., None]
-        opposite = (pixels[at][:, own : own + 2] - base + 2) % 4 + base
-        here_pixels, here_weights = pixels[at], weights[at]
-        here_pixels[:, other : other + 2] = opposite
-        here_weights[:, other : other + 2] = quarter
-        here_weights[:, own : own + 2] += quarter
-        pixels[at], weights[at] = here_pixels, here_weights
-    if nest:
-        pixels = ring2nest(n, pixels)
-    pixels[~known], weights[~known] = -1, np.nan
-    return pixels, weights
+    angles = as_angles(theta, phi)
+    expect_room((*angles.shape[:-1], 8), np.dtype(np.int64))
+    found = _core.healpix_interpolation(n, angles, nest=nest, lonlat=lonlat)
+    if np.min(found[0], initial=0) < 0 and bring_into_range(angles, lonlat):
+        return _core.healpix_interpolation(n, angles, nest=nest, lonlat=lonlat)
+    return found
 
 
 def _division(nside: SupportsIndex, nest: bool) -> tuple[int, bool]:
@@ -340,9 +302,11 @@ def _within(n: int, center: Floats, reach: float) -> Pixels:
     high = np.floor((turn + half) * count / (2 * math.pi) - shift).astype(np.int64)
     low, high = np.where(whole, 0, low), np.where(whole, count - 1, high)
     length = np.where(rest >= 0, np.clip(high - low + 1, 0, count), 0)
-    starts = np.cumsum(length) - length
-    along = np.arange(int(length.sum())) - np.repeat(starts - low, length)
-    return np.sort(np.repeat(first, length) + along % np.repeat(count, length))
+    # What goes on beyond a ring's last pixel comes first.
+    start = low % count
+    wrapped = np.maximum(start + length - count, 0)
+    starts = first[:, None] + np.stack([np.zeros_like(start), start], -1)
+    return _core.healpix_runs(starts, np.stack([wrapped, length - wrapped], -1))
 
 
 def _near(

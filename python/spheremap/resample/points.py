@@ -100,6 +100,19 @@ def depth_to_points(
     return points
 
 
+def _texels(places: NDArray[np.floating[Any]], shape: tuple[int, ...]) -> NDArray[np.intp]:
+    """Return the numbers of the texels in which places lie; of NaN, that behind the last."""
+    nowhere = np.isnan(places[:, 0])
+    index = np.zeros(len(places), np.intp)
+    with np.errstate(invalid="ignore"):
+        for axis, length in enumerate(shape):
+            at = places[:, len(shape) - 1 - axis].astype(np.intp)
+            index *= length
+            index += np.minimum(at, length - 1, out=at)
+    index[nowhere] = math.prod(shape)
+    return index
+
+
 def points_to_depth(
     points: ArrayLike,
     /,
@@ -164,16 +177,13 @@ def points_to_depth(
     places = directions_to_pixels(given, p, shape, any_aspect=True)
     dtype = np.asarray(points).dtype
     single = dtype.kind == "f" and dtype.itemsize <= 4
-    flat = given.reshape(-1, 3)
-    places = places.reshape(-1, places.shape[-1])
-    seen = np.isfinite(places).all(axis=-1)
-    at = np.minimum(places[seen].astype(np.intp), np.array(shape[::-1]) - 1).T
-    index = np.ravel_multi_index(tuple(at[::-1]), shape)
-    nearest = np.full(math.prod(shape), np.inf)
+    index = _texels(places.reshape(-1, places.shape[-1]), shape)
+    # What lies in no texel goes behind the last.
+    nearest = np.full(math.prod(shape) + 1, np.inf)
     # Beyond the squares that a float holds, a distance is infinite.
-    with np.errstate(over="ignore", under="ignore"):
-        np.minimum.at(nearest, index, np.linalg.norm(flat[seen], axis=-1))
-    depth = nearest.reshape(shape)
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        np.minimum.at(nearest, index, np.einsum("...i,...i", given, given).reshape(-1))
+    depth: NDArray[np.float64] = np.sqrt(nearest[:-1]).reshape(shape)
     empty = ~np.isfinite(depth)
     if kind == "z":
         depth = np.asarray(

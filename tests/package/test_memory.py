@@ -1,7 +1,9 @@
 """Peak memory of any call: inputs + outputs + 2 MiB, or what the page of decisions says.
 
 Each call runs in a process of its own. The kernel's own counters are read: resident memory before
-the call, and its highest value during the call (the mark is reset just before).
+the call, and its highest value during the call (the mark is reset just before). Pages of code that
+the call is the first to run are no memory of its own: where they lie in a library, and how many
+come with one, is the linker's choice.
 """
 
 from __future__ import annotations
@@ -35,14 +37,24 @@ def fresh(shape, dtype):
     a.reshape(-1).view(np.uint8)[::4096] = 0
     return a
 
+def code():
+    total, library = 0, False
+    with open("/proc/self/smaps") as f:
+        for line in f:
+            if line.startswith("Rss:"):
+                total += library * int(line.split()[1]) * 1024
+            elif "-" in line.split()[0]:
+                library = ".so" in line
+    return total
+
 def measure(call, warm):
-    warm()  # code pages, the pool's threads, lazy imports
+    warm()  # the pool's threads, lazy imports
     gc.collect()
     with open("/proc/self/clear_refs", "w") as f:
         f.write("5")
-    before = status("VmRSS")
+    before, known = status("VmRSS"), code()
     out = call()
-    peak = status("VmHWM")
+    peak = status("VmHWM") - (code() - known)
     parts = out if isinstance(out, (list, tuple)) else [out]
     owned = sum(part.nbytes for part in parts if isinstance(part, np.ndarray))
     print(peak - before - owned)

@@ -276,9 +276,7 @@ impl Pixels {
                 let mut found = [0; 8 * TILE];
                 let found = &mut found[..2 * pixels.len()];
                 run(step, input, found);
-                let mut ring = [0; 4 * TILE];
-                let ring = &mut ring[..pixels.len()];
-                let numbers = ring.as_chunks_mut::<4>().0.iter_mut();
+                let numbers = pixels.as_chunks_mut::<4>().0.iter_mut();
                 let into = numbers.zip(weights.as_chunks_mut::<4>().0);
                 for ((number, weight), &[a, b, c, d, e, f, g, h]) in
                     into.zip(found.as_chunks::<8>().0)
@@ -286,9 +284,11 @@ impl Pixels {
                     *number = [a, b, c, d];
                     *weight = [e, f, g, h].map(|bits| f64::from_bits(bits.cast_unsigned()));
                 }
-                match self.order {
-                    Order::Ring => pixels.copy_from_slice(ring),
-                    Order::Nested => run(ToNested(self.grid), ring, pixels),
+                if self.order == Order::Nested {
+                    let mut ring = [0; 4 * TILE];
+                    let ring = &mut ring[..pixels.len()];
+                    ring.copy_from_slice(pixels);
+                    run(ToNested(self.grid), ring, pixels);
                 }
             },
         );
@@ -387,21 +387,33 @@ impl<const NESTED: bool> Step<i64, f64, 1, 3> for Directions<NESTED> {
     }
 }
 
+/// Half turns in a degree, or in a radian.
+#[inline(always)]
+fn half_turns_of(lonlat: bool) -> f64 {
+    choose(lonlat, 1.0 / 180.0, FRAC_1_PI)
+}
+
+/// The latitude or the polar angle of a place, its azimuth in half turns from 0 to 2, and whether it is one.
+#[inline(always)]
+fn in_range(lonlat: bool, [a, b]: [f64; 2]) -> (f64, f64, bool) {
+    let (tilt, turns) = (choose(lonlat, b, a), choose(lonlat, a, b));
+    let (least, most) = (choose(lonlat, -90.0, 0.0), choose(lonlat, 90.0, PI));
+    let turns = turns * half_turns_of(lonlat);
+    let is_place = (tilt >= least) & (tilt <= most) & (turns.abs() < (1_u64 << 50) as f64);
+    let azimuth = choose(is_place, turns, 0.0);
+    // Whole turns come off before anything else.
+    let azimuth = azimuth - 2.0 * Real::floor(0.5 * azimuth);
+    (choose(is_place, tilt, 0.0), azimuth, is_place)
+}
+
 #[derive(Clone, Copy)]
 struct OfAngles<const NESTED: bool>(Grid, bool);
 
 impl<const NESTED: bool> Step<f64, i64, 2, 1> for OfAngles<NESTED> {
     #[inline(always)]
-    fn apply(self, [a, b]: [f64; 2]) -> [i64; 1] {
-        let (tilt, turns) = (choose(self.1, b, a), choose(self.1, a, b));
-        let scale = choose(self.1, 1.0 / 180.0, FRAC_1_PI);
-        let (least, most) = (choose(self.1, -90.0, 0.0), choose(self.1, 90.0, PI));
-        let turns = turns * scale;
-        let is_place = (tilt >= least) & (tilt <= most) & (turns.abs() < (1_u64 << 50) as f64);
-        let azimuth = choose(is_place, turns, 0.0);
-        let tilt = choose(is_place, tilt * scale, 0.0);
-        // Whole turns come off before anything else.
-        let azimuth = azimuth - 2.0 * Real::floor(0.5 * azimuth);
+    fn apply(self, angles: [f64; 2]) -> [i64; 1] {
+        let (tilt, azimuth, is_place) = in_range(self.1, angles);
+        let tilt = tilt * half_turns_of(self.1);
         let (sin, cos) = f64::sin_cos_half_turns(tilt);
         let (sine, z) = (choose(self.1, cos, sin), choose(self.1, sin, cos));
         let (sin, cos) = f64::sin_cos_half_turns(azimuth);
@@ -411,19 +423,6 @@ impl<const NESTED: bool> Step<f64, i64, 2, 1> for OfAngles<NESTED> {
     }
 }
 
-/// The polar angle and the azimuth of a place in half turns, from 0 to 1 and to 2, and whether it is one.
-#[inline(always)]
-fn half_turns(lonlat: bool, [a, b]: [f64; 2]) -> (f64, f64, bool) {
-    let (tilt, turns) = (choose(lonlat, 90.0 - b, a), choose(lonlat, a, b));
-    let scale = choose(lonlat, 1.0 / 180.0, FRAC_1_PI);
-    let most = choose(lonlat, 180.0, PI);
-    let turns = turns * scale;
-    let is_place = (tilt >= 0.0) & (tilt <= most) & (turns.abs() < (1_u64 << 50) as f64);
-    let azimuth = choose(is_place, turns, 0.0);
-    let tilt = choose(is_place, tilt * scale, 0.0);
-    (tilt, azimuth - 2.0 * Real::floor(0.5 * azimuth), is_place)
-}
-
 /// Ring numbers, and bits of weights: what an array holds is of one type.
 #[derive(Clone, Copy)]
 struct Between(Grid, bool);
@@ -431,7 +430,9 @@ struct Between(Grid, bool);
 impl Step<f64, i64, 2, 8> for Between {
     #[inline(always)]
     fn apply(self, angles: [f64; 2]) -> [i64; 8] {
-        let (polar, azimuth, is_place) = half_turns(self.1, angles);
+        let (tilt, azimuth, is_place) = in_range(self.1, angles);
+        // Beside a pole a difference of degrees is exact.
+        let polar = choose(self.1, 90.0 - tilt, tilt) * half_turns_of(self.1);
         let (places, weights) = between(self.0, polar, azimuth);
         let [a, b, c, d] = places.map(|place| choose(is_place, self.0.ring(place), NONE));
         let [e, f, g, h] = weights.map(|x| choose(is_place, x, f64::NAN).to_bits().cast_signed());

@@ -46,6 +46,17 @@ impl<R: Real> Located<R> {
             swapped: R::truth(false),
         }
     }
+
+    /// (u, v, face), NaN where there is no place.
+    #[inline(always)]
+    fn or_nan(self) -> [R; 3] {
+        let nan = R::NAN;
+        [
+            R::choose(self.found, self.place.u, nan),
+            R::choose(self.found, self.place.v, nan),
+            R::choose(self.found, self.place.face, nan),
+        ]
+    }
 }
 
 /// What the faces tried so far have of a place.
@@ -252,13 +263,12 @@ impl<const FACES: usize, const ATLAS: bool> LaidOut<FACES, ATLAS> {
     /// The stored image's coordinates to a place on a canonical face, NaN where there is none.
     #[inline(always)]
     fn locate<R: Real>(self, [u, v, face]: [R; 3]) -> [R; 3] {
-        let at = self.place(Uv { u, v, face });
-        let nan = R::NAN;
-        [
-            R::choose(at.found, at.place.u, nan),
-            R::choose(at.found, at.place.v, nan),
-            R::choose(at.found, at.place.face, nan),
-        ]
+        self.place(Uv { u, v, face }).or_nan()
+    }
+
+    /// The same, face after face.
+    fn locate_one<R: Real>(self, [u, v, face]: [R; 3]) -> [R; 3] {
+        self.place_one(Uv { u, v, face }).or_nan()
     }
 }
 
@@ -409,8 +419,8 @@ pub fn store_one<R: Real>(face_layout: &FaceLayout, canonical: [R; 3]) -> [R; 3]
 pub fn locate_one<R: Real>(face_layout: &FaceLayout, uv: [R; 3]) -> [R; 3] {
     with_room!(
         face_layout,
-        |arranged| arranged.locate(uv),
-        arranged.locate(uv)
+        |arranged| arranged.locate_one(uv),
+        arranged.locate_one(uv)
     )
 }
 

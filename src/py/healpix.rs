@@ -161,25 +161,26 @@ pub fn healpix_runs<'py>(
     starts: PyReadonlyArrayDyn<'py, i64>,
     lengths: PyReadonlyArrayDyn<'py, i64>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let (starts, lengths) = (starts.as_slice()?, lengths.as_slice()?);
     let runs = || {
         starts
-            .as_slice()
-            .into_iter()
-            .flatten()
-            .zip(lengths.as_slice().into_iter().flatten())
+            .iter()
+            .zip(lengths.iter().map(|&length| length.max(0) as usize))
     };
-    let count = runs().map(|(_, &length)| length.max(0) as usize).sum();
+    let count = runs().map(|(_, length)| length).sum();
     let numbers = output::<i64>(py, None, "int64", &[count])?;
     {
         let mut target = writable(&numbers)?;
         let mut target = target.as_slice_mut()?;
-        for (&start, &length) in runs() {
-            let (here, rest) = target.split_at_mut(length.max(0) as usize);
-            for (k, number) in here.iter_mut().enumerate() {
-                *number = start + k as i64;
+        run(py, count, || {
+            for (&start, length) in runs() {
+                let (here, rest) = target.split_at_mut(length);
+                for (k, number) in here.iter_mut().enumerate() {
+                    *number = start + k as i64;
+                }
+                target = rest;
             }
-            target = rest;
-        }
+        })?;
     }
     finish(numbers, false)
 }

@@ -195,13 +195,13 @@ def as_integers(obj: object, name: str, out: object = None) -> NDArray[np.int64]
     return _contiguous(array, np.dtype(np.int64))
 
 
-def as_image(obj: object, out: object) -> NDArray[Any]:
+def as_image(obj: object, out: object, name: str = "image") -> NDArray[Any]:
     """Return `obj` as a C-contiguous, aligned, native image of a supported dtype."""
-    array = as_array(obj, "image")
+    array = as_array(obj, name)
     if array.dtype.name not in IMAGE_DTYPES:
         *most, last = IMAGE_DTYPES
         raise TypeError(
-            f"Expected `image` to have dtype {', '.join(most)} or {last}, got {array.dtype}."
+            f"Expected `{name}` to have dtype {', '.join(most)} or {last}, got {array.dtype}."
         )
     expect_apart(array, out)
     return _contiguous(array, array.dtype.newbyteorder("="))
@@ -381,7 +381,7 @@ def checked_image(
     skipna = as_flag(skipna, "skipna")
     if as_text(negative, "negative") not in ("keep", "clip", "raise"):
         raise ValueError(f"Expected `negative` to be 'keep', 'clip' or 'raise', got {negative!r}.")
-    array = as_image(image, None)
+    array = as_image(image, None, name)
     if array.dtype.kind != "f":
         return array
     # No mask of the image's size where all is well.

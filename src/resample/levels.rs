@@ -12,6 +12,9 @@ use crate::resample::sample::Level;
 /// The most that an ellipse is longer than wide; longer ones are made wider.
 const LONGEST: f64 = 16.0;
 
+/// How many texels of the image lookups lie apart whose memory is nearly the same.
+const NEAR: f64 = 4.0;
+
 /// An image and its smaller versions, to be looked up.
 pub(crate) struct Levels<'a> {
     /// For each how many of its texels, along u and v, a texel of the image is.
@@ -50,53 +53,94 @@ impl<'a> Levels<'a> {
         self.levels.len()
     }
 
-    /// Writes what a footprint shows into the first half of `values`. `rule` says which levels a length lies between.
-    pub(crate) fn look(
+    /// Where a footprint is looked up. `rule` says which levels a length lies between.
+    pub(crate) fn aim(
         &self,
         filter: MipmappedFilter,
         footprint: &Footprint,
         rule: impl Fn(f64, usize) -> Between,
-        values: &mut [f64],
-    ) {
-        let [u, v, face] = footprint.source;
-        let (place, face) = ([u, v], face as usize);
-        match filter {
+    ) -> Aim {
+        let (length, sides) = match filter {
             MipmappedFilter::Trilinear => {
                 let [right, down] = footprint.lengths();
-                let between = rule(right.max(down), self.count());
-                self.bilinear(face, place, between, values);
+                (right.max(down), None)
             }
             MipmappedFilter::Ewa => {
                 let sides = rounded(footprint, self.most);
-                let between = rule(axes(sides).1, self.count());
-                self.mix(between, values, |(level, [across, along]), out| {
+                (axes(sides).1, Some(sides))
+            }
+        };
+        Aim {
+            sides,
+            ..Aim::at(footprint.source, rule(length, self.count()))
+        }
+    }
+
+    /// Whether lookups at two places, u, v and face, read nearly the same memory.
+    pub(crate) fn near(&self, [u, v, face]: [f64; 3], [x, y, other]: [f64; 3]) -> bool {
+        face == other && ((u - x).abs() + (v - y).abs()) * self.most < NEAR
+    }
+
+    /// Asks for the memory of what a lookup will read.
+    pub(crate) fn ask(&self, aim: &Aim) {
+        let [u, v, face] = aim.place;
+        for (level, [_, along]) in self.pair(aim.between) {
+            let rows = aim
+                .sides
+                .map_or(0.0, |[a, b]| along * a[1].abs().max(b[1].abs()));
+            level.ask(face as usize, [u, v], rows);
+        }
+    }
+
+    /// Writes what a lookup shows into the first half of `values`.
+    #[inline(always)]
+    pub(crate) fn look(&self, aim: &Aim, values: &mut [f64]) {
+        let [u, v, face] = aim.place;
+        let (place, face) = ([u, v], face as usize);
+        let (near, far) = values.split_at_mut(values.len() / 2);
+        let look =
+            |(level, [across, along]): (&dyn Level, [f64; 2]), out: &mut [f64]| match aim.sides {
+                None => level.bilinear(face, place, out),
+                Some(sides) => {
                     let sides = sides.map(|[x, y]| [x * across, y * along]);
                     level.ellipse(face, place, sides, out);
-                });
+                }
+            };
+        if let [first, others @ ..] = self.pair(aim.between) {
+            look(*first, near);
+            if let [second] = others {
+                look(*second, far);
+                for (near, far) in near.iter_mut().zip(far) {
+                    *near += aim.between.share * (*far - *near);
+                }
             }
         }
     }
 
-    /// Writes what a place shows between two levels into the first half of `values`.
-    pub(crate) fn bilinear(&self, face: usize, uv: [f64; 2], between: Between, values: &mut [f64]) {
-        self.mix(between, values, |(level, _), out| {
-            level.bilinear(face, uv, out);
-        });
+    /// The levels between which a lookup lies: two, or one where there is nothing to mix.
+    fn pair(&self, Between { level, share }: Between) -> &[(&'a dyn Level, [f64; 2])] {
+        let count = if share > 0.0 { 2 } else { 1 };
+        &self.levels[level..self.count().min(level + count)]
     }
+}
 
-    fn mix(
-        &self,
-        Between { level, share }: Between,
-        values: &mut [f64],
-        look: impl Fn((&dyn Level, [f64; 2]), &mut [f64]),
-    ) {
-        let (near, far) = values.split_at_mut(values.len() / 2);
-        look(self.levels[level], near);
-        if share > 0.0 && level + 1 < self.count() {
-            look(self.levels[level + 1], far);
-            for (near, far) in near.iter_mut().zip(far) {
-                *near += share * (*far - *near);
-            }
+/// Where a lookup goes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Aim {
+    /// u, v and face.
+    place: [f64; 3],
+    between: Between,
+    /// The sides of the footprint, in texels of the image, where it is averaged over.
+    sides: Option<[[f64; 2]; 2]>,
+}
+
+impl Aim {
+    /// A bilinear one between two levels.
+    pub(crate) fn at(place: [f64; 3], between: Between) -> Aim {
+        Aim {
+            place,
+            between,
+            sides: None,
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::map::verbs::EncodeTile;
 use crate::number::real::Real;
 use crate::resample::filters::MipmappedFilter;
 use crate::resample::footprint::{Footprint, Moving, measure_pixels};
-use crate::resample::levels::Levels;
+use crate::resample::levels::{Aim, Levels};
 use crate::resample::lod::Between;
 use crate::resample::mips;
 use crate::resample::options::Options;
@@ -25,6 +25,9 @@ use glam::DMat3;
 
 /// How many plain lookups one of these is worth.
 pub(crate) const WORK: usize = 32;
+
+/// How many lookups on one is whose memory is asked for.
+const AHEAD: usize = 8;
 
 /// How much of an image lookups see. Where a number is NaN they see nothing.
 #[derive(Clone, Copy, Debug)]
@@ -245,6 +248,24 @@ impl<'a, T: Texel> MipSampler<'a, T> {
         })
     }
 
+    /// Where lookup k goes, whose place and footprint are these; nowhere if it sees nothing.
+    #[inline(always)]
+    fn aim(
+        &self,
+        levels: &Levels<'_>,
+        (place, footprint): ([f64; 3], &Footprint),
+        detail: Detail<'_>,
+        k: usize,
+    ) -> Option<Aim> {
+        if place[0].is_nan() || detail.is_nan(k, 3) {
+            return None;
+        }
+        Some(match detail {
+            Detail::Lod(lod) => Aim::at(place, Between::by_lod(lod[k], levels.count())),
+            Detail::Derivatives(_) => levels.aim(self.filter, footprint, Between::by_lod_of_length),
+        })
+    }
+
     fn look<U: Texel<Float = T::Float>>(
         &self,
         image: &ImageView<'_, U>,
@@ -295,21 +316,19 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             }
             let mut values = vec![0.0; 2 * channels];
             for (k, out) in out.chunks_exact_mut(channels).enumerate() {
-                let [u, v, face] = uv.at(k);
-                if u.is_nan() || detail.is_nan(k, 3) {
+                let next = k + AHEAD;
+                if next < n
+                    && !levels.near(uv.at(next), uv.at(next - 1))
+                    && let Some(next) =
+                        self.aim(&levels, (uv.at(next), &footprints[next]), detail, next)
+                {
+                    levels.ask(&next);
+                }
+                let Some(aim) = self.aim(&levels, (uv.at(k), &footprints[k]), detail, k) else {
                     out.copy_from_slice(fill);
                     continue;
-                }
-                match detail {
-                    Detail::Lod(lod) => {
-                        let between = Between::by_lod(lod[k], levels.count());
-                        levels.bilinear(face as usize, [u, v], between, &mut values);
-                    }
-                    Detail::Derivatives(_) => {
-                        let rule = Between::by_lod_of_length;
-                        levels.look(self.filter, &footprints[k], rule, &mut values);
-                    }
-                }
+                };
+                levels.look(&aim, &mut values);
                 for (out, value) in out.iter_mut().zip(&values) {
                     *out = U::store(U::Float::new(*value));
                 }

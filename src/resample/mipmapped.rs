@@ -99,7 +99,10 @@ fn look_up<T: Texel>(
                     out.copy_from_slice(fill);
                     continue;
                 }
-                levels.look(filter, footprint, Between::by_length, &mut values);
+                levels.look(
+                    &levels.aim(filter, footprint, Between::by_length),
+                    &mut values,
+                );
                 for (out, value) in out.iter_mut().zip(&values) {
                     *out = T::store(<T::Float as Real>::new(*value));
                 }
@@ -141,7 +144,8 @@ pub(crate) fn seen(
         walk.each(&window, row[0], 1, |_, footprints| {
             for footprint in footprints {
                 if !footprint.source[0].is_nan() {
-                    levels.look(filter, footprint, Between::by_length, &mut [0.0; 2]);
+                    let aim = levels.aim(filter, footprint, Between::by_length);
+                    levels.look(&aim, &mut [0.0; 2]);
                 }
             }
         });

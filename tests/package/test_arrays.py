@@ -331,6 +331,33 @@ def test_large_arrays_of_wrong_shape_or_dtype():
         sm.encode(np.ones((50_000, 6))[:, ::2], "octahedral", out=np.empty((50_000, 2), "f4"))
 
 
+SKY, NORMALS = np.ones((8, 16, 3)), np.ones((5, 3))
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("points", lambda x: sm.points_to_depth(x, "latlong", 8)),
+        ("matcap", lambda x: sm.light.shade_matcap(NORMALS, x)),
+        ("reference", lambda x: sm.light.ws_psnr(SKY, x, "latlong")),
+        ("view", lambda x: sm.embed(x, "perspective", SKY, "latlong")),
+        ("photo", sm.ball.find),
+        ("photos", lambda x: sm.ball.merge([x, x])),
+        ("image", lambda x: sm.light.integrate(x, "latlong")),
+    ],
+)
+@pytest.mark.parametrize("wrong", [np.ones((8, 16, 3), complex), np.array("sky.exr")])
+def test_an_error_names_the_argument(name, call, wrong):
+    with pytest.raises((TypeError, ValueError), match=f"`{name}`"):
+        call(wrong)
+
+
+def test_points_have_three_numbers():
+    for wrong in (np.ones(7), np.ones((0,)), np.ones((3, 2)), 1.0):
+        with pytest.raises(ValueError, match=r"Expected `points` to have shape \(\.\.\., 3\)"):
+            sm.points_to_depth(wrong, "latlong", 8)
+
+
 def test_parameters_are_numbers():
     with pytest.raises(TypeError, match=r"^`fov` must be a number, got str\.$"):
         sm.projection("angular", fov="wide")

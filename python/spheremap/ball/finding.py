@@ -123,7 +123,7 @@ def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     True
     """
     feature, filters = _skimage()
-    image = as_image(photo, None)
+    image = as_image(photo, None, "photo")
     if image.ndim not in (2, 3) or 0 in image.shape:
         raise ValueError(f"Expected `photo` to have shape (H, W) or (H, W, C), got {image.shape}.")
     gray = _toned(image)

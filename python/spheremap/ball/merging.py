@@ -196,7 +196,7 @@ def merge(
     >>> bool(np.abs(found.poses[1] - pose).max() < 0.01)
     True
     """
-    arrays = [as_image(photo, None) for photo in as_items(photos, "photos", "images")]
+    arrays = [as_image(photo, None, "photos") for photo in as_items(photos, "photos", "images")]
     count = len(arrays)
     if count == 0:
         raise ValueError("Expected `photos` to hold at least one photo, got none.")

@@ -186,7 +186,7 @@ def unwrap(
     >>> bool(np.abs(found.image - scene)[known].max() < 0.02)
     True
     """
-    pixels, target = as_image(photo, None), resolve(dst)
+    pixels, target = as_image(photo, None, "photo"), resolve(dst)
     if pixels.ndim not in (2, 3) or 0 in pixels.shape:
         raise ValueError(f"Expected `photo` to have shape (H, W) or (H, W, C), got {pixels.shape}.")
     ball = None

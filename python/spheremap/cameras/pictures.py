@@ -125,7 +125,7 @@ def pictures_of(
         )
     angles = _each(fov, count, "fov")
     covers = _each(masks, count, "masks")
-    arrays = [as_image(one, None) for one in given]
+    arrays = [as_image(one, None, "images") for one in given]
     first = arrays[0]
     for k, array in enumerate(arrays):
         if array.ndim not in (2, 3) or 0 in array.shape:

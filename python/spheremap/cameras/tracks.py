@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arrays import as_array, as_image
+from .._arrays import as_image
 from .._scalars import as_whole
 from ..resample import sample_uv
 from .exposure import coded, expect_curve, light_of_codes
@@ -78,9 +78,7 @@ def gopro(
     curve_of = expect_curve(curve)
     if exposure is not None and exposure != "match":
         raise ValueError(f"Expected `exposure` to be 'match' or None, got {exposure!r}.")
-    tracks = [
-        as_image(as_array(track, name), None) for track, name in ((front, "front"), (rear, "rear"))
-    ]
+    tracks = [as_image(track, None, name) for track, name in ((front, "front"), (rear, "rear"))]
     first, second = tracks
     if first.shape != second.shape or first.dtype != second.dtype:
         raise ValueError(

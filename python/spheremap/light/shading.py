@@ -251,7 +251,7 @@ def shade_matcap(
         x = np.where(length > 1e-12, x / np.where(length > 1e-12, length, 1), [1.0, 0.0, 0.0])
         y = np.cross(v, x)
         n = np.stack([np.sum(a * n, axis=-1) for a in np.broadcast_arrays(x, y, v)], axis=-1)
-    image = as_image(matcap, None)
+    image = as_image(matcap, None, "matcap")
     if image.ndim not in (2, 3) or image.shape[0] != image.shape[1]:
         raise ValueError(f"Expected `matcap` to have shape (N, N) or (N, N, C), got {image.shape}.")
     # The outermost texels' centers are half a texel inside the rim.

@@ -174,6 +174,8 @@ def points_to_depth(
     one = isinstance(fill, Sequence) and len(fill) == 1
     filling = as_number(fill[0] if one else fill, "fill")  # type: ignore[index]
     given = as_doubles(points, "points")
+    if given.shape[-1:] != (3,):
+        raise ValueError(f"Expected `points` to have shape (..., 3), got {given.shape}.")
     places = directions_to_pixels(given, p, shape, any_aspect=True)
     dtype = np.asarray(points).dtype
     single = dtype.kind == "f" and dtype.itemsize <= 4

@@ -116,7 +116,7 @@ def embed(
             return views.each(embed, locals())
         return views.repeated(wholes.count).each(embed, locals(), image=wholes.array)
     small = resolve(small, rotation=rotation)
-    crop, whole = as_image(view, out), as_image(image, None)
+    crop, whole = as_image(view, out, "view"), as_image(image, None)
     shape = spatial_shape(crop, small, "view")
     target = spatial_shape(whole, large, "image")
     channels = crop.shape[len(shape) :]

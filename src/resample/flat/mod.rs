@@ -17,7 +17,7 @@ use crate::kernel::threads;
 use crate::number::real::Real;
 use crate::resample::filters::{ByMethod, Filter};
 use crate::resample::footprint::Footprint;
-use crate::resample::levels::Levels;
+use crate::resample::levels::{Aim, Levels};
 use crate::resample::lod::Between;
 use crate::resample::mip_sampler::{Detail, WORK};
 use crate::resample::options::Options;
@@ -156,11 +156,13 @@ impl<'a, T: Texel> Sampler<'a, T> {
                     image.look(filter, uv, &mut values[..self.channels])
                 }
                 (_, Some(Detail::Lod(lod))) => {
-                    levels.bilinear(0, uv, Between::by_lod(lod[k], levels.count()), values);
+                    let between = Between::by_lod(lod[k], levels.count());
+                    levels.look(&Aim::at([uv[0], uv[1], 0.0], between), values);
                 }
                 (ByMethod::Mipmapped(filter), Some(Detail::Derivatives(pair))) => {
-                    let rule = Between::by_lod_of_length;
-                    levels.look(filter, &self.footprint(uv, pair, k), rule, values);
+                    let footprint = self.footprint(uv, pair, k);
+                    let aim = levels.aim(filter, &footprint, Between::by_lod_of_length);
+                    levels.look(&aim, values);
                 }
                 _ => (),
             };

@@ -6,6 +6,7 @@ use super::taps::Taps;
 use super::texture::Texture;
 use crate::image::texel::Texel;
 use crate::kernel::Scalar;
+use crate::kernel::tile::prefetch_item;
 use crate::number::real::Real;
 
 /// A level that can be looked up.
@@ -16,7 +17,13 @@ pub(crate) trait Level: Sync {
     /// The elliptical weighted average at a place. `sides` are the two sides of the footprint, in texels of this
     /// level.
     fn ellipse(&self, face: usize, uv: [f64; 2], sides: [[f64; 2]; 2], out: &mut [f64]);
+
+    /// Asks for the memory of the texels around a place, so many of this level's rows up and down.
+    fn ask(&self, _face: usize, _uv: [f64; 2], _rows: f64) {}
 }
+
+/// Rows that are asked for, at most: while the first ones of a larger footprint are added up, others come.
+const MOST_ROWS: usize = 8;
 
 impl<T: Texel> Level for Texture<'_, T> {
     fn bilinear(&self, face: usize, uv: [f64; 2], out: &mut [f64]) {
@@ -37,6 +44,21 @@ impl<T: Texel> Level for Texture<'_, T> {
             }
         });
         self.mean(&taps, out);
+    }
+
+    fn ask(&self, face: usize, uv: [f64; 2], rows: f64) {
+        let [x, y] = self.place(uv);
+        let raster = &self.raster;
+        let view = raster.view(face);
+        // `as` takes negative numbers to 0.
+        let column = (x as usize).min(raster.width - 1);
+        let [first, last] = [y - rows, y + rows + 1.0].map(|y| (y as usize).min(raster.height - 1));
+        for j in (first..=last).take(MOST_ROWS) {
+            let at = view.index(column, j) * self.channels;
+            prefetch_item(self.texels, at);
+            // A pair lies on two lines now and then.
+            prefetch_item(self.texels, at + 2 * self.channels - 1);
+        }
     }
 }
 

@@ -317,13 +317,16 @@ fn round_trip<R: Float>() {
             };
             let limit = (R::round_trip(map.info()) + let_out) * stretch;
             for (&d, &back) in ds.iter().zip(&back) {
-                let what = describe(map);
                 let covered = !back[0].is_nan();
                 let expected = covers(map, stretch, d).unwrap_or(covered);
-                prop_assert_eq!(covered, expected, "{} {:?}", what, d);
+                prop_assert_eq!(covered, expected, "{} {:?}", describe(map), d);
                 if covered {
                     let error = angle(unit(d), unit(back));
-                    prop_assert!(error <= limit, "{what} {d:?} -> {back:?}: {error:e}");
+                    prop_assert!(
+                        error <= limit,
+                        "{} {d:?} -> {back:?}: {error:e}",
+                        describe(map)
+                    );
                 }
             }
         }
@@ -437,10 +440,10 @@ fn levels<R: Float>() {
             for (map, expected) in maps.iter().zip(&expected) {
                 for (verb, (a, b)) in expected.iter().zip(verbs(map)).enumerate() {
                     let difference = first_difference(a, &b);
-                    let what = describe(map);
                     prop_assert!(
                         difference.is_none(),
-                        "{what} {level} {verb}: {difference:?}"
+                        "{} {level} {verb}: {difference:?}",
+                        describe(map)
                     );
                 }
             }
@@ -596,10 +599,10 @@ fn jacobians_are_central_differences() {
                 ];
                 for axis in 0..2 {
                     let error = (j[2 * k + axis] - expected[axis]).abs() / scale;
-                    let what = describe(map);
                     prop_assert!(
                         error < 2e-8,
-                        "{what} {uv:?}: {j:?}, {k} {axis} {expected:?} {error:e}"
+                        "{} {uv:?}: {j:?}, {k} {axis} {expected:?} {error:e}",
+                        describe(map)
                     );
                 }
             }

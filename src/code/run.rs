@@ -2,23 +2,51 @@
 
 use crate::code::interface::{Gives, Program};
 use crate::code::source::helper_arguments;
-use crate::number::graph::{Binary, Comparison, Logic, Node, Style, Unary};
+use crate::number::graph::{Binary, Comparison, Helper, Logic, Node, Style, Unary};
 use crate::number::trace;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+thread_local! {
+    /// Bodies of helpers that were called: to trace one takes longer than to run it.
+    static BODIES: RefCell<Vec<(Helper, Style, Rc<Program>)>> = const { RefCell::new(Vec::new()) };
+}
+
+fn body(helper: Helper, style: Style) -> Rc<Program> {
+    BODIES.with_borrow_mut(|bodies| {
+        let known = bodies
+            .iter()
+            .find(|body| (body.0, body.1) == (helper, style));
+        if let Some((.., known)) = known {
+            return known.clone();
+        }
+        let (graph, outputs) = trace::body(helper, style);
+        let made = Rc::new(Program {
+            takes: helper_arguments(helper),
+            gives: Gives::Pair,
+            nodes: graph.into_nodes(),
+            outputs,
+        });
+        bodies.push((helper, style, made.clone()));
+        made
+    })
+}
 
 /// The values of a program's outputs; conditions are 0 and 1.
 pub(crate) fn values(program: &Program, style: Style, inputs: &[f64]) -> Vec<f64> {
     let rounded = |x: f64| if style.double { x } else { f64::from(x as f32) };
-    let mut numbers: Vec<Vec<f64>> = Vec::with_capacity(program.nodes.len());
+    // Of a helper's two outputs both, else one.
+    let mut numbers: Vec<[f64; 2]> = Vec::with_capacity(program.nodes.len());
     for &node in &program.nodes {
         let of = |id: u32| numbers[id as usize][0];
-        let truth = |holds: bool| vec![f64::from(u8::from(holds))];
+        let truth = |holds: bool| [f64::from(u8::from(holds)); 2];
         let made = match node {
-            Node::Input(number) => vec![inputs[usize::from(number)]],
-            Node::Constant(bits) => vec![f64::from_bits(bits)],
+            Node::Input(number) => [inputs[usize::from(number)]; 2],
+            Node::Constant(bits) => [f64::from_bits(bits); 2],
             Node::Unary(operation, a) => {
                 let a = of(a);
                 // A root in f64 rounds to that in f32, as do sums, products and quotients.
-                vec![rounded(match operation {
+                [rounded(match operation {
                     Unary::Negate => -a,
                     Unary::Absolute => a.abs(),
                     Unary::Root => a.sqrt(),
@@ -30,11 +58,11 @@ pub(crate) fn values(program: &Program, style: Style, inputs: &[f64]) -> Vec<f64
                     Unary::Cosine => a.cos(),
                     Unary::Sinh => a.sinh(),
                     Unary::Cosh => a.cosh(),
-                })]
+                }); 2]
             }
             Node::Binary(operation, a, b) => {
                 let (a, b) = (of(a), of(b));
-                vec![rounded(match operation {
+                [rounded(match operation {
                     Binary::Add => a + b,
                     Binary::Subtract => a - b,
                     Binary::Multiply => a * b,
@@ -54,20 +82,14 @@ pub(crate) fn values(program: &Program, style: Style, inputs: &[f64]) -> Vec<f64
                         }
                     }
                     Binary::Arctangent => a.atan2(b),
-                })]
+                }); 2]
             }
-            Node::Select(condition, a, b) => vec![if of(condition) > 0.0 { of(a) } else { of(b) }],
+            Node::Select(condition, a, b) => [if of(condition) > 0.0 { of(a) } else { of(b) }; 2],
             Node::Call(helper, a, b) => {
-                let (graph, outputs) = trace::body(helper, style);
-                let body = Program {
-                    takes: helper_arguments(helper),
-                    gives: Gives::Pair,
-                    nodes: graph.into_nodes(),
-                    outputs,
-                };
-                values(&body, style, &[of(a), of(b)])
+                let found = values(&body(helper, style), style, &[of(a), of(b)]);
+                [found[0], found[found.len() - 1]]
             }
-            Node::Part(pair, number) => vec![numbers[pair as usize][usize::from(number)]],
+            Node::Part(pair, number) => [numbers[pair as usize][usize::from(number)]; 2],
             Node::Truth(value) => truth(value),
             Node::Compare(comparison, a, b) => {
                 let (a, b) = (of(a), of(b));

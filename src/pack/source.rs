@@ -225,9 +225,9 @@ mod tests {
         if packing.bits <= 16 && rounding == Rounding::Nearest {
             codes = (0..packing.codes()).collect();
         }
-        for code in codes {
-            let mut d = [R::ZERO; 3];
-            packing.unpack(&[code], &mut d).unwrap();
+        let mut all = vec![R::ZERO; 3 * codes.len()];
+        packing.unpack(&codes, &mut all).unwrap();
+        for (code, d) in codes.into_iter().zip(all.as_chunks::<3>().0) {
             let got = values(&unpack, style, &fields(code, words));
             for (got, wanted) in got.iter().zip(d.map(|x| x.to_f64())) {
                 let alike = *got == wanted || got.is_nan() && wanted.is_nan();

@@ -105,6 +105,12 @@ def blocks(array: NDArray[Any], single: bool) -> Iterator[Reals]:
 _MOST_AXES = 32
 
 
+def expect_vectors(shape: tuple[int, ...], name: str) -> None:
+    """Raise unless an array of this shape holds three numbers a point."""
+    if shape[-1:] != (3,):
+        raise ValueError(f"Expected `{name}` to have shape (..., 3), got {shape}.")
+
+
 def common_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
     """Return the shape that arrays are broadcast to."""
     if max(map(len, shapes)) > _MOST_AXES:
@@ -125,8 +131,7 @@ def as_pair(view: object, normal: object, out: object) -> tuple[NDArray[Any], ND
     # Both are looked at: a dtype that is no real number is an error whatever the other's is.
     singles = _is_single(a, "view"), _is_single(b, "normal")
     for array, name in ((a, "view"), (b, "normal")):
-        if array.shape[-1:] != (3,):
-            raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
+        expect_vectors(array.shape, name)
         expect_apart(array, out)
     shape = common_shape(a.shape, b.shape)
     return np.broadcast_to(a, shape), np.broadcast_to(b, shape), all(singles)
@@ -352,8 +357,7 @@ def as_unit_vectors(
 ) -> tuple[NDArray[np.float64], tuple[int, ...]]:
     """Return unit vectors as (N, 3), NaN for what is none, and the leading axes."""
     array = as_doubles(directions, name)
-    if array.shape[-1:] != (3,):
-        raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
+    expect_vectors(array.shape, name)
     with np.errstate(all="ignore"):
         scaled = array / np.abs(array).max(axis=-1, keepdims=True)
         unit = scaled / np.sqrt(np.square(scaled).sum(axis=-1, keepdims=True))

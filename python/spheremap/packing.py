@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _core
-from ._arrays import as_array, common_shape, expect_room, index_text
+from ._arrays import as_array, common_shape, expect_room, expect_vectors, index_text
 from ._scalars import as_flag, as_float_dtype, as_items, as_text, as_whole
 from ._show import html_table, text_table
 
@@ -753,8 +753,7 @@ def pack_frame(
     for array, what in ((n, "normals"), (t, "tangents")):
         if array.dtype.kind not in "fiub":
             raise TypeError(f"Expected `{what}` to be real numbers, got dtype {array.dtype}.")
-    if n.shape[-1:] != (3,):
-        raise ValueError(f"Expected `normals` to have shape (..., 3), got {n.shape}.")
+    expect_vectors(n.shape, "normals")
     if t.shape[-1:] not in ((3,), (4,)):
         raise ValueError(f"Expected `tangents` to have shape (..., 3) or (..., 4), got {t.shape}.")
     if as_text(invalid, "invalid") not in ("raise", "zero"):

@@ -9,7 +9,7 @@ import dask.array as da
 import numpy as np
 
 from .. import resample
-from .._arrays import spatial_axes
+from .._arrays import expect_vectors, spatial_axes
 from ..map.images import expect_aspect
 from ..map.named import resolve
 
@@ -73,8 +73,7 @@ def sample(
             f"Expected `directions` to be an array of dask, got {type(directions).__name__}; "
             "dask.array.from_array makes one."
         )
-    if directions.ndim == 0 or directions.shape[-1] != 3:
-        raise ValueError(f"Expected `directions` to have shape (..., 3), got {directions.shape}.")
+    expect_vectors(directions.shape, "directions")
     pixels = np.asarray(image)
     options: dict[str, Any] = {
         "filter": filter,

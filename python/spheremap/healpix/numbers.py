@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from .. import _core
-from .._arrays import as_array, as_doubles, common_shape, expect_room
+from .._arrays import as_array, as_doubles, common_shape, expect_room, expect_vectors
 from .._scalars import as_flag, as_whole
 from ..map.named import resolve
 
@@ -576,8 +576,7 @@ def _integers(values: object, name: str) -> NDArray[Any]:
 
 
 def _points(array: NDArray[Any]) -> tuple[NDArray[Any], int]:
-    if array.shape[-1:] != (3,):
-        raise ValueError(f"Expected `directions` to have shape (..., 3), got {array.shape}.")
+    expect_vectors(array.shape, "directions")
     return array, 1
 
 

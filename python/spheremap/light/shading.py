@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arrays import as_doubles, as_image, common_shape, spatial_shape
+from .._arrays import as_doubles, as_image, common_shape, expect_vectors, spatial_shape
 from .._scalars import as_flag, as_number, as_text, as_whole
 from ..map.images import images
 from ..map.named import resolve
@@ -391,8 +391,7 @@ def _filling(fill: float | Sequence[float], channels: tuple[int, ...]) -> NDArra
 
 def _vectors(value: ArrayLike, name: str) -> NDArray[np.float64]:
     array = as_doubles(value, name)
-    if array.shape[-1:] != (3,):
-        raise ValueError(f"Expected `{name}` to have shape (..., 3), got {array.shape}.")
+    expect_vectors(array.shape, name)
     # Loops over nothing are long where an empty array has a long axis.
     if not array.size and max(array.shape) > _LONGEST:
         raise ValueError(f"Expected `{name}` to have fewer points, got shape {array.shape}.")

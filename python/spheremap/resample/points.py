@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arrays import as_array, as_doubles, spatial_axes
+from .._arrays import as_array, as_doubles, expect_vectors, spatial_axes
 from .._scalars import as_number
 from ..map.images import images, target_shape
 from ..map.named import resolve
@@ -174,8 +174,7 @@ def points_to_depth(
     one = isinstance(fill, Sequence) and len(fill) == 1
     filling = as_number(fill[0] if one else fill, "fill")  # type: ignore[index]
     given = as_doubles(points, "points")
-    if given.shape[-1:] != (3,):
-        raise ValueError(f"Expected `points` to have shape (..., 3), got {given.shape}.")
+    expect_vectors(given.shape, "points")
     places = directions_to_pixels(given, p, shape, any_aspect=True)
     dtype = np.asarray(points).dtype
     single = dtype.kind == "f" and dtype.itemsize <= 4

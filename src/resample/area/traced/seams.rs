@@ -51,6 +51,10 @@ pub(in crate::resample::area) struct Border {
 /// Places that are tried for one cell, at most.
 const MOST_PLACES: usize = 4000;
 
+/// What is left of a fourth difference of five places on a straight line, at most, in parts of a face's side: each is
+/// rounded a few times, and counts up to six times.
+const ROUNDED: f64 = 16.0 * f64::EPSILON;
+
 impl Border {
     /// Follows the border of a cell of `into` through `from`. False where it leaves the source or never becomes smooth.
     /// `fine` is the area of which each arc may miss a tiny part.
@@ -134,8 +138,10 @@ impl Border {
             let (third, fourth) = differences(places);
             let way = minus(b.1.at, a.1.at);
             let length = (way[0] * way[0] + way[1] * way[1]).sqrt();
-            // Differences of half as many steps, twice as long.
-            if 0.01 * 16.0 * fourth * length.min(1.0) <= fine {
+            let side = from.columns.max(from.rows) as f64;
+            // Differences of half as many steps, twice as long. The parts of a line that is straight but for rounding are no
+            // straighter.
+            if 0.01 * 16.0 * fourth * length.min(1.0) <= fine || fourth <= ROUNDED * side {
                 let arc = Arc::through([places[0], places[2], places[4]], third.map(|d| 8.0 * d));
                 self.arcs.push((a.1.face, arc));
                 return true;
@@ -327,5 +333,37 @@ fn side_place(from: &Lattice<'_>, place: f64) -> PlanePoint {
         1 => [w, s * h],
         2 => [(1.0 - s) * w, h],
         _ => [0.0, (1.0 - s) * h],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Border;
+    use crate::map::{Map, MapOptions};
+    use crate::resample::area::fast::edges::FINE;
+    use crate::resample::area::frame::frame;
+    use crate::resample::area::lattice::Lattice;
+
+    #[test]
+    fn what_is_straight_but_for_rounding_is_not_cut() {
+        let source = Map::new("latlong").unwrap();
+        let from = Lattice::new(&source, &[512, 1024], None).unwrap();
+        // In degrees. Of the narrowest, 64 cells are as wide as a million roundings of a place.
+        for fov in [1e-7, 1e-6, 1e-5, 1e-4] {
+            let parameters = [("fov", fov)];
+            let options = MapOptions::new().parameters(&parameters);
+            let view = Map::with("perspective", options).unwrap();
+            let turn = Some(frame(&source, &view, None));
+            let into = Lattice::new(&view, &[64, 64], turn).unwrap();
+            // How wide a cell is, in those of the source.
+            let width = fov / 180.0 * 512.0 / 64.0;
+            let fine = 0.5 * FINE * width * width;
+            let mut border = Border::default();
+            for at in [[0, 0], [31, 32], [63, 5]] {
+                assert!(border.trace(&from, &into, 0, at, fine), "{fov} {at:?}");
+                // The quarters of each of the four sides.
+                assert_eq!(border.places, 8, "{fov} {at:?}");
+            }
+        }
     }
 }

@@ -300,6 +300,7 @@ bench: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" benches/sizes.py
 	"$(BIN)/python" benches/passes.py
 	"$(BIN)/python" benches/areas.py
+	"$(BIN)/python" benches/lookups.py
 	"$(BIN)/python" benches/light_distribution.py
 	"$(BIN)/python" benches/light.py
 	"$(BIN)/python" benches/packing.py

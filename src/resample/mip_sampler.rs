@@ -82,6 +82,24 @@ impl<'a> Detail<'a> {
             _ => Ok(()),
         }
     }
+
+    /// Where lookup k goes, at this place; `footprint` makes its footprint of the derivatives.
+    #[inline(always)]
+    pub(crate) fn aim(
+        self,
+        levels: &Levels<'_>,
+        filter: MipmappedFilter,
+        k: usize,
+        place: [f64; 3],
+        footprint: impl FnOnce([&'a [f64]; 2]) -> Footprint,
+    ) -> Aim {
+        match self {
+            Detail::Lod(lod) => Aim::at(place, Between::by_lod(lod[k], levels.count())),
+            Detail::Derivatives(pair) => {
+                levels.aim(filter, &footprint(pair), Between::by_lod_of_length)
+            }
+        }
+    }
 }
 
 /// An image and its mip chain, to be looked up in directions.
@@ -248,24 +266,6 @@ impl<'a, T: Texel> MipSampler<'a, T> {
         })
     }
 
-    /// Where lookup k goes, whose place and footprint are these; nowhere if it sees nothing.
-    #[inline(always)]
-    fn aim(
-        &self,
-        levels: &Levels<'_>,
-        (place, footprint): ([f64; 3], &Footprint),
-        detail: Detail<'_>,
-        k: usize,
-    ) -> Option<Aim> {
-        if place[0].is_nan() || detail.is_nan(k, 3) {
-            return None;
-        }
-        Some(match detail {
-            Detail::Lod(lod) => Aim::at(place, Between::by_lod(lod[k], levels.count())),
-            Detail::Derivatives(_) => levels.aim(self.filter, footprint, Between::by_lod_of_length),
-        })
-    }
-
     fn look<U: Texel<Float = T::Float>>(
         &self,
         image: &ImageView<'_, U>,
@@ -314,17 +314,22 @@ impl<'a, T: Texel> MipSampler<'a, T> {
                 });
                 measure_pixels((map, turn), raster, &uv, moving, &mut footprints);
             }
+            // Nowhere if a lookup sees nothing.
+            let aim = |k: usize| {
+                let place = uv.at(k);
+                (!place[0].is_nan() && !detail.is_nan(k, 3))
+                    .then(|| detail.aim(&levels, self.filter, k, place, |_| footprints[k]))
+            };
             let mut values = vec![0.0; 2 * channels];
             for (k, out) in out.chunks_exact_mut(channels).enumerate() {
                 let next = k + AHEAD;
                 if next < n
                     && !levels.near(uv.at(next), uv.at(next - 1))
-                    && let Some(next) =
-                        self.aim(&levels, (uv.at(next), &footprints[next]), detail, next)
+                    && let Some(next) = aim(next)
                 {
                     levels.ask(&next);
                 }
-                let Some(aim) = self.aim(&levels, (uv.at(k), &footprints[k]), detail, k) else {
+                let Some(aim) = aim(k) else {
                     out.copy_from_slice(fill);
                     continue;
                 };

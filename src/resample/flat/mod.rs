@@ -17,8 +17,7 @@ use crate::kernel::threads;
 use crate::number::real::Real;
 use crate::resample::filters::{ByMethod, Filter};
 use crate::resample::footprint::Footprint;
-use crate::resample::levels::{Aim, Levels};
-use crate::resample::lod::Between;
+use crate::resample::levels::Levels;
 use crate::resample::mip_sampler::{Detail, WORK};
 use crate::resample::options::Options;
 use crate::resample::sample::Level;
@@ -155,14 +154,10 @@ impl<'a, T: Texel> Sampler<'a, T> {
                 (ByMethod::Lookup(filter), _) => {
                     image.look(filter, uv, &mut values[..self.channels])
                 }
-                (_, Some(Detail::Lod(lod))) => {
-                    let between = Between::by_lod(lod[k], levels.count());
-                    levels.look(&Aim::at([uv[0], uv[1], 0.0], between), values);
-                }
-                (ByMethod::Mipmapped(filter), Some(Detail::Derivatives(pair))) => {
-                    let footprint = self.footprint(uv, pair, k);
-                    let aim = levels.aim(filter, &footprint, Between::by_lod_of_length);
-                    levels.look(&aim, values);
+                (ByMethod::Mipmapped(filter), Some(detail)) => {
+                    let footprint = |pair| self.footprint(uv, pair, k);
+                    let place = [uv[0], uv[1], 0.0];
+                    levels.look(&detail.aim(&levels, filter, k, place, footprint), values);
                 }
                 _ => (),
             };

@@ -7,7 +7,7 @@
 use crate::resample::filters::MipmappedFilter;
 use crate::resample::footprint::Footprint;
 use crate::resample::lod::Between;
-use crate::resample::sample::Level;
+use crate::resample::sample::{ByPlace, Level};
 
 /// The most that an ellipse is longer than wide; longer ones are made wider.
 const LONGEST: f64 = 16.0;
@@ -16,18 +16,18 @@ const LONGEST: f64 = 16.0;
 const NEAR: f64 = 4.0;
 
 /// An image and its smaller versions, to be looked up.
-pub(crate) struct Levels<'a> {
+pub(crate) struct Levels<'a, L: ?Sized> {
     /// For each how many of its texels, along u and v, a texel of the image is.
-    levels: Vec<(&'a dyn Level, [f64; 2])>,
+    levels: Vec<(&'a L, [f64; 2])>,
     /// The longer side of the image, in texels.
     most: f64,
 }
 
-impl<'a> Levels<'a> {
+impl<'a, L: Level + ?Sized> Levels<'a, L> {
     /// Of an image as large as this, each level half as wide and high as the one before.
     pub(crate) fn halved(
         [width, height]: [usize; 2],
-        levels: impl IntoIterator<Item = &'a dyn Level>,
+        levels: impl IntoIterator<Item = &'a L>,
     ) -> Self {
         let scale = |k: usize| [0.5_f64.powi(k as i32); 2];
         let levels = levels.into_iter().enumerate();
@@ -38,7 +38,7 @@ impl<'a> Levels<'a> {
     }
 
     /// Of an image as large as the first of these, each with its size.
-    pub(crate) fn sized(levels: Vec<(&'a dyn Level, [usize; 2])>) -> Self {
+    pub(crate) fn sized(levels: Vec<(&'a L, [usize; 2])>) -> Self {
         let [width, height] = levels.first().map_or([1, 1], |(_, size)| *size);
         let scale = |[w, h]: [usize; 2]| [w as f64 / width as f64, h as f64 / height as f64];
         let levels = levels.into_iter();
@@ -46,6 +46,11 @@ impl<'a> Levels<'a> {
             levels: levels.map(|(level, size)| (level, scale(size))).collect(),
             most: width.max(height) as f64,
         }
+    }
+
+    /// One of them.
+    pub(crate) fn level(&self, number: usize) -> &'a L {
+        self.levels[number].0
     }
 
     /// How many there are.
@@ -61,10 +66,7 @@ impl<'a> Levels<'a> {
         rule: impl Fn(f64, usize) -> Between,
     ) -> Aim {
         let (length, sides) = match filter {
-            MipmappedFilter::Trilinear => {
-                let [right, down] = footprint.lengths();
-                (right.max(down), None)
-            }
+            MipmappedFilter::Trilinear => (longer(footprint), None),
             MipmappedFilter::Ewa => {
                 let sides = rounded(footprint, self.most);
                 (axes(sides).1, Some(sides))
@@ -76,8 +78,9 @@ impl<'a> Levels<'a> {
         }
     }
 
-    /// Whether lookups at two places, u, v and face, read nearly the same memory.
-    pub(crate) fn near(&self, [u, v, face]: [f64; 3], [x, y, other]: [f64; 3]) -> bool {
+    /// Whether two lookups read nearly the same memory.
+    pub(crate) fn near(&self, one: &Aim, other: &Aim) -> bool {
+        let ([u, v, face], [x, y, other]) = (one.place, other.place);
         face == other && ((u - x).abs() + (v - y).abs()) * self.most < NEAR
     }
 
@@ -92,36 +95,57 @@ impl<'a> Levels<'a> {
         }
     }
 
-    /// Writes what a lookup shows into the first half of `values`.
+    /// Writes the average over a footprint's ellipse into the first half of `values`.
     #[inline(always)]
-    pub(crate) fn look(&self, aim: &Aim, values: &mut [f64]) {
+    pub(crate) fn average(&self, aim: &Aim, values: &mut [f64]) {
         let [u, v, face] = aim.place;
-        let (place, face) = ([u, v], face as usize);
+        self.mix(aim.between, values, |level, [across, along], out| {
+            let sides = aim.sides.unwrap_or_default();
+            let sides = sides.map(|[x, y]| [x * across, y * along]);
+            level.ellipse(face as usize, [u, v], sides, out);
+        });
+    }
+
+    /// Writes a mix of what `look` writes of two levels into the first half of `values`.
+    #[inline(always)]
+    fn mix(&self, between: Between, values: &mut [f64], look: impl Fn(&L, [f64; 2], &mut [f64])) {
         let (near, far) = values.split_at_mut(values.len() / 2);
-        let look =
-            |(level, [across, along]): (&dyn Level, [f64; 2]), out: &mut [f64]| match aim.sides {
-                None => level.bilinear(face, place, out),
-                Some(sides) => {
-                    let sides = sides.map(|[x, y]| [x * across, y * along]);
-                    level.ellipse(face, place, sides, out);
-                }
-            };
-        if let [first, others @ ..] = self.pair(aim.between) {
-            look(*first, near);
-            if let [second] = others {
-                look(*second, far);
+        if let [(level, scale), others @ ..] = self.pair(between) {
+            look(level, *scale, near);
+            if let [(level, scale)] = others {
+                look(level, *scale, far);
                 for (near, far) in near.iter_mut().zip(far) {
-                    *near += aim.between.share * (*far - *near);
+                    *near += between.share * (*far - *near);
                 }
             }
         }
     }
 
     /// The levels between which a lookup lies: two, or one where there is nothing to mix.
-    fn pair(&self, Between { level, share }: Between) -> &[(&'a dyn Level, [f64; 2])] {
+    fn pair(&self, Between { level, share }: Between) -> &[(&'a L, [f64; 2])] {
         let count = if share > 0.0 { 2 } else { 1 };
         &self.levels[level..self.count().min(level + count)]
     }
+}
+
+impl<L: ByPlace + ?Sized> Levels<'_, L> {
+    /// Writes what a lookup shows into the first half of `values`.
+    #[inline(always)]
+    pub(crate) fn look(&self, aim: &Aim, values: &mut [f64]) {
+        let [u, v, face] = aim.place;
+        if aim.sides.is_some() {
+            return self.average(aim, values);
+        }
+        self.mix(aim.between, values, |level, _, out| {
+            level.bilinear(face as usize, [u, v], out);
+        });
+    }
+}
+
+/// The longer side of a footprint.
+fn longer(footprint: &Footprint) -> f64 {
+    let [right, down] = footprint.lengths();
+    right.max(down)
 }
 
 /// Where a lookup goes.
@@ -135,6 +159,11 @@ pub(crate) struct Aim {
 }
 
 impl Aim {
+    /// Its place, and between which levels it lies.
+    pub(crate) fn ends(&self) -> ([f64; 3], Between) {
+        (self.place, self.between)
+    }
+
     /// A bilinear one between two levels.
     pub(crate) fn at(place: [f64; 3], between: Between) -> Aim {
         Aim {

@@ -31,10 +31,10 @@ impl Between {
     /// By a level of detail, which is no NaN: linear in it.
     pub(crate) fn by_lod(lod: f64, levels: usize) -> Between {
         let lod = lod.clamp(0.0, (levels - 1) as f64);
-        let below = lod.floor();
+        let level = lod as usize;
         Between {
-            level: below as usize,
-            share: lod - below,
+            level,
+            share: lod - level as f64,
         }
     }
 

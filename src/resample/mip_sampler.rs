@@ -4,7 +4,8 @@
 //! footprint follows from it by the projection's Jacobian (`footprint`). Both go by the rules of graphics APIs (`lod`). Levels are
 //! made once, with the sampler, and each knows its seams.
 //!
-//! All is computed in f64, and rounded once.
+//! Places, levels and footprints are computed in f64; texels are weighted as those of an image without levels, so that level 0 has its
+//! bits, and by `ewa` in f64, rounded once.
 
 use crate::error::Error;
 use crate::image::texel::Texel;
@@ -12,22 +13,22 @@ use crate::image::view::ImageView;
 use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, Tuples};
 use crate::map::verbs::EncodeTile;
-use crate::number::real::Real;
 use crate::resample::filters::MipmappedFilter;
 use crate::resample::footprint::{Footprint, Moving, measure_pixels};
+use crate::resample::level_lookups::LevelLookups;
 use crate::resample::levels::{Aim, Levels};
 use crate::resample::lod::Between;
 use crate::resample::mips;
 use crate::resample::options::Options;
-use crate::resample::sample::{Level, Texture};
+use crate::resample::sample::{ByTile, Level, Texture};
 use crate::resample::weighted::{Looks, Weighted};
 use glam::DMat3;
 
 /// How many plain lookups one of these is worth.
 pub(crate) const WORK: usize = 32;
 
-/// How many lookups on one is whose memory is asked for.
-const AHEAD: usize = 8;
+/// How many tiles of lookups a thread takes at a time.
+const TILES: usize = 16;
 
 /// How much of an image lookups see. Where a number is NaN they see nothing.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +88,7 @@ impl<'a> Detail<'a> {
     #[inline(always)]
     pub(crate) fn aim(
         self,
-        levels: &Levels<'_>,
+        levels: &Levels<'_, impl Level + ?Sized>,
         filter: MipmappedFilter,
         k: usize,
         place: [f64; 3],
@@ -284,10 +285,11 @@ impl<'a, T: Texel> MipSampler<'a, T> {
         }
         let size = [raster.width, raster.height];
         let levels = if given.is_empty() {
-            let all = std::iter::once(&source as &dyn Level);
-            Levels::halved(size, all.chain(smaller.iter().map(|x| x as &dyn Level)))
+            let all = std::iter::once(&source as &dyn ByTile<U::Float>);
+            let smaller = smaller.iter().map(|x| x as &dyn ByTile<U::Float>);
+            Levels::halved(size, all.chain(smaller))
         } else {
-            let mut all = vec![(&source as &dyn Level, size)];
+            let mut all = vec![(&source as &dyn ByTile<U::Float>, size)];
             for level in &given {
                 all.push((level, [level.raster.width, level.raster.height]));
             }
@@ -295,48 +297,34 @@ impl<'a, T: Texel> MipSampler<'a, T> {
         };
         let turn = map.view_rotation(self.rotation);
         let count = out.len() / channels;
-        threads::rows(out, TILE * channels, count * WORK, |tile, out| {
-            let (first, n) = (tile * TILE, out.len() / channels);
-            let directions = directions[3 * first..][..3 * n].as_chunks::<3>().0;
-            let detail = detail.part(first, n, 3);
+        threads::rows(out, TILES * TILE * channels, count * WORK, |part, out| {
+            let mut looks = LevelLookups::new(&levels, self.filter, (channels, fill));
             let mut uv = Tile::new();
-            map.visit_canonical(EncodeTile {
-                turn,
-                input: Tuples::Interleaved(directions),
-                output: &mut uv,
-            });
             let mut footprints = [Footprint::default(); TILE];
-            if let Detail::Derivatives([right, down]) = detail {
-                let pairs = right.as_chunks().0.iter().zip(down.as_chunks().0);
-                let moving = directions.iter().zip(pairs).map(|(d, (a, b))| Moving {
-                    direction: *d,
-                    derivatives: [*a, *b],
+            for (tile, out) in out.chunks_mut(TILE * channels).enumerate() {
+                let (first, n) = ((part * TILES + tile) * TILE, out.len() / channels);
+                let directions = directions[3 * first..][..3 * n].as_chunks::<3>().0;
+                let detail = detail.part(first, n, 3);
+                map.visit_canonical(EncodeTile {
+                    turn,
+                    input: Tuples::Interleaved(directions),
+                    output: &mut uv,
                 });
-                measure_pixels((map, turn), raster, &uv, moving, &mut footprints);
-            }
-            // Nowhere if a lookup sees nothing.
-            let aim = |k: usize| {
-                let place = uv.at(k);
-                (!place[0].is_nan() && !detail.is_nan(k, 3))
-                    .then(|| detail.aim(&levels, self.filter, k, place, |_| footprints[k]))
-            };
-            let mut values = vec![0.0; 2 * channels];
-            for (k, out) in out.chunks_exact_mut(channels).enumerate() {
-                let next = k + AHEAD;
-                if next < n
-                    && !levels.near(uv.at(next), uv.at(next - 1))
-                    && let Some(next) = aim(next)
-                {
-                    levels.ask(&next);
+                if let Detail::Derivatives([right, down]) = detail {
+                    let pairs = right.as_chunks().0.iter().zip(down.as_chunks().0);
+                    let moving = directions.iter().zip(pairs).map(|(d, (a, b))| Moving {
+                        direction: *d,
+                        derivatives: [*a, *b],
+                    });
+                    measure_pixels((map, turn), raster, &uv, moving, &mut footprints);
                 }
-                let Some(aim) = aim(k) else {
-                    out.copy_from_slice(fill);
-                    continue;
-                };
-                levels.look(&aim, &mut values);
-                for (out, value) in out.iter_mut().zip(&values) {
-                    *out = U::store(U::Float::new(*value));
-                }
+                // Nowhere if a lookup sees nothing.
+                let aims = (0..n).map(|k| {
+                    let place = uv.at(k);
+                    (!place[0].is_nan() && !detail.is_nan(k, 3))
+                        .then(|| detail.aim(&levels, self.filter, k, place, |_| footprints[k]))
+                });
+                looks.look(aims, out);
             }
         });
         Ok(())

@@ -11,16 +11,16 @@ use crate::image::view::ImageView;
 use crate::kernel::tile::{TILE, Tile};
 use crate::kernel::{interrupt, threads};
 use crate::map::Map;
-use crate::number::real::Real;
 use crate::resample::coordinate_map::CoordinateMap;
 use crate::resample::filters::MipmappedFilter;
 use crate::resample::footprint::{Footprint, Measuring, Part};
+use crate::resample::level_lookups::LevelLookups;
 use crate::resample::levels::Levels;
 use crate::resample::lod::Between;
 use crate::resample::mip_sampler::WORK;
 use crate::resample::mips;
 use crate::resample::request::{Request, Sight};
-use crate::resample::sample::{Level, Seen, Texture, Watched};
+use crate::resample::sample::{ByPlace, ByTile, Level, Seen, Texture, Watched};
 use crate::resample::window::Window;
 
 /// Columns and rows of a block.
@@ -77,7 +77,7 @@ pub(crate) fn watched<T: Texel>(
 
 fn look_up<T: Texel>(
     request: Request<'_, T>,
-    source: &dyn Level,
+    source: &dyn ByTile<T::Float>,
     smaller: &[ImageView<'_, T::Float>],
     filter: MipmappedFilter,
     out: &mut [T],
@@ -87,26 +87,18 @@ fn look_up<T: Texel>(
     let walk = Walk::new(request.sight(), image.map(), raster)?;
     let smaller: Vec<_> = smaller.iter().map(Texture::new).collect();
     let all = std::iter::once(source);
-    let all = all.chain(smaller.iter().map(|level| level as &dyn Level));
+    let all = all.chain(smaller.iter().map(|level| level as &dyn ByTile<T::Float>));
     let levels = Levels::halved([raster.width, raster.height], all);
     let work = |window: &Window, first: usize, band: &mut [T]| {
         let rows = band.len() / (window.columns.len() * channels);
-        let mut values = vec![0.0; 2 * channels];
+        let mut looks = LevelLookups::new(&levels, filter, (channels, fill));
         walk.each(window, first, rows, |block, footprints| {
             let out = &mut band[block.start * channels..][..block.columns * channels];
-            for (footprint, out) in footprints.iter().zip(out.chunks_exact_mut(channels)) {
-                if footprint.source[0].is_nan() {
-                    out.copy_from_slice(fill);
-                    continue;
-                }
-                levels.look(
-                    &levels.aim(filter, footprint, Between::by_length),
-                    &mut values,
-                );
-                for (out, value) in out.iter_mut().zip(&values) {
-                    *out = T::store(<T::Float as Real>::new(*value));
-                }
-            }
+            let aims = footprints.iter().map(|footprint| {
+                (!footprint.source[0].is_nan())
+                    .then(|| levels.aim(filter, footprint, Between::by_length))
+            });
+            looks.look(aims, out);
         });
     };
     let window = request.window;
@@ -129,8 +121,8 @@ pub(crate) fn seen(
 ) -> Result<Vec<Window>, Error> {
     let walk = Walk::new(sight, map, raster)?;
     let image = Seen::new(map, raster, tile);
-    let all = std::iter::once(&image as &dyn Level);
-    let all = all.chain((1..levels).map(|_| &Unread as &dyn Level));
+    let all = std::iter::once(&image as &dyn ByPlace);
+    let all = all.chain((1..levels).map(|_| &Unread as &dyn ByPlace));
     let levels = Levels::halved([raster.width, raster.height], all);
     if sight.window.texels() == 0 {
         return Ok(Vec::new());
@@ -156,8 +148,11 @@ pub(crate) fn seen(
 /// A level of which nobody wants to know.
 struct Unread;
 
-impl Level for Unread {
+impl ByPlace for Unread {
     fn bilinear(&self, _: usize, _: [f64; 2], _: &mut [f64]) {}
+}
+
+impl Level for Unread {
     fn ellipse(&self, _: usize, _: [f64; 2], _: [[f64; 2]; 2], _: &mut [f64]) {}
 }
 

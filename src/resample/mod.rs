@@ -13,6 +13,7 @@ pub mod flat;
 mod footprint;
 pub(crate) mod halving;
 pub(crate) mod layers;
+mod level_lookups;
 mod levels;
 mod lod;
 mod lookup;
@@ -27,6 +28,7 @@ mod sample;
 mod seam;
 mod size;
 mod sums;
+mod trilinear;
 pub(crate) mod weighted;
 mod window;
 

@@ -10,6 +10,7 @@ from conftest import (
     DEFAULTS,
     LOOKUPS,
     MIPMAPPED,
+    assert_same_bits,
     assert_same_bits_everywhere,
     each,
     random_directions,
@@ -79,6 +80,17 @@ def test_whole_levels_are_lookups_in_mipmaps(case):
     assert np.array_equal(p.sample(image, d, lod=99), p.sample(image, d, lod=len(levels) - 1))
     assert np.array_equal(p.sample(image, d, lod=np.inf), p.sample(image, d, lod=99))
     assert np.array_equal(p.sample(image, d, lod=-np.inf), p.sample(image, d, lod=0))
+
+
+@each(DEFAULTS)
+@pytest.mark.parametrize("dtype", [np.float64, np.float32, np.float16, np.uint8])
+def test_level_0_has_the_bits_of_the_image(case, dtype):
+    p = case.make()
+    # Of more numbers than have a way of their own, too.
+    for channels in (1, 3, 5):
+        image = (200 * np.random.default_rng(4).random((*p.shape(32), channels))).astype(dtype)
+        d = random_directions(300, 9)
+        assert_same_bits(p.sample(image, d, lod=0), p.sample(image, d))
 
 
 @each(DEFAULTS)

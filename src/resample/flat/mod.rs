@@ -20,7 +20,7 @@ use crate::resample::footprint::Footprint;
 use crate::resample::levels::Levels;
 use crate::resample::mip_sampler::{Detail, WORK};
 use crate::resample::options::Options;
-use crate::resample::sample::Level;
+use crate::resample::sample::ByPlace;
 use picture::Picture;
 
 /// Lookups that a thread takes at a time.
@@ -142,11 +142,11 @@ impl<'a, T: Texel> Sampler<'a, T> {
         let image = self.picture(self.size, self.texels);
         let smaller = self.chain.iter();
         let smaller: Vec<_> = smaller.map(|(size, x)| self.picture(*size, x)).collect();
-        let mut all = vec![(&image as &dyn Level, self.size)];
+        let mut all = vec![(&image as &dyn ByPlace, self.size)];
         all.extend(
             smaller
                 .iter()
-                .map(|level| (level as &dyn Level, level.size)),
+                .map(|level| (level as &dyn ByPlace, level.size)),
         );
         let levels = Levels::sized(all);
         let look =

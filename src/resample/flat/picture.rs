@@ -5,7 +5,7 @@ use crate::image::texel::Texel;
 use crate::kernel::Scalar;
 use crate::resample::filters::LookupFilter;
 use crate::resample::filters::claims::{Kernel, Visitor};
-use crate::resample::sample::{Level, ellipse};
+use crate::resample::sample::{ByPlace, Level, ellipse};
 
 /// A picture that can be looked up: it knows what lies beyond its edges.
 #[derive(Clone, Copy)]
@@ -108,13 +108,15 @@ impl<'p, 'a, 'o, T: Texel> Mean<'p, 'a, 'o, T> {
     }
 }
 
-impl<T: Texel> Level for Picture<'_, T> {
+impl<T: Texel> ByPlace for Picture<'_, T> {
     fn bilinear(&self, _: usize, uv: [f64; 2], out: &mut [f64]) {
         let mut mean = Mean::new(self, out);
         mean.window(uv, |t| [1.0 - t, t]);
         mean.finish();
     }
+}
 
+impl<T: Texel> Level for Picture<'_, T> {
     fn ellipse(&self, _: usize, uv: [f64; 2], sides: [[f64; 2]; 2], out: &mut [f64]) {
         let mut mean = Mean::new(self, out);
         ellipse::each(self.place(uv), sides, |i, j, weight| mean.add(i, j, weight));
@@ -134,7 +136,7 @@ impl<T: Texel> Visitor for Look<'_, '_, '_, T> {
         mean.finish();
     }
     fn bilinear(self) {
-        Level::bilinear(self.0, 0, self.1, self.2);
+        ByPlace::bilinear(self.0, 0, self.1, self.2);
     }
     fn separable<K: Kernel<TAPS>, const TAPS: usize>(self) {
         let mut mean = Mean::new(self.0, self.2);

@@ -188,7 +188,7 @@ impl<T: Texel, O: Filtered<T>, R: Scalar> Visitor for Weigh<'_, '_, '_, T, O, R>
 /// Looks a place up that lies at an edge.
 #[cold]
 #[inline(never)]
-fn at_edge<T: Texel, O: Filtered<T>>(
+pub(super) fn at_edge<T: Texel, O: Filtered<T>>(
     (source, surroundings): (&Texture<'_, T>, &mut Surroundings<T>),
     filter: LookupFilter,
     at: (usize, [f64; 2]),

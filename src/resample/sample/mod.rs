@@ -20,6 +20,7 @@ mod corners;
 mod edges;
 pub(crate) mod ellipse;
 mod gather;
+mod in_level;
 mod level;
 mod look;
 mod lookups;
@@ -42,7 +43,8 @@ mod weights;
 mod wide;
 
 pub use adjoint::{sample_adjoint, sample_slopes};
-pub(crate) use level::Level;
+pub(crate) use in_level::{Held, InLevel};
+pub(crate) use level::{ByPlace, ByTile, Level};
 pub(crate) use lookups::Lookups;
 pub(crate) use mean::Rooms;
 pub(crate) use parallelograms::{Parallelograms, TOGETHER, any_several};

@@ -3,7 +3,8 @@
 //! Lookups go the way that they go among texels, over edges as well, so what is found is all of it.
 
 use super::ellipse;
-use super::level::Level;
+use super::in_level::{Held, InLevel, InTexture};
+use super::level::{ByPlace, ByTile, Level};
 use super::taps::Taps;
 use super::texture::Texture;
 use crate::image::raster::Raster;
@@ -151,19 +152,42 @@ pub(crate) struct Watched<'a, T> {
     pub(crate) seen: &'a Seen<'a>,
 }
 
-impl<T: Texel> Level for Watched<'_, T> {
-    fn bilinear(&self, face: usize, uv: [f64; 2], out: &mut [f64]) {
-        self.seen.bilinear(face, uv, out);
-        self.texture.bilinear(face, uv, out);
+/// Lookups that are watched.
+struct WatchedLookups<'l, 'a, T: Texel> {
+    seen: &'l Seen<'a>,
+    inner: InTexture<'l, 'a, T>,
+}
+
+impl<T: Texel> InLevel<T::Float> for WatchedLookups<'_, '_, T> {
+    fn place(&mut self, held: &mut Held<T::Float>) {
+        for [u, v, face] in held.all() {
+            self.seen.bilinear(face as usize, [u, v], &mut []);
+        }
+        self.inner.place(held);
     }
 
+    fn look(&mut self, held: &Held<T::Float>, values: &mut [T::Float]) {
+        self.inner.look(held, values);
+    }
+}
+
+impl<T: Texel> ByTile<T::Float> for Watched<'_, T> {
+    fn lookups(&self) -> Box<dyn InLevel<T::Float> + '_> {
+        Box::new(WatchedLookups {
+            seen: self.seen,
+            inner: InTexture::new(self.texture),
+        })
+    }
+}
+
+impl<T: Texel> Level for Watched<'_, T> {
     fn ellipse(&self, face: usize, uv: [f64; 2], sides: [[f64; 2]; 2], out: &mut [f64]) {
         self.seen.ellipse(face, uv, sides, out);
         self.texture.ellipse(face, uv, sides, out);
     }
 }
 
-impl Level for Seen<'_> {
+impl ByPlace for Seen<'_> {
     fn bilinear(&self, face: usize, uv: [f64; 2], out: &mut [f64]) {
         out.fill(0.0);
         let around = self.texture.place(uv).map(|x| {
@@ -176,7 +200,9 @@ impl Level for Seen<'_> {
             self.see_taps(&taps);
         }
     }
+}
 
+impl Level for Seen<'_> {
     fn ellipse(&self, face: usize, uv: [f64; 2], sides: [[f64; 2]; 2], out: &mut [f64]) {
         out.fill(0.0);
         let place = self.texture.place(uv);

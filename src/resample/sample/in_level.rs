@@ -13,7 +13,6 @@ use crate::image::texel::Texel;
 use crate::kernel::Scalar;
 use crate::kernel::tile::{TILE, Tile, prefetch_item};
 use crate::number::real::Real;
-use crate::projections::projection::Outline;
 use crate::resample::filters::LookupFilter;
 
 /// Places of a tile that are looked up in one level.
@@ -108,25 +107,11 @@ impl<'l, 'a, T: Texel> InTexture<'l, 'a, T> {
 impl<T: Texel> InLevel<T::Float> for InTexture<'_, '_, T> {
     fn place(&mut self, held: &mut Held<T::Float>) {
         let (texture, count) = (self.texture, held.count);
-        let (raster, channels) = (&texture.raster, texture.channels);
-        let safe = texture.safe(Support::PAIR);
-        let places = &mut held.places;
-        places.set((raster, channels), Support::PAIR, safe, &held.uv, count);
-        if raster.outline == Outline::Shape {
-            places.leave_out_rim(raster, Support::PAIR, &held.uv, count);
-        }
-        // What counts for nothing may be no number: only the long way leaves it out.
-        let zero = T::Float::ZERO;
-        let mut all = true;
-        for k in 0..count {
-            let between = (places.tx[k] != zero) & (places.ty[k] != zero);
-            places.inside[k] &= between;
-            all &= places.inside[k];
-        }
-        held.all_inside = all;
-        let row = raster.columns * channels;
+        let channels = texture.channels;
+        held.all_inside = texture.find(&mut held.places, Support::PAIR, &held.uv, count);
+        let row = texture.raster.columns * channels;
         let mut before = usize::MAX;
-        for &first in &places.first[..count] {
+        for &first in &held.places.first[..count] {
             // Lookups of a picture read nearly the same memory.
             if first.abs_diff(before) > NEAR {
                 for at in [first, first.wrapping_add(row)] {
@@ -141,6 +126,11 @@ impl<T: Texel> InLevel<T::Float> for InTexture<'_, '_, T> {
     fn look(&mut self, held: &Held<T::Float>, values: &mut [T::Float]) {
         let (texture, count) = (self.texture, held.count);
         let surroundings = &mut self.surroundings;
+        let mut the_long_way = |k: usize, out: &mut [T::Float]| {
+            let [u, v, face] = held.uv.at(k);
+            let at = (face as usize, [u, v]);
+            at_edge((texture, surroundings), LookupFilter::Bilinear, at, out);
+        };
         let work = Gathering {
             stored: Stored {
                 raster: &texture.raster,
@@ -151,20 +141,25 @@ impl<T: Texel> InLevel<T::Float> for InTexture<'_, '_, T> {
             all_inside: held.all_inside,
             // They have been asked for.
             next: &held.places,
-            band: values,
+            band: &mut *values,
             area: Rectangle {
                 start: 0,
                 columns: count,
                 stride: count,
             },
             length: count,
-            edge: &mut |k: usize, out: &mut [T::Float]| {
-                let [u, v, face] = held.uv.at(k);
-                let at = (face as usize, [u, v]);
-                at_edge((texture, surroundings), LookupFilter::Bilinear, at, out);
-            },
+            edge: &mut the_long_way,
         };
         work.run::<Bilinear>(());
+        // What counts for nothing may be no number, and only the long way leaves it out.
+        let zero = T::Float::ZERO;
+        let fractions = held.places.tx[..count].iter().zip(&held.places.ty);
+        let values = values.chunks_exact_mut(texture.channels);
+        for (k, ((tx, ty), out)) in fractions.zip(values).enumerate() {
+            if (*tx == zero || *ty == zero) && out.iter().any(|x| x.is_nan()) {
+                the_long_way(k, out);
+            }
+        }
     }
 }
 

@@ -73,18 +73,7 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
         let source = self.source;
         let reach = support(self.filter);
         let next = &mut self.queue[1 - self.current];
-        next.all_inside = next.places.set(
-            (&source.raster, source.channels),
-            reach,
-            source.safe(reach),
-            &next.uv,
-            count,
-        );
-        if source.raster.outline == Outline::Shape {
-            next.all_inside = next
-                .places
-                .leave_out_rim(&source.raster, reach, &next.uv, count);
-        }
+        next.all_inside = source.find(&mut next.places, reach, &next.uv, count);
         next.length = count;
         next.all_inside
     }
@@ -235,6 +224,23 @@ impl<T: Texel, O: Filtered<T>> Visitor for AtEdge<'_, '_, T, O> {
 }
 
 impl<T: Texel> Texture<'_, T> {
+    /// Finds the texels around the first `count` places of a tile, for a filter that needs these. Returns whether none of them lies
+    /// at an edge or nowhere.
+    pub(super) fn find<R: Scalar>(
+        &self,
+        places: &mut Places<T::Float>,
+        reach: Support,
+        uv: &Tile<R, 3>,
+        count: usize,
+    ) -> bool {
+        let (raster, safe) = (&self.raster, self.safe(reach));
+        let all = places.set((raster, self.channels), reach, safe, uv, count);
+        if raster.outline == Outline::Shape {
+            return places.leave_out_rim(raster, reach, uv, count);
+        }
+        all
+    }
+
     /// The sum of texels by their weights, which add up to 1.
     pub(super) fn weigh<O: Filtered<T>>(&self, taps: &Taps, out: &mut [O]) {
         let heaviest = taps

@@ -89,8 +89,17 @@ def test_level_0_has_the_bits_of_the_image(case, dtype):
     # Of more numbers than have a way of their own, too.
     for channels in (1, 3, 5):
         image = (200 * np.random.default_rng(4).random((*p.shape(32), channels))).astype(dtype)
-        d = random_directions(300, 9)
+        # Anywhere, on texels, and on lines between them.
+        centers = [p.directions(size).reshape(-1, 3) for size in (32, 16)]
+        d = np.concatenate([random_directions(300, 9), *centers])
         assert_same_bits(p.sample(image, d, lod=0), p.sample(image, d))
+
+
+def test_a_texel_that_counts_for_nothing_may_be_no_number():
+    image = np.ones((8, 16, 3), np.float32)
+    image[3, 5] = np.nan
+    seen = sm.sample(image, sm.directions("latlong", 8), "latlong", lod=0)
+    assert np.array_equal(seen, image, equal_nan=True)
 
 
 @each(DEFAULTS)

@@ -66,7 +66,10 @@ impl<'a, L: Level + ?Sized> Levels<'a, L> {
         rule: impl Fn(f64, usize) -> Between,
     ) -> Aim {
         let (length, sides) = match filter {
-            MipmappedFilter::Trilinear => (longer(footprint), None),
+            MipmappedFilter::Trilinear => {
+                let [right, down] = footprint.lengths();
+                (right.max(down), None)
+            }
             MipmappedFilter::Ewa => {
                 let sides = rounded(footprint, self.most);
                 (axes(sides).1, Some(sides))
@@ -140,12 +143,6 @@ impl<L: ByPlace + ?Sized> Levels<'_, L> {
             level.bilinear(face as usize, [u, v], out);
         });
     }
-}
-
-/// The longer side of a footprint.
-fn longer(footprint: &Footprint) -> f64 {
-    let [right, down] = footprint.lengths();
-    right.max(down)
 }
 
 /// Where a lookup goes.

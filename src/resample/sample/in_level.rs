@@ -3,7 +3,7 @@
 //! They are those in an image without levels (`gather`). First all levels find their texels and ask for their memory, and then each
 //! weights them: by then most of it is there, in whatever order directions come.
 
-use super::gather::{Bilinear, Gathering, Stored};
+use super::gather::{Bilinear, Gathering};
 use super::lookups::at_edge;
 use super::place::{Places, Support};
 use super::rectangle::Rectangle;
@@ -14,6 +14,9 @@ use crate::kernel::Scalar;
 use crate::kernel::tile::{TILE, Tile, prefetch_item};
 use crate::number::real::Real;
 use crate::resample::filters::LookupFilter;
+
+/// How many numbers of an image lie between texels whose memory is nearly the same.
+const NEAR: usize = 16;
 
 /// Places of a tile that are looked up in one level.
 pub(crate) struct Held<F> {
@@ -132,11 +135,7 @@ impl<T: Texel> InLevel<T::Float> for InTexture<'_, '_, T> {
             at_edge((texture, surroundings), LookupFilter::Bilinear, at, out);
         };
         let work = Gathering {
-            stored: Stored {
-                raster: &texture.raster,
-                texels: texture.texels,
-                channels: texture.channels,
-            },
+            stored: texture.stored(),
             places: &held.places,
             all_inside: held.all_inside,
             // They have been asked for.
@@ -162,6 +161,3 @@ impl<T: Texel> InLevel<T::Float> for InTexture<'_, '_, T> {
         }
     }
 }
-
-/// How many numbers of an image lie between texels whose memory is nearly the same.
-const NEAR: usize = 16;

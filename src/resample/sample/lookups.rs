@@ -101,11 +101,7 @@ impl<'s, 'a, T: Texel, O: Filtered<T>, R: Scalar> Lookups<'s, 'a, T, O, R> {
         let tile = &self.queue[self.current];
         let next = &self.queue[1 - self.current].places;
         let work = Gathering {
-            stored: Stored {
-                raster: &source.raster,
-                texels: source.texels,
-                channels: source.channels,
-            },
+            stored: source.stored(),
             places: &tile.places,
             all_inside: tile.all_inside,
             next,
@@ -224,6 +220,15 @@ impl<T: Texel, O: Filtered<T>> Visitor for AtEdge<'_, '_, T, O> {
 }
 
 impl<T: Texel> Texture<'_, T> {
+    /// Its texels, as they are stored.
+    pub(super) fn stored(&self) -> Stored<'_, T> {
+        Stored {
+            raster: &self.raster,
+            texels: self.texels,
+            channels: self.channels,
+        }
+    }
+
     /// Finds the texels around the first `count` places of a tile, for a filter that needs these. Returns whether none of them lies
     /// at an edge or nowhere.
     pub(super) fn find<R: Scalar>(

@@ -25,6 +25,22 @@ MOST = {
     "light.lights, 64": 40.0,
 }
 CHAINED = ("trilinear", "ewa")
+# Of about as many texels: faces, creases, rims, and lenses without a closed form.
+OTHERS = ("cube", "octahedral", "angular", "kannala_brandt", "camera_brown_conrady(k1=-0.1)")
+
+
+def works(image: np.ndarray, projection: str) -> dict[str, Call]:
+    """Return the calls that pass once over an image of any projection."""
+    return {
+        "light.integrate": lambda: sm.light.integrate(image, projection),
+        "light.mean": lambda: sm.light.mean(image, projection),
+        "light.energy": lambda: sm.light.energy(image, projection),
+        "mipmaps": lambda: sm.mipmaps(image, projection),
+        "pad, 16 texels": lambda: sm.pad(image, projection, 16),
+        "light.Distribution": lambda: sm.light.Distribution(image, projection),
+        "light.sun": lambda: sm.light.sun(image, projection),
+        "light.lights, 64": lambda: sm.light.lights(image, projection, count=64),
+    }
 
 
 def entrants(rows: int) -> dict[str, Call]:
@@ -38,17 +54,25 @@ def entrants(rows: int) -> dict[str, Call]:
 
     return {
         "a copy": image.copy,
-        "light.integrate": lambda: sm.light.integrate(image, "latlong"),
-        "light.mean": lambda: sm.light.mean(image, "latlong"),
-        "light.energy": lambda: sm.light.energy(image, "latlong"),
-        "mipmaps": lambda: sm.mipmaps(image, "latlong"),
-        "pad, 16 texels": lambda: sm.pad(image, "latlong", 16),
-        "light.Distribution": lambda: sm.light.Distribution(image, "latlong"),
-        "light.sun": lambda: sm.light.sun(image, "latlong"),
-        "light.lights, 64": lambda: sm.light.lights(image, "latlong", count=64),
+        **works(image, "latlong"),
         "plain": to_cube(antialias=False),
         **{name: to_cube(filter=name) for name in CHAINED},
     }
+
+
+def of_others(rows: int, rounds: int) -> str:
+    """Return the table of what passes over images of other projections."""
+    body = []
+    for projection in OTHERS:
+        side = 4 * round((2 / sm.projection(projection).faces) ** 0.5 * rows / 4)
+        shape = sm.projection(projection).shape(side)
+        image = np.random.default_rng(2).random((*shape, 3), dtype=np.float32)
+        image[(0,) * (len(shape) - 2) + (side // 3, side // 2)] = 3e4
+        seconds = race({"a copy": image.copy, **works(image, projection)}, rounds)
+        copy = seconds.pop("a copy")
+        size = "×".join(map(str, shape))
+        body.append([f"`{projection}` {size}", *(f"{s / copy:.1f}" for s in seconds.values())])
+    return table(["image", *works(image, projection)], body)
 
 
 def main() -> None:
@@ -75,6 +99,8 @@ def main() -> None:
         f"of {rows // 8}², and may take what `mipmaps` and a plain conversion "
         f"({plain * 1e3:.1f} ms) take. {machine()}{args.remark and ', ' + args.remark}.",
         table(["work", "ms", "copies", "at most", "reached"], body),
+        "Copies that the same takes of images of other maps, of about as many texels:",
+        of_others(rows, 3 if args.quick else 7),
         END,
     ]
     publish(text, args.quick)

@@ -20,7 +20,7 @@ use crate::image::raster::Raster;
 use crate::image::rim;
 use crate::image::rim::Across;
 use crate::image::texel::Texel;
-use crate::image::texels::{SolidAngles, solid_angle_of};
+use crate::image::texels::SolidAngles;
 use crate::kernel::Scalar;
 use crate::kernel::memory::expect_room;
 use crate::kernel::tile::{TILE, Tile};
@@ -348,7 +348,8 @@ fn across_rim(map: &Map, raster: &Raster, shape: &[usize]) -> Arc<Rim> {
         return Arc::default();
     }
     let find = || {
-        let part = |i, j| solid_angle_of(map, raster, i, j);
+        let cells = SolidAngles::new(map, raster);
+        let part = |i, j| cells.of(map, raster, i, j);
         let found = rim::across(raster, |i, j| part(i, j) > 0.0);
         let with_part = |across: Across| (across, part(across.texel[0], across.texel[1]));
         Ok::<_, Infallible>(found.into_iter().map(with_part).collect())

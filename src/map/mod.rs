@@ -427,6 +427,18 @@ impl Map {
         self.visit_canonical(Get)
     }
 
+    /// Whether faces show some of the sphere twice.
+    pub(crate) fn overlaps(&self) -> bool {
+        struct Get;
+        impl Visitor for Get {
+            type Output = bool;
+            fn visit<P: Projection>(self, p: P) -> bool {
+                p.overlaps()
+            }
+        }
+        self.visit_canonical(Get)
+    }
+
     /// The smallest and largest dω/(du dv) over the valid image.
     ///
     /// ```

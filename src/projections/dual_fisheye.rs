@@ -82,6 +82,10 @@ impl Projection for DualFisheye {
         [x.negated_if(behind), y, z.negated_if(behind)]
     }
 
+    fn overlaps(self) -> bool {
+        self.lens.rim > 0.5
+    }
+
     fn solid_angle(self, rect: Rect) -> f64 {
         // Above 180° the own hemisphere is the disk of a lens of 180°, within the square by this factor.
         let grow = (2.0 * self.lens.rim).max(1.0);

@@ -439,6 +439,11 @@ pub trait Projection: Copy + Send + Sync + 'static {
         quadrature(rect, &|u, v| one::held_density(self, Uv::flat(u, v)))
     }
 
+    /// Whether faces show some of the sphere twice. A solid angle is then of what counts as that face's own, and no integral of the density.
+    fn overlaps(self) -> bool {
+        false
+    }
+
     /// Whether the solid angle of a rectangle is the density's by [`solid_angle::smooth`]: those of many are then found at once.
     /// The densities at its corners, no numbers beyond the image, are at hand if it asks for them.
     fn is_smooth(self, _rect: Rect, _corners: impl Fn() -> [f64; 4]) -> bool {

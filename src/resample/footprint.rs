@@ -84,11 +84,6 @@ impl Footprint {
     }
 }
 
-/// ∂d/∂u and ∂d/∂v.
-fn columns(j: [f64; 6]) -> [[f64; 3]; 2] {
-    [[j[0], j[2], j[4]], [j[1], j[3], j[5]]]
-}
-
 /// What up to a [`TILE`] of parts see: their [`Footprint`]s and more, in rows, and what measuring needs in between. Kept from call to
 /// call: of few parts, to clear so much took longer than the rest.
 pub struct Measuring {
@@ -195,55 +190,61 @@ impl Measuring {
     }
 }
 
-/// A direction of any length, and how it changes to the next pixel right and down.
-#[derive(Clone, Copy, Debug)]
-pub struct Moving {
-    /// It.
-    pub direction: [f64; 3],
-    /// To the next pixel.
-    pub derivatives: [[f64; 3]; 2],
-}
-
-/// Writes what pixels see of an image whose world is taken to its view by `turn`; at most [`TILE`](crate::kernel::tile::TILE) of
-/// them. Their directions change as `moving` says, and lie at the places `uv` of the image.
+/// Writes the sides of what pixels see of an image whose world is taken to its view by `turn`, in texels along u and v; at most a
+/// [`TILE`] of them. Their directions, of any length, change to the next pixel right and down as `derivatives` say, and lie at the places
+/// `uv` of the image.
 pub fn measure_pixels(
     (map, turn): (&Map, Rotation),
     raster: &Raster,
     uv: &Tile<f64, 3>,
-    moving: impl ExactSizeIterator<Item = Moving>,
-    footprints: &mut [Footprint],
+    (directions, derivatives): (&[[f64; 3]], [&[[f64; 3]]; 2]),
+    sides: &mut Tile<f64, 4>,
 ) {
     let mut by_source = Tile::new();
     map.visit_canonical(JacobianTile {
         turn: turn.inverse(),
         input: uv,
-        count: moving.len(),
+        count: directions.len(),
         output: &mut by_source,
     });
     let scale = [raster.along_u.index().0, raster.along_v.index().0];
-    for ((k, moving), footprint) in moving.enumerate().zip(footprints) {
-        let Moving {
-            direction,
-            derivatives,
-        } = moving;
+    vectorize(
+        #[inline(always)]
+        || sides_of_pixels(&by_source, directions, derivatives, scale, sides),
+    );
+}
+
+#[inline(always)]
+fn sides_of_pixels(
+    Tile([p0, q0, p1, q1, p2, q2]): &Tile<f64, 6>,
+    directions: &[[f64; 3]],
+    [right, down]: [&[[f64; 3]]; 2],
+    [su, sv]: [f64; 2],
+    Tile([ax, ay, bx, by]): &mut Tile<f64, 4>,
+) {
+    let n = directions.len().min(TILE);
+    for (k, ((direction, right), down)) in directions[..n].iter().zip(right).zip(down).enumerate() {
         // Of any length: neither its square nor its reciprocal need be a number.
         let largest = direction.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
         let unit = direction.map(|x| x / largest);
         let length = norm(unit);
         let unit = unit.map(|x| x / length);
-        let [p, q] = columns(by_source.at(k));
+        let (p, q) = ([p0[k], p1[k], p2[k]], [q0[k], q1[k], q2[k]]);
         let area = dot(cross(p, q), unit);
-        let sides = derivatives.map(|d| match d {
+        let side = |derivative: &[f64; 3]| {
+            let d = derivative.map(|x| x / largest / length);
+            let (along_u, along_v) = (
+                dot(cross(d, q), unit) / area * su,
+                dot(cross(p, d), unit) / area * sv,
+            );
             // Also at a singular place.
-            [0.0, 0.0, 0.0] => [0.0; 2],
-            d => {
-                let d = d.map(|x| x / largest / length);
-                [
-                    dot(cross(d, q), unit) / area * scale[0],
-                    dot(cross(p, d), unit) / area * scale[1],
-                ]
-            }
-        });
-        *footprint = Footprint::of_sides(uv.at(k), sides);
+            let still = derivative.iter().all(|x| *x == 0.0);
+            (
+                if still { 0.0 } else { along_u },
+                if still { 0.0 } else { along_v },
+            )
+        };
+        (ax[k], ay[k]) = side(right);
+        (bx[k], by[k]) = side(down);
     }
 }

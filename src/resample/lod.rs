@@ -5,6 +5,8 @@
 //! told a level or derivatives. Conversions, which nobody compares with a card's, mix linearly in the length, ρ/2ᵏ - 1 between levels k
 //! and k + 1, without a logarithm; at whole levels both are the same, and between them no more than 0.086 of a level apart.
 
+use crate::kernel::tile::{TILE, Tile};
+use crate::kernel::vectorize;
 use std::f64::consts::{LN_2, SQRT_2};
 
 /// A level, and how far a lookup is on its way to the next one.
@@ -44,30 +46,51 @@ impl Between {
     }
 }
 
+/// Writes the levels of detail of footprints with these sides, in texels of level 0, by the longer one: as many as there is room for. At a
+/// singular place, where sides are no numbers, it is infinite.
+pub(crate) fn lods_of_sides(Tile([ax, ay, bx, by]): &Tile<f64, 4>, out: &mut [f64]) {
+    vectorize(
+        #[inline(always)]
+        || {
+            for (k, out) in out.iter_mut().enumerate().take(TILE) {
+                let (a, b) = (ax[k] * ax[k] + ay[k] * ay[k], bx[k] * bx[k] + by[k] * by[k]);
+                let (a, b) = (a.sqrt(), b.sqrt());
+                let longer = if a > b { a } else { b };
+                let is_number = !a.is_nan() & !b.is_nan();
+                *out = lod(if is_number { longer } else { f64::INFINITY });
+            }
+        },
+    );
+}
+
 /// log₂ of a length, but 0 below one texel: magnified, all is level 0.
 ///
 /// Written out, because the math libraries of different systems round differently: log₂ m = 2/ln 2 · artanh((m - 1)/(m + 1))
 /// for m between √½ and √2, where eleven terms leave 2e-17.
+///
+/// Without a branch, for lanes.
+#[inline(always)]
 fn lod(length: f64) -> f64 {
-    if length <= 1.0 {
-        return 0.0;
-    }
-    if length == f64::INFINITY {
-        return length;
-    }
+    /// 2⁵², whose last bit is 1.
+    const WHOLE: u64 = 0x4330_0000_0000_0000;
     let bits = length.to_bits();
-    let mut exponent = ((bits >> 52) as i32 - 1023) as f64;
-    let mut m = f64::from_bits((bits & ((1 << 52) - 1)) | (1023 << 52));
-    if m > SQRT_2 {
-        m *= 0.5;
-        exponent += 1.0;
-    }
+    let biased = f64::from_bits(WHOLE | (bits >> 52)) - f64::from_bits(WHOLE);
+    let m = f64::from_bits((bits & ((1 << 52) - 1)) | (1023 << 52));
+    let above = m > SQRT_2;
+    let exponent = if above {
+        biased - 1022.0
+    } else {
+        biased - 1023.0
+    };
+    let m = if above { m * 0.5 } else { m };
     let s = (m - 1.0) / (m + 1.0);
     let mut sum = 0.0;
     for k in (0..11).rev() {
         sum = sum * s * s + 1.0 / f64::from(2 * k + 1);
     }
-    exponent + 2.0 / LN_2 * s * sum
+    let lod = exponent + 2.0 / LN_2 * s * sum;
+    let lod = if length <= 1.0 { 0.0 } else { lod };
+    if length == f64::INFINITY { length } else { lod }
 }
 
 #[cfg(test)]

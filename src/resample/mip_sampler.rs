@@ -14,10 +14,10 @@ use crate::kernel::threads;
 use crate::kernel::tile::{TILE, Tile, Tuples};
 use crate::map::verbs::EncodeTile;
 use crate::resample::filters::MipmappedFilter;
-use crate::resample::footprint::{Footprint, Moving, measure_pixels};
+use crate::resample::footprint::{Footprint, measure_pixels};
 use crate::resample::level_lookups::LevelLookups;
 use crate::resample::levels::{Aim, Levels};
-use crate::resample::lod::Between;
+use crate::resample::lod::{Between, lods_of_sides};
 use crate::resample::mips;
 use crate::resample::options::Options;
 use crate::resample::sample::{ByTile, Level, Texture};
@@ -300,7 +300,8 @@ impl<'a, T: Texel> MipSampler<'a, T> {
         threads::rows(out, TILES * TILE * channels, count * WORK, |part, out| {
             let mut looks = LevelLookups::new(&levels, self.filter, (channels, fill));
             let mut uv = Tile::new();
-            let mut footprints = [Footprint::default(); TILE];
+            let mut sides = Tile::new();
+            let mut lods = [0.0; TILE];
             for (tile, out) in out.chunks_mut(TILE * channels).enumerate() {
                 let (first, n) = ((part * TILES + tile) * TILE, out.len() / channels);
                 let directions = directions[3 * first..][..3 * n].as_chunks::<3>().0;
@@ -310,19 +311,24 @@ impl<'a, T: Texel> MipSampler<'a, T> {
                     input: Tuples::Interleaved(directions),
                     output: &mut uv,
                 });
-                if let Detail::Derivatives([right, down]) = detail {
-                    let pairs = right.as_chunks().0.iter().zip(down.as_chunks().0);
-                    let moving = directions.iter().zip(pairs).map(|(d, (a, b))| Moving {
-                        direction: *d,
-                        derivatives: [*a, *b],
-                    });
-                    measure_pixels((map, turn), raster, &uv, moving, &mut footprints);
+                let mut seen = detail;
+                if let Detail::Derivatives(pair) = detail {
+                    let pixels = (directions, pair.map(|d| d.as_chunks().0));
+                    measure_pixels((map, turn), raster, &uv, pixels, &mut sides);
+                    if self.filter == MipmappedFilter::Trilinear {
+                        lods_of_sides(&sides, &mut lods[..n]);
+                        seen = Detail::Lod(&lods[..n]);
+                    }
                 }
                 // Nowhere if a lookup sees nothing.
                 let aims = (0..n).map(|k| {
                     let place = uv.at(k);
+                    let footprint = |_| {
+                        let [ax, ay, bx, by] = sides.at(k);
+                        Footprint::of_sides(place, [[ax, ay], [bx, by]])
+                    };
                     (!place[0].is_nan() && !detail.is_nan(k, 3))
-                        .then(|| detail.aim(&levels, self.filter, k, place, |_| footprints[k]))
+                        .then(|| seen.aim(&levels, self.filter, k, place, footprint))
                 });
                 looks.look(aims, out);
             }

@@ -60,7 +60,7 @@ def test_totals_at_every_small_size(case):
 @each([*(c for c in LAYOUTS if c.options), *PARAMETERS])
 def test_totals_of_layouts_and_parameters(case):
     p, r = case.make(), case.reference()
-    for n in (3, 31) if is_slow(case) else (1, 2, 3, 10, 31, 64):
+    for n in (3, 31, 100) if is_slow(case) else (1, 2, 3, 10, 31, 64, 150):
         check_total(p, r, n)
 
 

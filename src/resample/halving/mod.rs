@@ -185,7 +185,7 @@ impl Halving {
                 cells.solid_angles[(y - ys.start) * xs.len() + x - xs.start]
             } else {
                 // Of what a texel across the rim covers, there may be some beyond.
-                solid_angle_of(&self.map, &self.fine, x, y)
+                self.solid_angles.of(&self.map, &self.fine, x, y)
             }
         };
         let has_rim = self.fine.has_rim();
@@ -218,7 +218,15 @@ impl Halving {
             }
         };
         let plain = cells.lit && !has_rim && self.moved.is_empty();
-        let pairs = Pairs::new(&self.across, cells.columns.clone()).filter(|_| plain);
+        let pairs = Pairs::new(&self.across, cells.columns.clone());
+        // Whether a texel is made of what it covers, and all of that holds values.
+        let is_whole = |owned: &[Across], [i, j]: [usize; 2]| {
+            let holds = |x: usize, y: usize| {
+                weight(x, y) > 0.0 && (!has_rim || self.fine.holds(x as isize, y as isize))
+            };
+            let covers = |&(y, _): &(usize, f64)| self.across[i].iter().all(|&(x, _)| holds(x, y));
+            of(owned, [i, j]).is_empty() && self.down[j].iter().all(covers)
+        };
         let by_pairs = |face: usize, [i, j]: [usize; 2], out: &mut [T::Float]| {
             let view = &views[face];
             let count = out.len() / channels;
@@ -258,27 +266,44 @@ impl Halving {
                 } else {
                     &self.moved
                 };
-                let own = (first - window.columns.start) * channels;
-                let own = own..own + (end - first) * channels;
-                if step == [1, 0] && by_pairs(face, at(first), &mut out[own]) {
-                    continue;
-                }
-                for column in first..end {
-                    let texel = at(column);
-                    sum(face, texel, &mut sums);
-                    for across in of(owned, texel) {
-                        sum(face, across.texel, &mut moved);
-                        let own = moved[0];
-                        if own > 0.0 {
-                            add(&mut sums, own, |c| {
-                                moved[1 + 2 * c] + moved[2 + 2 * c] / own
-                            });
+                let own = |columns: Range<usize>| {
+                    let [from, to] =
+                        [columns.start, columns.end].map(|c| (c - window.columns.start) * channels);
+                    from..to
+                };
+                let in_pairs = pairs.is_some() && step == [1, 0];
+                let mut column = first;
+                while column < end {
+                    let whole = match in_pairs {
+                        true if plain => column..end,
+                        true => {
+                            let part = |c: &usize| !is_whole(owned, at(*c));
+                            column..(column..end).find(part).unwrap_or(end)
+                        }
+                        false => column..column,
+                    };
+                    let stop = whole.end;
+                    if !whole.is_empty() && by_pairs(face, at(column), &mut out[own(whole)]) {
+                        column = stop;
+                        continue;
+                    }
+                    for column in column..stop.max(column + 1) {
+                        let texel = at(column);
+                        sum(face, texel, &mut sums);
+                        for across in of(owned, texel) {
+                            sum(face, across.texel, &mut moved);
+                            let own = moved[0];
+                            if own > 0.0 {
+                                add(&mut sums, own, |c| {
+                                    moved[1 + 2 * c] + moved[2 + 2 * c] / own
+                                });
+                            }
+                        }
+                        if sums[0] > 0.0 {
+                            finish::<T>(&sums, &mut out[own(column..column + 1)]);
                         }
                     }
-                    if sums[0] > 0.0 {
-                        let at = (column - window.columns.start) * channels;
-                        finish::<T>(&sums, &mut out[at..at + channels]);
-                    }
+                    column = stop.max(column + 1);
                 }
             }
         };

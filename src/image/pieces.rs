@@ -96,10 +96,8 @@ impl Pieces {
     /// Those of a face; none of a face so small that its points are as many as its texels.
     pub(crate) fn new(raster: &Raster) -> Option<Pieces> {
         let [across, down] = [raster.width, raster.height].map(|n| ACROSS.min(n / LEAST));
-        let along_u = raster.along_u;
-        let ends = (0..raster.width).map(|i| along_u.cell(i).1);
         (across * down >= ACROSS * ACROSS / 2).then(|| Pieces {
-            edges: [along_u.cell(0).0].into_iter().chain(ends).collect(),
+            edges: raster.along_u.edges(0..raster.width),
             across,
             down,
             pieces: (0..across * down).map(|_| OnceLock::new()).collect(),

@@ -234,13 +234,8 @@ impl SolidAngles {
         match &self.alike {
             None => {
                 let by_themselves = |columns: Range<usize>, out: &mut [f64]| {
-                    let ends = columns.clone().map(|i| raster.along_u.cell(i).1);
-                    let edges: Vec<f64> = [raster.along_u.cell(columns.start).0]
-                        .into_iter()
-                        .chain(ends)
-                        .collect();
                     map.visit_canonical(RowOfCells {
-                        edges: &edges,
+                        edges: &raster.along_u.edges(columns),
                         sides: raster.along_v.cell(j).into(),
                         out,
                     });

@@ -1,5 +1,7 @@
 //! Where texels lie between the edges of a face.
 
+use std::ops::Range;
+
 /// Where texel centers lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -73,6 +75,13 @@ impl GridAxis {
         } else {
             (i as f64 / self.n as f64, (i + 1) as f64 / self.n as f64)
         }
+    }
+
+    /// Where some texels begin and, last, where they end.
+    pub(crate) fn edges(self, texels: Range<usize>) -> Vec<f64> {
+        let begin = self.cell(texels.start).0;
+        let ends = texels.map(|i| self.cell(i).1);
+        std::iter::once(begin).chain(ends).collect()
     }
 
     /// (scale, offset) of the texel index as a function of the coordinate.

@@ -7,6 +7,7 @@
 
 use crate::kernel::tile::{TILE, Tile};
 use crate::kernel::vectorize;
+use crate::number::real::max;
 use std::f64::consts::{LN_2, SQRT_2};
 
 /// A level, and how far a lookup is on its way to the next one.
@@ -55,9 +56,8 @@ pub(crate) fn lods_of_sides(Tile([ax, ay, bx, by]): &Tile<f64, 4>, out: &mut [f6
             for (k, out) in out.iter_mut().enumerate().take(TILE) {
                 let (a, b) = (ax[k] * ax[k] + ay[k] * ay[k], bx[k] * bx[k] + by[k] * by[k]);
                 let (a, b) = (a.sqrt(), b.sqrt());
-                let longer = if a > b { a } else { b };
                 let is_number = !a.is_nan() & !b.is_nan();
-                *out = lod(if is_number { longer } else { f64::INFINITY });
+                *out = lod(if is_number { max(a, b) } else { f64::INFINITY });
             }
         },
     );

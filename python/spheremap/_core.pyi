@@ -92,6 +92,7 @@ __all__ = [
     "survey_of",
     "tell_progress",
     "texel_weights",
+    "texels_held",
     "texels_of_planes",
     "tiles_of_window",
     "unpack_frames",
@@ -241,6 +242,7 @@ class Distribution:
 def texel_weights(
     projection: Projection, shape: int | tuple[int, ...], /
 ) -> NDArray[np.float64]: ...
+def texels_held(projection: Projection, shape: int | tuple[int, ...], /) -> NDArray[np.uint8]: ...
 
 @final
 class Halving:

@@ -77,6 +77,35 @@ pub fn across(raster: &Raster, covers: impl Fn(usize, usize) -> bool + Sync) -> 
     rows.concat()
 }
 
+/// Which stored texels hold a value, 1 or 0 each: none outside the valid image, and none where no face is. Of an image of which no texel
+/// does, each stands for itself.
+///
+/// # Errors
+/// The shape is none of the map's, or `out` has not one number a texel.
+pub(crate) fn held(map: &Map, shape: &[usize], out: &mut [u8]) -> Result<(), Error> {
+    let raster = Raster::new(map, shape)?;
+    expect_length("out", out.len(), raster.texels())?;
+    let has_rim = raster.has_rim() && raster.holds_any();
+    threads::rows(out, raster.columns, raster.texels() * 4, |row, out| {
+        out.fill(0);
+        for run in raster.runs(row) {
+            let Some((_, start, step)) = run.face else {
+                continue;
+            };
+            let here = &mut out[run.column..run.column + run.length];
+            if !has_rim {
+                here.fill(1);
+                continue;
+            }
+            for (k, held) in here.iter_mut().enumerate() {
+                let [i, j] = [0, 1].map(|axis| start[axis] + k as isize * step[axis]);
+                *held = u8::from(raster.holds(i, j));
+            }
+        }
+    });
+    Ok(())
+}
+
 /// The solid angle of each texel of a face, row by row.
 pub(crate) fn face_solid_angles(map: &Map, raster: &Raster) -> Vec<f64> {
     let (w, h) = (raster.width, raster.height);

@@ -5,7 +5,7 @@ use super::arrays::{finish, output, writable};
 use super::images::{image, view, with_image};
 use super::projection::{PyProjection, size};
 use super::stopping::{released, stoppable};
-use crate::image::{finite, weights};
+use crate::image::{finite, rim, weights};
 use crate::kernel::interrupt;
 use crate::light::prefilter::{Distribution, Source};
 use crate::light::{Lobe, dfg as table, integrate, lit, under};
@@ -60,6 +60,24 @@ pub fn texel_weights<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let shape = size(&projection.0, shape)?;
     filled(py, &shape, |out| weights(&projection.0, &shape, out))
+}
+
+/// Which texels hold a value, 1 or 0 each: (H, W) or (F, N, N).
+#[pyfunction]
+#[pyo3(signature = (projection, shape, /))]
+pub fn texels_held<'py>(
+    py: Python<'py>,
+    projection: &PyProjection,
+    shape: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape = size(&projection.0, shape)?;
+    let array = output::<u8>(py, None, "uint8", &shape)?;
+    {
+        let mut target = writable(&array)?;
+        let out = target.as_slice_mut()?;
+        stoppable(py, || rim::held(&projection.0, &shape, out))?;
+    }
+    finish(array, true)
 }
 
 /// Whether all numbers of an array are finite.

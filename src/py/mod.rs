@@ -66,6 +66,7 @@ mod _core {
     #[pymodule_export]
     use super::light::{
         all_finite, dfg, integrals, lobe, luminances, moments, prefilter, texel_weights,
+        texels_held,
     };
     #[pymodule_export]
     use super::lights::{add_sun, energy, lights, remove_sun, sun};

@@ -48,10 +48,10 @@ def as_light(
         with np.errstate(invalid="ignore"):
             array = array.astype(np.float32)
     if projection.used_part < 1:
-        outside = texel_weights(projection, spatial) == 0
-        if outside.any():
-            array = array.copy()
-            array[outside] = 0
+        held = _core.texels_held(projection, spatial).view(np.bool_)
+        if not held.all():
+            channels = (1,) * (array.ndim - len(spatial))
+            array = np.where(held.reshape(held.shape + channels), array, array.dtype.type(0))
     return np.ascontiguousarray(checked_image(array, skipna=skipna, negative=negative))
 
 

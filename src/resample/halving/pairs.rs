@@ -1,6 +1,6 @@
-//! Rows of the next level whose texels cover two columns each of rows that are stored as rows, of an image without a rim.
+//! Rows of the next level whose texels cover two columns each of rows that are stored as rows, where all that they cover holds values.
 //!
-//! That is nearly every image. The sums are those of any texel, number by number; but where columns follow each other nothing is looked
+//! That is nearly every texel, also of images with a rim. The sums are those of any texel, number by number; but where columns follow each other nothing is looked
 //! for, and a row is summed in one pass for each that it covers: texel by texel, the searching took four times as long as the sums.
 
 use crate::image::texel::Texel;

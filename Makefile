@@ -25,6 +25,10 @@ PYTEST_ARGS ?= -n auto
 BENCH_ARGS ?=
 export SPHEREMAP_DATA
 
+# Bytecode stays out of the tree as well, and is kept: hundreds of tests start a Python, and each would compile all it imports.
+export PYTHONPYCACHEPREFIX ?= $(CACHE)/bytecode
+unexport PYTHONDONTWRITEBYTECODE
+
 # Stamps: installed packages are keyed by what pyproject.toml says, the built module by this checkout's place.
 KEY := $(shell cksum pyproject.toml | cut -d ' ' -f 1)
 HERE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
@@ -34,7 +38,7 @@ PRINTED_DEPS := $(VENV)/.printed-$(KEY)
 BUILT := $(VENV)/.built-$(HERE)
 SOURCES := pyproject.toml $(wildcard Cargo.toml Cargo.lock build.rs) $(shell find src -type f 2>/dev/null)
 
-.PHONY: help demo test test-slow test-printed system-packages test-minimal test-minimal-crates test-languages test-torch test-jax test-browser test-programs test-checked test-sanitized test-valgrind fuzz fuzz-rust quick lint lint-rust lint-python lint-generated \
+.PHONY: help demo compiled-tests test test-slow test-printed system-packages test-minimal test-minimal-crates test-languages test-torch test-jax test-browser test-programs test-checked test-sanitized test-valgrind fuzz fuzz-rust quick lint lint-rust lint-python lint-generated \
 	lint-house lint-floors lint-tree lint-spelling lint-tolerances \
 	lint-licenses lint-workflows lint-actions msrv bench docs site test-site wheel wheels wheel-x86-64 wheel-aarch64 check-wheels \
 	fetch-aarch64 test-aarch64 fetch-old-glibc test-old-glibc test-sdist clean distclean develop FORCE
@@ -75,20 +79,21 @@ $(BIN)/python:
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or later was not found; pass PYTHON=/path/to/python" >&2; exit 1; }
 	$(PYTHON) -m venv "$(VENV)"
 
-# pip 25.1 is the first to know dependency groups.
+# pip 25.1 is the first to know dependency groups. What is imported is compiled then: most of what is installed never is.
 define install-group
 "$(BIN)/python" -m pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1'
-"$(BIN)/python" -m pip install --quiet --disable-pip-version-check 'numpy>=2' $(1)
+"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --no-compile 'numpy>=2' $(1)
 touch "$@"
 endef
 
 $(RUN_DEPS): | $(BIN)/python
 	$(call install-group,--group build --group extras)
 
-$(DEV_DEPS): | $(BIN)/python
+# One pip at a time.
+$(DEV_DEPS): | $(RUN_DEPS)
 	$(call install-group,--group dev)
 
-$(PRINTED_DEPS): | $(BIN)/python
+$(PRINTED_DEPS): | $(DEV_DEPS)
 	$(call install-group,--group printed)
 
 # `maturin develop` leaves the module beside the Python files; without it, the stamp means nothing.
@@ -109,12 +114,18 @@ demo: $(BUILT)
 			--input "$(SPHEREMAP_DATA)/grace_probe.hdr"; fi
 	@echo "The pictures are in $(CURDIR)/$(DEMO)"
 
-test: $(BUILT) $(DEV_DEPS)
+# With --jobs, beside the module: each compiler has stretches that keep one core busy.
+compiled-tests:
+	cargo test --lib --no-run
+
+# All but what takes longer, and programs that are long to install.
+TESTED ?= not slow and not programs
+test: $(BUILT) $(DEV_DEPS) compiled-tests
 	cargo test --lib
 	@# What these call is little: the crate that they are linked to is not optimized.
 	cargo test --profile dev --doc
 	for example in examples/*.rs; do cargo run --quiet --example "$$(basename "$$example" .rs)"; done
-	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs"
+	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "$(TESTED)"
 
 test-slow: $(BUILT) $(DEV_DEPS)
 	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m slow
@@ -441,4 +452,4 @@ clean:
 	find python tests tools benches -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean
-	rm -rf "$(VENV)" "$(CARGO_TARGET_DIR)" "$(WHEEL_TOOLS)" "$(AARCH64)" "$(BITS)"
+	rm -rf "$(VENV)" "$(CARGO_TARGET_DIR)" "$(CACHE)/bytecode" "$(WHEEL_TOOLS)" "$(AARCH64)" "$(BITS)"

@@ -35,28 +35,28 @@ print(most_taken(lambda: {call}))
 """
 )
 
-# Results of 170 MB at most: to compress more noise would take most of the time.
+# Results of 96 MB at most: to compress more noise would take most of the time.
 CALLS = {
     "convert": "sm.io.convert_file(place, place + '.out.tif', 'latlong', cross, any_aspect=True, "
-    "size=1536, memory=limit)",
+    "size=1152, memory=limit)",
     "strips": "sm.io.convert_file(place + '.strips.tif', place + '.out.tif', 'latlong', cross, "
-    "any_aspect=True, size=1536, memory=limit)",
+    "any_aspect=True, size=1152, memory=limit)",
     "alpha": "sm.io.convert_file(place, place + '.out.tif', 'latlong', 'angular', alpha=2, "
-    "any_aspect=True, size=2048, memory=limit)",
+    "any_aspect=True, size=1536, memory=limit)",
     "chain": "sm.io.convert_file(place, place + '.out.tif', 'latlong', cross, filter='ewa', "
-    "any_aspect=True, size=1024, memory=limit)",
+    "any_aspect=True, size=768, memory=limit)",
     "energy": "sm.light.energy_file(place, 'latlong', any_aspect=True, memory=limit)",
 }
 
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory):
-    """Return a file in tiles, of 302 MB, beside which is one in strips."""
+    """Return a file in tiles, of 151 MB, beside which is one in strips."""
     place = str(tmp_path_factory.mktemp("large") / "sky.tif")
-    band = np.random.default_rng(0).integers(0, 50_000, (256, 8192, 3), np.uint16)
+    band = np.random.default_rng(0).integers(0, 50_000, (256, 6144, 3), np.uint16)
     band[100:110, 100:110] = 65_535
-    store(place + ".strips.tif", 6144, band, side=0)
-    return store(place, 6144, band, side=256)
+    store(place + ".strips.tif", 4096, band, side=0)
+    return store(place, 4096, band, side=256)
 
 
 @pytest.mark.parametrize("what", CALLS)

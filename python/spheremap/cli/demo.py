@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,11 +18,14 @@ from spheremap import io, plot
 from spheremap.cli import files, picture, sky
 from spheremap.cli.steps import Step
 from spheremap.map.flat import flat
+from spheremap.map.size import matching_size
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _DIRECTIONS = 1 << 20
+# Of a picture on the sheet, about as much as is drawn.
+_LONGEST = 600
 
 
 class Row(NamedTuple):
@@ -64,26 +68,30 @@ def run(
     sphere = _random_directions()
 
     rows, pictures = [], []
-    for kind in sm.projections():
-        p = flat(kind)
-        step(f"converting to {files.described(p)}")
-        converted, seconds = _timed(partial(sm.convert, image, src, p))
-        io.write(folder / f"{kind}.exr", converted)
-        height, width = converted.shape[:2]
-        back = sm.convert(converted, p, "latlong", size=pano.shape[:2])
-        rows.append(
-            Row(
-                files.described(p),
-                width,
-                height,
-                p.covered_solid_angle / (4 * math.pi),
-                height * width * p.used_part / seconds / 1e6,
-                _encode_speed(p, sphere),
-                _error(back, pano, known & sm.covers(around, p)),
+    # What is timed has the machine for itself; the rest is done while a file is compressed.
+    with ThreadPoolExecutor(1) as writer:
+        for kind in sm.projections():
+            p = flat(kind)
+            step(f"converting to {files.described(p)}")
+            converted, seconds = _timed(partial(sm.convert, image, src, p))
+            speed = _encode_speed(p, sphere)
+            written = writer.submit(io.write, folder / f"{kind}.exr", converted)
+            height, width = converted.shape[:2]
+            back = sm.convert(converted, p, "latlong", size=pano.shape[:2])
+            rows.append(
+                Row(
+                    files.described(p),
+                    width,
+                    height,
+                    p.covered_solid_angle / (4 * math.pi),
+                    height * width * p.used_part / seconds / 1e6,
+                    speed,
+                    _error(back, pano, known & sm.covers(around, p)),
+                )
             )
-        )
-        pictures.append((p, converted))
-        step.done()
+            pictures.append((p, _small(converted, p)))
+            written.result()
+            step.done()
 
     step("drawing the contact sheet")
     io.write(sheet, _contact_sheet(source, pictures, rows, labels=file is not None))
@@ -128,8 +136,15 @@ def _encode_speed(p: sm.Projection, directions: NDArray[np.float32]) -> float:
 
 
 def _error(got: NDArray[Any], wanted: NDArray[Any], where: NDArray[np.bool_]) -> float:
-    a, b = got[where].astype(np.float64), wanted[where].astype(np.float64)
-    return float(np.nansum(np.abs(a - b)) / np.nansum(np.abs(b)))
+    # What counts for nothing is blanked: to pick out the rest would take longer than the sums.
+    off, size = np.abs(got - wanted), np.abs(wanted)
+    off[~where] = size[~where] = 0
+    return float(np.nansum(off, dtype=np.float64) / np.nansum(size, dtype=np.float64))
+
+
+def _small(image: NDArray[Any], p: sm.Projection) -> NDArray[Any]:
+    size = matching_size(image.shape, p, p) * _LONGEST // max(image.shape[:2])
+    return image if max(image.shape[:2]) <= _LONGEST else sm.convert(image, p, p, size=size)
 
 
 def _contact_sheet(

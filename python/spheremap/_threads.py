@@ -14,6 +14,11 @@ T = TypeVar("T")
 
 def on_all_threads(work: Callable[[T], None], blocks: Iterable[T], most: int | None = None) -> None:
     """Do the work on each block, on `most` at once. NumPy and lookups release Python's lock."""
+    blocks = list(blocks)
+    if len(blocks) == 1:
+        # To start a thread takes longer than many a work.
+        work(blocks[0])
+        return
     threads = _core.get_num_threads()
     pool = ThreadPoolExecutor(threads if most is None else min(threads, most))
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from .. import _core
 from .._arrays import as_real
 from .._scalars import as_number, as_text
 from .._srgb import encoded
+from .._threads import on_all_threads
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -21,6 +22,8 @@ Curve: TypeAlias = Literal["none", "reinhard"]
 CURVES: tuple[str, ...] = get_args(Curve)
 # Light that Reinhard's curve shows as white.
 WHITE = 4.0
+# Values in hand at once: what lies between the steps stays in the cache.
+_BLOCK = 1 << 18
 
 
 def tonemap(
@@ -61,24 +64,44 @@ def tonemap(
     [[0, 118, 255, 255]]
     """
     _core.check_word("curve", as_text(curve, "curve"), list(CURVES))
-    # What float32 does not hold is white.
-    with np.errstate(over="ignore"):
-        light = np.asarray(as_real(image, "image"), np.float32)
-    if light.ndim == 3 and light.shape[-1] != 1:
-        light = light[..., : 3 if light.shape[-1] >= 3 else 1]
-    # Beyond this the curve is white whatever the exposure; it keeps infinity out of inf/inf.
-    light = np.clip(np.nan_to_num(light, nan=0.0, posinf=1e12, neginf=0.0), 0.0, 1e12)
-    stops = _automatic_exposure(light) if exposure is None else as_number(exposure, "exposure")
+    values = as_real(image, "image")
+    if values.ndim == 3 and values.shape[-1] != 1:
+        values = values[..., : 3 if values.shape[-1] >= 3 else 1]
+    if exposure is None:
+        stops = _automatic_exposure(_light(values))
+    else:
+        stops = as_number(exposure, "exposure")
     if math.isnan(stops):
         raise ValueError("Expected `exposure` to be a number of stops, got NaN.")
     # Beyond these all light is white, or black.
-    stops = min(max(stops, -126.0), 126.0)
+    factor = np.float32(2.0 ** min(max(stops, -126.0), 126.0))
+
+    picture = np.empty(values.shape, np.uint8)
+    rows, shown = np.atleast_1d(values), np.atleast_1d(picture)
+    count = max(1, _BLOCK // max(1, rows[:1].size))
+
+    def show(first: int) -> None:
+        block = slice(first, first + count)
+        shown[block] = _shown(_light(rows[block]), factor, curve)
+
+    on_all_threads(show, range(0, len(rows), count))
+    return picture
+
+
+def _light(values: NDArray[Any]) -> NDArray[np.float32]:
+    # What float32 does not hold is white.
     with np.errstate(over="ignore"):
-        light = np.minimum(light * np.float32(2.0**stops), 1e12)
+        light = np.asarray(values, np.float32)
+    # Beyond this the curve is white whatever the exposure; it keeps infinity out of inf/inf.
+    return np.clip(np.nan_to_num(light, nan=0.0, posinf=1e12, neginf=0.0), 0.0, 1e12)
+
+
+def _shown(light: NDArray[np.float32], factor: np.float32, curve: str) -> NDArray[np.uint8]:
+    with np.errstate(over="ignore"):
+        light = np.minimum(light * factor, 1e12)
     if curve == "reinhard":
         light = light * (1.0 + light / WHITE**2) / (1.0 + light)
-    light = np.minimum(light, 1.0)
-    return np.asarray(np.rint(encoded(light) * 255.0), dtype=np.uint8)
+    return np.asarray(np.rint(encoded(np.minimum(light, 1.0)) * 255.0), np.uint8)
 
 
 def _automatic_exposure(light: NDArray[np.float32]) -> float:

@@ -79,10 +79,10 @@ $(BIN)/python:
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or later was not found; pass PYTHON=/path/to/python" >&2; exit 1; }
 	$(PYTHON) -m venv "$(VENV)"
 
-# pip 25.1 is the first to know dependency groups. What is imported is compiled then: most of what is installed never is.
+# pip 25.1 is the first to know dependency groups.
 define install-group
 "$(BIN)/python" -m pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1'
-"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --no-compile 'numpy>=2' $(1)
+"$(BIN)/python" -m pip install --quiet --disable-pip-version-check 'numpy>=2' $(1)
 touch "$@"
 endef
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from types import ModuleType
 
 import pytest
@@ -11,7 +12,11 @@ import pytest
 def need(name: str) -> ModuleType:
     """Import a peer; skip where it is absent, but fail in CI, where it must be there."""
     try:
-        return __import__(name)
+        # Of a string that is badly written Python warns when it compiles the file, the first time.
+        with warnings.catch_warnings():
+            for kind in (DeprecationWarning, SyntaxWarning):
+                warnings.simplefilter("ignore", kind)
+            return __import__(name)
     except ImportError as error:
         if os.environ.get("CI"):
             pytest.fail(f"{name} must be importable in CI: {error}")

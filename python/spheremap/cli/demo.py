@@ -143,8 +143,11 @@ def _error(got: NDArray[Any], wanted: NDArray[Any], where: NDArray[np.bool_]) ->
 
 
 def _small(image: NDArray[Any], p: sm.Projection) -> NDArray[Any]:
-    size = matching_size(image.shape, p, p) * _LONGEST // max(image.shape[:2])
-    return image if max(image.shape[:2]) <= _LONGEST else sm.convert(image, p, p, size=size)
+    longest = max(image.shape[:2])
+    if longest <= _LONGEST:
+        return image
+    size = matching_size(image.shape, p, p) * _LONGEST // longest
+    return sm.convert(image, p, p, size=size)
 
 
 def _contact_sheet(

@@ -22,6 +22,8 @@ DEMO ?= demo-output
 SPHEREMAP_DATA ?= $(abspath $(wildcard ../shared/data))
 # One worker a core; the tests share nothing.
 PYTEST_ARGS ?= -n auto
+# All but what takes longer, and programs that are long to install.
+TESTED ?= not slow and not programs
 BENCH_ARGS ?=
 export SPHEREMAP_DATA
 
@@ -118,8 +120,6 @@ demo: $(BUILT)
 compiled-tests:
 	cargo test --lib --no-run
 
-# All but what takes longer, and programs that are long to install.
-TESTED ?= not slow and not programs
 test: $(BUILT) $(DEV_DEPS) compiled-tests
 	cargo test --lib
 	@# What these call is little: the crate that they are linked to is not optimized.
@@ -187,7 +187,7 @@ test-minimal: $(BUILT)
 	"$(BIN)/python" -m venv "$(MINIMAL)"
 	"$(MINIMAL)/bin/python" -m pip install --quiet --disable-pip-version-check $$("$(BIN)/python" tools/minimal_versions.py) \
 		'pytest>=8.3' 'pytest-xdist>=3.6' 'hypothesis>=6.100'
-	PYTHONPATH=python "$(MINIMAL)/bin/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs" $(MINIMAL_TESTS)
+	PYTHONPATH=python "$(MINIMAL)/bin/python" -m pytest $(PYTEST_ARGS) -m "$(TESTED)" $(MINIMAL_TESTS)
 
 # Cargo would take the newest, and has no stable way to be asked for the oldest: of those that Cargo.toml names, not of what they want in
 # turn, whose own lower bounds are often wrong.
@@ -205,7 +205,7 @@ test-checked: $(RUN_DEPS) $(DEV_DEPS)
 	VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" "$(BIN)/maturin" develop --profile checked --quiet
 	@# The next target that wants the real module builds it.
 	rm -f "$(VENV)"/.built-*
-	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "not slow and not programs" --ignore tests/package/test_machine_code.py
+	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -m "$(TESTED)" --ignore tests/package/test_machine_code.py
 
 # The Rust tests, watched. Rust's sanitizers are not stable: RUSTC_BOOTSTRAP has a stable compiler take them. That of threads
 # wants a standard library that is watched too (nightly, -Zbuild-std): with the one that comes, it takes its locks for races.
@@ -232,7 +232,7 @@ quick: $(RUN_DEPS) $(DEV_DEPS)
 	VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" "$(BIN)/maturin" develop --profile quick --quiet
 	@# The next target that wants the real module builds it.
 	rm -f "$(VENV)"/.built-*
-	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -q -m "not slow and not programs" $(if $(K),-k "$(K)") $(TESTS)
+	"$(BIN)/python" -m pytest $(PYTEST_ARGS) -q -m "$(TESTED)" $(if $(K),-k "$(K)") $(TESTS)
 
 # A million take about an hour and a half of CPU time; FUZZ_SEED= makes others.
 FUZZ_CALLS ?= 1000000

@@ -109,9 +109,7 @@ def images(inputs: Arrays) -> Iterator[Call]:
                     f"sample {f}: {what} {dtype}",
                     lambda x=x, p=p, f=f: p.sample(x, unit, filter=f),
                 )
-            # Overlaps take most of the time, and know no type of texels.
-            others = ("bilinear", "area") if dtype == "float32" else ("bilinear",)
-            for f in CONVERTS if plain else others:
+            for f in CONVERTS if plain else ("bilinear", "area"):
                 # Those of labels have one channel.
                 y = np.ascontiguousarray(x[..., 0]) if f in LABELS else x
                 yield (

@@ -2,7 +2,7 @@
 
 pub(crate) mod finite;
 mod halves;
-mod pieces;
+pub(crate) mod pieces;
 pub(crate) mod planes;
 pub(crate) mod raster;
 pub(crate) mod rim;

@@ -24,8 +24,9 @@ use std::sync::{LazyLock, OnceLock};
 /// Points along a side of a piece.
 const N: usize = 16;
 
-/// Of an equal-area map one in so many points along a side is looked at, corners among them: what it holds is convex.
+/// One in so many points along a side is looked at first, corners among them; of an equal-area map no more are: what it holds is convex.
 const FEWER: usize = 5;
+const FEW: usize = (N - 1) / FEWER + 1;
 const _: () = assert!((N - 1).is_multiple_of(FEWER));
 
 /// Texels along the shorter side of the smallest pieces. With fewer, the points of a piece cost more than its texels do by themselves.
@@ -67,8 +68,8 @@ enum Piece {
     Rough,
 }
 
-/// A density as Σ c[k][l] xᵏ yˡ, each divided by (k + 1) (l + 1), where x and y go from -1 to 1.
-struct Polynomial {
+/// A density as Σ c[l][k] xᵏ yˡ, each divided by (k + 1) (l + 1), where x and y go from -1 to 1.
+pub(crate) struct Polynomial {
     along_u: Scale,
     along_v: Scale,
     coefficients: [[f64; N]; N],
@@ -111,34 +112,35 @@ impl Pieces {
     /// Writes those of row j from a column on, where the density is smooth; calls `other` for each range of columns where it is not.
     pub(crate) fn row(
         &self,
-        (map, raster): (&Map, &Raster),
+        of: (&Map, &Raster),
         j: usize,
         first: usize,
         out: &mut [f64],
         mut other: impl FnMut(Range<usize>, &mut [f64]),
     ) {
-        let wanted = first..first + out.len();
-        let mut rough = first..first;
-        let mut smooth = |columns: &Range<usize>, found: Option<&Polynomial>, out: &mut [f64]| {
+        let sides = of.1.along_v.cell(j);
+        self.each(of, j, first..first + out.len(), |columns, found| {
+            let out = &mut out[columns.start - first..columns.end - first];
             match found {
-                // Those beside each other are asked for at once.
-                None => rough.end = columns.end,
                 Some(polynomial) => {
-                    if !rough.is_empty() {
-                        other(
-                            rough.clone(),
-                            &mut out[rough.start - first..rough.end - first],
-                        );
-                    }
-                    rough = columns.end..columns.end;
-                    let out = &mut out[columns.start - first..columns.end - first];
-                    let edges = &self.edges[columns.start..=columns.end];
-                    polynomial.row(raster.along_v.cell(j), edges, out);
+                    polynomial.row(sides, &self.edges[columns.start..=columns.end], out);
                 }
+                None => other(columns, out),
             }
-        };
+        });
+    }
+
+    /// Calls `work` for each range of some columns of row j that one polynomial is for, or none.
+    pub(crate) fn each(
+        &self,
+        (map, raster): (&Map, &Raster),
+        j: usize,
+        wanted: Range<usize>,
+        mut work: impl FnMut(Range<usize>, Option<&Polynomial>),
+    ) {
+        let mut rough = wanted.start..wanted.start;
         let down = place(j, raster.height, self.down);
-        let mut i = first;
+        let mut i = wanted.start;
         while i < wanted.end {
             let across = place(i, raster.width, self.across);
             let part = Part {
@@ -149,14 +151,20 @@ impl Pieces {
                 .get_or_init(|| Piece::new(map, raster, &part));
             i = part.columns.end;
             piece.each(&part, j, &wanted, &mut |columns, found| {
-                smooth(columns, found, out);
+                if found.is_some() {
+                    // Those beside each other that none is for come at once.
+                    if !rough.is_empty() {
+                        work(rough.clone(), None);
+                    }
+                    work(columns.clone(), found);
+                    rough = columns.end..columns.end;
+                } else {
+                    rough.end = columns.end;
+                }
             });
         }
         if !rough.is_empty() {
-            other(
-                rough.clone(),
-                &mut out[rough.start - first..rough.end - first],
-            );
+            work(rough, None);
         }
     }
 }
@@ -251,6 +259,34 @@ enum Found {
     Nothing,
 }
 
+/// What densities at points of a piece tell of it.
+#[derive(PartialEq)]
+enum Level {
+    /// None lies in the valid image.
+    Nothing,
+    Not,
+    /// They differ by little, and none is larger.
+    UpTo(f64),
+}
+
+impl Level {
+    fn of(densities: &[f64]) -> Level {
+        if densities.iter().all(|x| x.is_nan()) {
+            return Level::Nothing;
+        }
+        let least = densities
+            .iter()
+            .fold(f64::INFINITY, |least, x| least.min(*x));
+        let most = densities.iter().fold(0.0, |most: f64, x| most.max(*x));
+        let finite = densities.iter().all(|x| x.is_finite());
+        if finite && least > 0.0 && least * RANGE >= most {
+            Level::UpTo(most)
+        } else {
+            Level::Not
+        }
+    }
+}
+
 impl Polynomial {
     fn find(map: &Map, raster: &Raster, part: &Part) -> Found {
         let along_u = Scale::new(raster.along_u, &part.columns);
@@ -263,49 +299,46 @@ impl Polynomial {
             })
         };
         let (us, vs) = (at(along_u), at(along_v));
-        // Of one that is the same everywhere, only whether it is there.
-        let equal_area = map.info().equal_area;
-        let step = if equal_area { FEWER } else { 1 };
-        let mut places = Vec::with_capacity(3 * N * N);
-        let mut count = 0;
-        for u in us.into_iter().step_by(step) {
-            for v in vs.into_iter().step_by(step) {
-                places.extend([u, v]);
-                if raster.faces() > 1 {
-                    places.push(0.0);
+        let ask = |step: usize, out: &mut [f64]| {
+            let mut places = Vec::with_capacity(3 * out.len());
+            for u in us.into_iter().step_by(step) {
+                for v in vs.into_iter().step_by(step) {
+                    places.extend([u, v]);
+                    if raster.faces() > 1 {
+                        places.push(0.0);
+                    }
                 }
-                count += 1;
             }
-        }
+            map.visit_canonical(DensityOwn {
+                input: &places,
+                output: out,
+            });
+            Level::of(out)
+        };
+        let equal_area = map.info().equal_area;
         let mut values = [[0.0; N]; N];
-        let all = &mut values.as_flattened_mut()[..count];
-        map.visit_canonical(DensityOwn {
-            input: &places,
-            output: all,
-        });
-        if all.iter().all(|x| x.is_nan()) {
-            return Found::Nothing;
-        }
-        let least = all.iter().fold(f64::INFINITY, |least, x| least.min(*x));
-        let most = all.iter().fold(0.0, |most: f64, x| most.max(*x));
-        let is_level = all.iter().all(|x| x.is_finite()) && least * RANGE >= most;
-        if !is_level || least <= 0.0 {
-            return Found::Rough;
-        }
-        let mut coefficients = [[0.0; N]; N];
-        if equal_area {
-            coefficients[0][0] = most;
+        let all = values.as_flattened_mut();
+        // Most that are not level are told by a few.
+        let few = ask(FEWER, &mut all[..FEW * FEW]);
+        let level = if equal_area || few == Level::Not {
+            few
         } else {
-            let terms = along_both(&chebyshev.terms, &values);
-            let mut last = terms[N - 2..]
-                .iter()
-                .flatten()
-                .chain(terms.iter().flat_map(|terms| &terms[N - 2..]));
-            if last.any(|term| term.abs() > ROUNDING * most) {
-                return Found::Rough;
-            }
-            coefficients = along_both(&chebyshev.mean_powers, &terms);
-        }
+            ask(1, all)
+        };
+        let most = match level {
+            Level::Nothing => return Found::Nothing,
+            Level::Not => return Found::Rough,
+            Level::UpTo(most) => most,
+        };
+        let coefficients = if equal_area {
+            let mut coefficients = [[0.0; N]; N];
+            coefficients[0][0] = most;
+            coefficients
+        } else if let Some(coefficients) = chebyshev.coefficients(&values, most) {
+            coefficients
+        } else {
+            return Found::Rough;
+        };
         Found::Smooth(Box::new(Polynomial {
             along_u,
             along_v,
@@ -313,22 +346,22 @@ impl Polynomial {
         }))
     }
 
-    /// Writes those of cells of a row, all of them of the piece, which lie between these edges.
-    fn row(&self, (v0, v1): (f64, f64), edges: &[f64], out: &mut [f64]) {
+    /// Writes those of cells of a row, all of them in the piece, which lie between these edges.
+    pub(crate) fn row(&self, (v0, v1): (f64, f64), edges: &[f64], out: &mut [f64]) {
         let (y0, y1) = (self.along_v.of(v0), self.along_v.of(v1));
-        let (mut power, mut sum) = (1.0, 1.0);
-        let mut of_row = self.coefficients.map(|along_v| along_v[0]);
-        for l in 1..N {
-            power *= y0;
-            sum = sum * y1 + power;
-            for (of_row, along_v) in of_row.iter_mut().zip(&self.coefficients) {
-                *of_row += along_v[l] * sum;
-            }
-        }
         let dv = v1 - v0;
         vectorize(
             #[inline(always)]
             || {
+                let (mut power, mut sum) = (1.0, 1.0);
+                let mut of_row = self.coefficients[0];
+                for along_u in &self.coefficients[1..] {
+                    power *= y0;
+                    sum = sum * y1 + power;
+                    for (of_row, coefficient) in of_row.iter_mut().zip(along_u) {
+                        *of_row += coefficient * sum;
+                    }
+                }
                 for ((u0, u1), out) in edges.iter().zip(&edges[1..]).zip(out) {
                     let (u0, u1) = (*u0, *u1);
                     let (x0, x1) = (self.along_u.of(u0), self.along_u.of(u1));
@@ -392,22 +425,42 @@ static CHEBYSHEV: LazyLock<Chebyshev> = LazyLock::new(|| {
     }
 });
 
-/// A matrix applied to the columns and to the rows.
-fn along_both(matrix: &[[f64; N]; N], values: &[[f64; N]; N]) -> [[f64; N]; N] {
-    let mut both = [[0.0; N]; N];
-    vectorize(
-        #[inline(always)]
-        || {
-            let turned = transposed(&product(matrix, values));
-            both = transposed(&product(matrix, &turned));
-        },
-    );
-    both
+impl Chebyshev {
+    /// What a polynomial has of mean powers, those along the second side first; none where its last terms are more than rounding of
+    /// the most that the values are.
+    fn coefficients(&self, values: &[[f64; N]; N], most: f64) -> Option<[[f64; N]; N]> {
+        let is_rounding = |terms: &[f64]| terms.iter().all(|x| x.abs() <= ROUNDING * most);
+        let mut found = None;
+        vectorize(
+            #[inline(always)]
+            || {
+                let terms = &self.terms;
+                let [.., next, last] = terms;
+                let last = &[*next, *last];
+                // A crease is mostly told by the last terms along one side, which are an eighth of the way.
+                let last_along_u = product(terms, &transposed(&product(last, values)));
+                if !is_rounding(last_along_u.as_flattened()) {
+                    return;
+                }
+                let along_u = transposed(&product(terms, values));
+                if !is_rounding(product(last, &along_u).as_flattened()) {
+                    return;
+                }
+                let both = transposed(&product(terms, &along_u));
+                let powers = &self.mean_powers;
+                found = Some(product(powers, &transposed(&product(powers, &both))));
+            },
+        );
+        found
+    }
 }
 
 #[inline(always)]
-fn product(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
-    let mut product = [[0.0; N]; N];
+fn product<const ROWS: usize, const COLUMNS: usize>(
+    a: &[[f64; N]; ROWS],
+    b: &[[f64; COLUMNS]; N],
+) -> [[f64; COLUMNS]; ROWS] {
+    let mut product = [[0.0; COLUMNS]; ROWS];
     for (row, out) in a.iter().zip(&mut product) {
         for (x, b) in row.iter().zip(b) {
             for (out, y) in out.iter_mut().zip(b) {
@@ -419,11 +472,13 @@ fn product(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
 }
 
 #[inline(always)]
-fn transposed(a: &[[f64; N]; N]) -> [[f64; N]; N] {
-    let mut turned = [[0.0; N]; N];
-    for (k, row) in a.iter().enumerate() {
-        for (l, x) in row.iter().enumerate() {
-            turned[l][k] = *x;
+fn transposed<const ROWS: usize, const COLUMNS: usize>(
+    a: &[[f64; COLUMNS]; ROWS],
+) -> [[f64; ROWS]; COLUMNS] {
+    let mut turned = [[0.0; ROWS]; COLUMNS];
+    for (i, row) in a.iter().enumerate() {
+        for (turned, x) in turned.iter_mut().zip(row) {
+            turned[i] = *x;
         }
     }
     turned

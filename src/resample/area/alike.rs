@@ -1,13 +1,15 @@
 //! Areas between images of one map that is not turned: a smaller or a larger copy.
 //!
 //! A texel of the target is a rectangle in the plane of one face of the source. It covers whole texels and, along its border, parts
-//! of texels, all of them rectangles. What each sees is the density at two places each way (Gauss and Legendre), which is the solid angle but for
+//! of texels, all of them rectangles. Where the density is one of the polynomials of [`crate::image::pieces`], what each sees is its integral. Elsewhere it
+//! is the density at two places each way (Gauss and Legendre), which is the solid angle but for
 //! h⁴/4320 of the fourth derivative. As on the other paths, where these do not add up to the solid angle of the texel, as on
 //! a crease of the density or across a rim, each is asked for exactly.
 //!
 //! What did not help: exact solid angles of all texels. For most maps they take longer than the path that knows nothing of all this.
 
 use crate::geometry::solid_angle::Rect;
+use crate::image::pieces::Pieces;
 use crate::image::texel::Texel;
 use crate::map::verbs::DensityCanonical;
 use crate::resample::area::graticule::{edges, met};
@@ -15,6 +17,7 @@ use crate::resample::area::lattice::{Lattice, NOTHING};
 use crate::resample::area::sweep::Add;
 use crate::resample::request::Request;
 use glam::DMat3;
+use std::ops::Range;
 
 /// Where the density is asked for, from the middle of an interval, in halves of its length.
 const NODE: f64 = 0.577_350_269_189_625_8;
@@ -31,9 +34,9 @@ pub(super) fn serves<T: Texel>(request: Request<'_, T>) -> bool {
     unturned && request.image.map().same_formula(request.map)
 }
 
-/// An interval that a row or column of the source and one of the target have in common.
+/// What a row or column of the source and one of the target have in common.
 #[derive(Clone, Copy)]
-struct Piece {
+struct Interval {
     /// The source's.
     at: usize,
     from: f64,
@@ -41,13 +44,15 @@ struct Piece {
 }
 
 /// Those of each row or column of a target.
-struct Pieces {
+struct Intervals {
     ends: Vec<usize>,
-    all: Vec<Piece>,
+    all: Vec<Interval>,
+    /// Where each begins and, last, where they end.
+    edges: Vec<f64>,
 }
 
-impl Pieces {
-    fn new(from: &Lattice<'_>, into: &Lattice<'_>, axis: usize) -> Pieces {
+impl Intervals {
+    fn new(from: &Lattice<'_>, into: &Lattice<'_>, axis: usize) -> Intervals {
         let theirs: Vec<f64> = edges(from, axis).collect();
         let (mut ends, mut all) = (Vec::new(), Vec::new());
         for cell in 0..[into.columns, into.rows][axis] {
@@ -55,21 +60,20 @@ impl Pieces {
             for at in met(&theirs, [a, b]) {
                 let (from, to) = (a.max(theirs[at]), b.min(theirs[at + 1]));
                 if to - from > NOTHING * (b - a).min(theirs[at + 1] - theirs[at]) {
-                    all.push(Piece { at, from, to });
+                    all.push(Interval { at, from, to });
                 }
             }
             ends.push(all.len());
         }
-        Pieces { ends, all }
+        let begins = all.iter().map(|interval| interval.from);
+        let edges = begins.chain(all.last().map(|last| last.to)).collect();
+        Intervals { ends, all, edges }
     }
 
-    fn start(&self, cell: usize) -> usize {
-        cell.checked_sub(1).map_or(0, |before| self.ends[before])
-    }
-
-    /// Those of some of the target's.
-    fn of(&self, from: usize, to: usize) -> &[Piece] {
-        &self.all[self.start(from)..self.start(to)]
+    /// Which are those of some of the target's.
+    fn of(&self, cells: Range<usize>) -> Range<usize> {
+        let start = |cell: usize| cell.checked_sub(1).map_or(0, |before| self.ends[before]);
+        start(cells.start)..start(cells.end)
     }
 }
 
@@ -77,21 +81,29 @@ impl Pieces {
 pub(super) struct Alike<'l, 'a> {
     from: &'l Lattice<'a>,
     into: &'l Lattice<'a>,
-    columns: Pieces,
-    rows: Pieces,
+    columns: Intervals,
+    rows: Intervals,
     /// Whether the density is the same all along a row.
     even: bool,
+    pieces: Option<Pieces>,
 }
 
 impl<'l, 'a> Alike<'l, 'a> {
     pub fn new(from: &'l Lattice<'a>, into: &'l Lattice<'a>) -> Self {
-        let [columns, rows] = [0, 1].map(|axis| Pieces::new(from, into, axis));
+        let [columns, rows] = [0, 1].map(|axis| Intervals::new(from, into, axis));
+        let even = from.map.has_even_rows();
+        let pieces = if even || from.map.overlaps() {
+            None
+        } else {
+            Pieces::new(&from.raster)
+        };
         Alike {
             from,
             into,
             columns,
             rows,
-            even: from.map.has_even_rows(),
+            even,
+            pieces,
         }
     }
 }
@@ -102,8 +114,10 @@ pub(super) struct Room {
     /// Canonical (u, v, face) of places, and the densities there.
     places: Vec<f64>,
     densities: Vec<f64>,
-    /// Of each row of pieces one after the other.
+    /// Of each row of intervals one after the other.
     sizes: Vec<f64>,
+    /// Of which columns of intervals some are not integrals of a polynomial.
+    rough: Vec<bool>,
     shares: Vec<(usize, f64)>,
 }
 
@@ -117,85 +131,134 @@ impl Alike<'_, '_> {
         high: [usize; 2],
         add: Add<'_>,
     ) {
-        let first = self.columns.start(low[0]);
-        let across = self.columns.of(low[0], high[0]);
+        let across = self.columns.of(low[0]..high[0]);
         for y in low[1]..high[1] {
-            let down = self.rows.of(y, y + 1);
-            self.sizes(room, face, across, down);
+            let down = &self.rows.all[self.rows.of(y..y + 1)];
+            self.sizes(room, face, across.clone(), down);
             for x in low[0]..high[0] {
-                let [(u0, u1), (v0, v1)] = self.into.rectangle([x, y]);
-                let whole = self.into.raster.solid_angle(Rect { u0, u1, v0, v1 });
-                if whole <= 0.0 {
-                    continue;
-                }
-                let own = self.columns.of(x, x + 1);
-                let begin = self.columns.start(x) - first;
+                let own = self.columns.of(x..x + 1);
+                let here = own.start - across.start..own.end - across.start;
+                let own = &self.columns.all[own];
                 let sizes = || {
                     let rows = room.sizes.chunks_exact(across.len());
-                    rows.map(|row| &row[begin..][..own.len()])
+                    rows.map(|row| &row[here.clone()])
                 };
-                let total: f64 = sizes().flatten().sum();
                 room.shares.clear();
-                if (total / whole - 1.0).abs() <= CLOSE {
-                    for (row, sizes) in down.iter().zip(sizes()) {
-                        let texel = |piece: &Piece| self.from.stored(face, [piece.at, row.at]);
-                        let shares = own.iter().zip(sizes);
-                        (room.shares).extend(shares.map(|(piece, size)| (texel(piece), *size)));
+                if room.rough[here.clone()].contains(&true) {
+                    let [(u0, u1), (v0, v1)] = self.into.rectangle([x, y]);
+                    let whole = self.into.raster.solid_angle(Rect { u0, u1, v0, v1 });
+                    if whole <= 0.0 {
+                        continue;
                     }
-                } else {
-                    self.exactly(face, own, down, &mut room.shares);
+                    let total: f64 = sizes().flatten().sum();
+                    let adds_up = (total / whole - 1.0).abs() <= CLOSE;
+                    if !adds_up {
+                        self.exactly(face, own, down, &mut room.shares);
+                        add([x, y], &room.shares);
+                        continue;
+                    }
+                }
+                let stored = self.stored(face, [x, y]);
+                for (row, sizes) in down.iter().zip(sizes()) {
+                    let shares = own.iter().zip(sizes);
+                    let shares = shares.map(|(column, size)| (stored([column.at, row.at]), *size));
+                    room.shares.extend(shares);
                 }
                 add([x, y], &room.shares);
             }
         }
     }
 
+    /// Where the source's texels that a cell of the target covers are stored, or those that have their values.
+    fn stored(&self, face: usize, cell: [usize; 2]) -> impl Fn([usize; 2]) -> usize {
+        let raster = &self.from.raster;
+        let sides = self.into.rectangle(cell);
+        let middle = sides.map(|(from, to)| 0.5 * (from + to));
+        // Centers of those in part beyond it are a texel away at most.
+        let texel = [raster.along_u, raster.along_v].map(|axis| 1.0 / axis.index().0);
+        let reach = [0, 1].map(|axis| 0.5 * (sides[axis].1 - sides[axis].0) + texel[axis]);
+        let simple = raster.holds_around(middle, reach);
+        let view = raster.view(face);
+        move |[i, j]| {
+            if simple {
+                view.index(i, j)
+            } else {
+                self.from.stored(face, [i, j])
+            }
+        }
+    }
+
     /// Finds the sizes of rectangles, row by row.
-    fn sizes(&self, room: &mut Room, face: usize, across: &[Piece], down: &[Piece]) {
-        let nodes = |piece: &Piece| {
-            let (middle, half) = (0.5 * (piece.from + piece.to), 0.5 * (piece.to - piece.from));
+    fn sizes(&self, room: &mut Room, face: usize, across: Range<usize>, down: &[Interval]) {
+        let columns = &self.columns.all[across.clone()];
+        room.sizes.clear();
+        room.rough.clear();
+        room.rough.resize(columns.len(), self.pieces.is_none());
+        let (Some(first), Some(last)) = (columns.first(), columns.last()) else {
+            return;
+        };
+        for row in down {
+            let start = room.sizes.len();
+            room.sizes.resize(start + columns.len(), 0.0);
+            let Some(pieces) = &self.pieces else {
+                self.by_places(room, face, columns, row, start);
+                continue;
+            };
+            let of = (self.from.map, &self.from.raster);
+            pieces.each(of, row.at, first.at..last.at + 1, |texels, found| {
+                let which = |texel| columns.partition_point(|column| column.at < texel);
+                let here = which(texels.start)..which(texels.end);
+                let to = start + here.start;
+                if let Some(polynomial) = found {
+                    let edges = &self.columns.edges[across.start + here.start..];
+                    let edges = &edges[..=here.len()];
+                    let out = &mut room.sizes[to..][..here.len()];
+                    polynomial.row((row.from, row.to), edges, out);
+                } else {
+                    room.rough[here.clone()].fill(true);
+                    self.by_places(room, face, &columns[here], row, to);
+                }
+            });
+        }
+    }
+
+    /// The same of some rectangles of a row by the density at places in each, written from a size on.
+    fn by_places(
+        &self,
+        room: &mut Room,
+        face: usize,
+        columns: &[Interval],
+        row: &Interval,
+        to: usize,
+    ) {
+        let nodes = |interval: &Interval| {
+            let (from, to) = (interval.from, interval.to);
+            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
             [middle - NODE * half, middle + NODE * half]
         };
-        let Room {
-            places,
-            densities,
-            sizes,
-            ..
-        } = room;
-        places.clear();
-        sizes.clear();
-        let even = &[Piece {
+        let even = &[Interval {
             at: 0,
             from: 0.0,
             to: 1.0,
         }][..];
-        let asked = if self.even { even } else { across };
-        // Twice, for two rows.
-        for _ in 0..2 {
+        let asked = if self.even { even } else { columns };
+        room.places.clear();
+        for v in nodes(row) {
             let us = asked.iter().flat_map(nodes);
-            places.extend(us.flat_map(|u| [u, 0.0, face as f64]));
+            room.places.extend(us.flat_map(|u| [u, v, face as f64]));
         }
-        densities.resize(places.len() / 3, 0.0);
-        let row = 2 * asked.len();
-        for piece in down {
-            for (v, places) in nodes(piece)
-                .into_iter()
-                .zip(places.chunks_exact_mut(3 * row))
-            {
-                places.chunks_exact_mut(3).for_each(|place| place[1] = v);
-            }
-            self.from.map.visit_canonical(DensityCanonical {
-                input: places,
-                output: densities,
-            });
-            let (upper, lower) = densities.split_at(row);
-            let height = 0.25 * (piece.to - piece.from);
-            let both = |k: usize| upper[2 * k] + upper[2 * k + 1] + lower[2 * k] + lower[2 * k + 1];
-            let of = across.iter().enumerate();
-            sizes.extend(of.map(|(k, column)| {
-                let k = if self.even { 0 } else { k };
-                both(k) * height * (column.to - column.from)
-            }));
+        room.densities.resize(room.places.len() / 3, 0.0);
+        self.from.map.visit_canonical(DensityCanonical {
+            input: &room.places,
+            output: &mut room.densities,
+        });
+        let (upper, lower) = room.densities.split_at(2 * asked.len());
+        let height = 0.25 * (row.to - row.from);
+        let both = |k: usize| upper[2 * k] + upper[2 * k + 1] + lower[2 * k] + lower[2 * k + 1];
+        let out = room.sizes[to..].iter_mut();
+        for (k, (column, out)) in columns.iter().zip(out).enumerate() {
+            let k = if self.even { 0 } else { k };
+            *out = both(k) * height * (column.to - column.from);
         }
     }
 
@@ -203,8 +266,8 @@ impl Alike<'_, '_> {
     fn exactly(
         &self,
         face: usize,
-        across: &[Piece],
-        down: &[Piece],
+        across: &[Interval],
+        down: &[Interval],
         shares: &mut Vec<(usize, f64)>,
     ) {
         shares.clear();

@@ -99,7 +99,7 @@ fn both_paths_agree() {
 fn copies_in_another_size_are_those_of_the_general_path() {
     for info in REGISTRY {
         let p = map(info.name);
-        for (n, m) in [(24, 8), (20, 13), (9, 20), (70, 2)] {
+        for (n, m) in [(24, 8), (20, 13), (9, 20), (70, 2), (80, 30)] {
             let (from, into) = (shape_of_size(&p, n), shape_of_size(&p, m));
             let [(best, counts), (general, _)] = [Path::Best, Path::General]
                 .map(|path| converted(path, (&p, &from), (&p, &into), None));
@@ -114,6 +114,36 @@ fn copies_in_another_size_are_those_of_the_general_path() {
                     info.name
                 );
             }
+        }
+    }
+}
+
+#[test]
+fn copies_in_another_size_share_out_whole_texels() {
+    for info in REGISTRY {
+        let p = map(info.name);
+        // Large enough for densities that are polynomials, and texels that are cut.
+        let [from, into] = [90, 37].map(|n| {
+            let shape = shape_of_size(&p, n);
+            Lattice::new(&p, &shape, None).unwrap().refine(1)
+        });
+        let alike = Alike::new(&from, &into);
+        let mut room = Room::default();
+        let mut shares = vec![0.0; from.raster.texels()];
+        let mut largest = 0.0_f64;
+        for face in 0..p.info().faces {
+            let high = [into.columns, into.rows];
+            alike.cells(&mut room, face, [0, 0], high, &mut |_, found| {
+                largest = largest.max(found.iter().map(|(_, size)| size).sum());
+                found.iter().for_each(|(at, size)| shares[*at] += size);
+            });
+        }
+        let mut weights = vec![0.0; from.raster.texels()];
+        crate::image::weights(&p, &shape_of_size(&p, 90), &mut weights).unwrap();
+        for (k, (shared, whole)) in shares.iter().zip(&weights).enumerate() {
+            // As exact as a cell's sum has to be.
+            let off = (shared - whole).abs();
+            assert!(off <= 1e-8 * largest, "{} {k}: {off:e}", info.name);
         }
     }
 }

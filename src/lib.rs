@@ -74,6 +74,8 @@
 #![allow(rustdoc::private_intra_doc_links)]
 // What the Python face alone asks for. With it, whatever nobody asks for is an error again.
 #![cfg_attr(not(feature = "python"), allow(dead_code))]
+// The same bits everywhere: no function of the system's math library.
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 pub mod code;
 mod error;

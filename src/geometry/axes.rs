@@ -10,6 +10,7 @@
 //! direction d looks up what the unturned map shows at Rᵀd.
 
 use crate::error::Error;
+use crate::number::real::Real;
 use glam::{DMat3, DVec3};
 use std::fmt;
 use std::str::FromStr;
@@ -239,12 +240,17 @@ pub fn rotation(rows: [[f64; 3]; 3]) -> Result<DMat3, Error> {
 /// use spheremap::geometry::from_angles;
 /// use spheremap::glam::DVec3;
 /// let turned = from_angles(90.0, 0.0, 0.0) * DVec3::NEG_Z; // what lay ahead lies to the left
-/// assert!(turned.distance(DVec3::NEG_X) < 1e-15);
+/// assert_eq!(turned, DVec3::NEG_X);
 /// ```
 pub fn from_angles(yaw: f64, pitch: f64, roll: f64) -> DMat3 {
-    DMat3::from_rotation_y(yaw.to_radians())
-        * DMat3::from_rotation_x(pitch.to_radians())
-        * DMat3::from_rotation_z(roll.to_radians())
+    // In half turns, right angles are exact.
+    let [(sy, cy), (sx, cx), (sz, cz)] =
+        [yaw, pitch, roll].map(|degrees| f64::sin_cos_half_turns(degrees % 360.0 / 180.0));
+    let of_rows = |rows| DMat3::from_cols_array_2d(&rows).transpose();
+    let about_y = of_rows([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]]);
+    let about_x = of_rows([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]]);
+    let about_z = of_rows([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]]);
+    about_y * about_x * about_z
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use crate::kernel::memory::expect_room;
 use crate::kernel::{Scalar, interrupt, pages, threads, vectorize};
 use crate::light::patches::{Patches, Points, Sheet};
 use crate::map::Map;
+use crate::number::angle;
 use std::collections::BTreeMap;
 
 /// Stored rows that are listed at a time.
@@ -51,7 +52,7 @@ pub struct Cap {
 impl Cap {
     /// About a unit vector, of a radius in radians.
     pub fn new(axis: [f64; 3], radius: f64) -> Cap {
-        let chord = 2.0 * (0.5 * radius).sin();
+        let chord = 2.0 * angle::sin(0.5 * radius);
         Cap {
             axis,
             square: chord * chord,

@@ -39,9 +39,11 @@ use crate::light::integrate::{Moments, add_sheets, block_moments};
 use crate::light::patches::{LANES, Patches, Sheet, add_lanes};
 use crate::light::texels::{Block, Texels, texels};
 use crate::map::Map;
+use crate::number::real::Real;
 use crate::projections::projection::Coverage;
+use crate::resample::lod::lod;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, f64x8, u64x8};
-use std::f64::consts::PI;
+use std::f64::consts::{LN_2, PI};
 
 /// A function of the cosine between the wanted direction and the light.
 ///
@@ -123,37 +125,20 @@ impl Lobe {
             Lobe::Cone(cos) => 2.0 * PI * (1.0 - cos),
             Lobe::Phong(e) => 2.0 * PI / (e + 1.0),
             Lobe::VonMisesFisher(k) if k < 1e-8 => 4.0 * PI * (1.0 - k),
-            Lobe::VonMisesFisher(k) => -2.0 * PI * (-2.0 * k).exp_m1() / k,
-            Lobe::Ggx(_) | Lobe::Charlie(_) => self.quadrature(),
-        }
-    }
-
-    /// ∫ K dω by the midpoint rule in s, t = 1 - 2s⁴: the peak of a small α lies at s = 0.
-    fn quadrature(self) -> f64 {
-        const N: usize = 1 << 14;
-        let value = |i: usize| {
-            let s = (i as f64 + 0.5) / N as f64 * 0.5_f64.powf(0.25);
-            let t = 1.0 - 2.0 * s.powi(4);
-            self.scalar(t) * 8.0 * s.powi(3)
-        };
-        let step = 0.5_f64.powf(0.25) / N as f64;
-        2.0 * PI * (0..N).map(value).sum::<f64>() * step
-    }
-
-    fn scalar(self, t: f64) -> f64 {
-        let up = t.max(0.0);
-        match self {
-            Lobe::Cosine => up,
-            Lobe::Cone(cos) => f64::from(u8::from(t >= cos)),
-            Lobe::Phong(e) => up.powf(e),
-            Lobe::VonMisesFisher(k) => (k * (t - 1.0)).exp(),
-            Lobe::Ggx(alpha) => {
-                let d = 0.5 * (1.0 + t) * (alpha * alpha - 1.0) + 1.0;
-                alpha * alpha / (PI * d * d) * up
+            Lobe::VonMisesFisher(k) => {
+                // 1 - exp(-2k) without its cancellation; beyond, the exponential is rounding.
+                let (sinh, cosh) = Real::sinh_cosh(k.min(20.0));
+                4.0 * PI * sinh / ((sinh + cosh) * k)
             }
+            Lobe::Ggx(alpha) => quadrature(|nodes| {
+                let along = |s: &f64| {
+                    let d = (1.0 - s.powi(4)) * (alpha * alpha - 1.0) + 1.0;
+                    alpha * alpha / (PI * d * d)
+                };
+                nodes.iter().map(along).collect()
+            }),
             Lobe::Charlie(alpha) => {
-                let sin = (0.5 * (1.0 - t)).max(0.0);
-                (2.0 + 1.0 / alpha) / (2.0 * PI) * sin.powf(0.5 / alpha) * up
+                (2.0 + 1.0 / alpha) / (2.0 * PI) * quadrature(|nodes| power(nodes, 2.0 / alpha))
             }
         }
     }
@@ -167,13 +152,25 @@ impl Lobe {
             Lobe::Cone(cos) if high < cos => Over::Zero,
             Lobe::Cone(cos) if low >= cos => Over::Linear(1.0, 0.0),
             Lobe::VonMisesFisher(k) if k * (high - 1.0) < VANISHES => Over::Zero,
-            Lobe::Phong(e) if high > 0.0 && e * high.min(1.0).ln() < VANISHES => Over::Zero,
+            Lobe::Phong(e) if high > 0.0 && -e * LN_2 * lod(1.0 / high.min(1.0)) < VANISHES => {
+                Over::Zero
+            }
             Lobe::Cosine | Lobe::Phong(_) | Lobe::Ggx(_) | Lobe::Charlie(_) if high <= 0.0 => {
                 Over::Zero
             }
             _ => Over::Other,
         }
     }
+}
+
+/// ∫ K(t) max(0, t) dω by the midpoint rule in s, t = 1 - 2s⁴, of which K is a function: the peak of a small α lies at s = 0.
+fn quadrature(lobe: impl Fn(&[f64]) -> Vec<f64>) -> f64 {
+    const N: usize = 1 << 14;
+    let step = 0.5_f64.sqrt().sqrt() / N as f64;
+    let nodes: Vec<f64> = (0..N).map(|i| (i as f64 + 0.5) * step).collect();
+    let each = nodes.iter().zip(lobe(&nodes));
+    let terms = each.map(|(s, k)| k * (1.0 - 2.0 * s.powi(4)) * 8.0 * s.powi(3));
+    2.0 * PI * terms.sum::<f64>() * step
 }
 
 /// A lobe in lanes.

@@ -23,6 +23,7 @@ use crate::light::lobe;
 use crate::light::pyramid::{Pyramid, Rows};
 use crate::map::Map;
 use crate::number::real::Real;
+use crate::resample::lod::lod;
 use std::f64::consts::PI;
 
 /// How much larger than 1/(N pdf) a sample's footprint is, so that footprints overlap.
@@ -143,7 +144,7 @@ impl Source {
                 for sample in &samples {
                     let footprint = sample.footprint.max(own);
                     let finest = pyramid.levels[0].texel_area();
-                    let level = (0.5 * (footprint / finest).log2()).round().max(0.0) as usize;
+                    let level = (0.5 * lod(footprint / finest)).round() as usize;
                     let level = &pyramid.levels[level.min(pyramid.levels.len() - 1)];
                     rows.local = sample.local.map(|x| x as f32);
                     level.add(&mut rows, (sample.local[2] / total) as f32, &mut sums);

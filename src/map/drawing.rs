@@ -6,6 +6,7 @@
 //! tells order and orientation at a glance.
 
 use crate::map::Map;
+use crate::number::angle;
 
 const AXES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
 const ROWS: usize = 11;
@@ -183,7 +184,7 @@ fn landings(map: &Map, axis: usize, seen: &[Vec<[f64; 3]>]) -> Vec<(usize, usize
     let mut near: Vec<(f64, usize, usize)> = Vec::new();
     for (j, row) in seen.iter().enumerate() {
         for (i, d) in row.iter().enumerate() {
-            let angle = along(*d, axis).clamp(-1.0, 1.0).acos();
+            let angle = angle::acos(along(*d, axis).clamp(-1.0, 1.0));
             // On a rim whose letters lie at different depths all are about as near.
             if angle < 0.6 {
                 near.push((angle, i, j));

@@ -1,6 +1,7 @@
 //! Maps whose columns are meridians and whose rows are parallels: where these lie.
 
 use crate::map::Map;
+use crate::number::angle;
 use crate::projections::projection::one;
 use crate::projections::projection::{Projection, Uv, Visitor};
 
@@ -19,7 +20,7 @@ impl Visitor for Parallel {
     type Output = [f64; 2];
     fn visit<P: Projection>(self, p: P) -> [f64; 2] {
         let [x, y, z] = one::decode(p, Uv::flat(0.5, self.0));
-        [y, x.hypot(z)]
+        [y, angle::length(x, z)]
     }
 }
 

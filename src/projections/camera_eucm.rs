@@ -9,7 +9,7 @@
 //! turn back at ρ = 0, and end a little before, where their slope has fallen to a hundredth of its chord.
 
 use crate::number::real::{Real, max};
-use crate::projections::common::angle;
+use crate::number::angle;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, LET_OUT, Lens, coefficient, grows_up_to, last,
 };

@@ -8,7 +8,7 @@
 
 use crate::number::real::{Real, max};
 use crate::projections::camera_brown_conrady::{RADIAL, TANGENTIAL};
-use crate::projections::common::angle;
+use crate::number::angle;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Lens, coefficient, grows_up_to,
 };

@@ -51,7 +51,8 @@ impl Warp for Equiangular {
     }
 
     fn width(p0: f64, p1: f64, difference: f64) -> f64 {
-        let angle = |p: f64| FRAC_PI_4 * p;
-        angle(difference).sin() / (angle(p0).cos() * angle(p1).cos())
+        let [(sin, _), (_, cos0), (_, cos1)] =
+            [difference, p0, p1].map(|p| f64::sin_cos_half_turns(0.25 * p));
+        sin / (cos0 * cos1)
     }
 }

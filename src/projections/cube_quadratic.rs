@@ -34,7 +34,8 @@ impl Warp for Quadratic {
     fn density_range() -> (f64, f64) {
         let middle = 16.0 / 9.0;
         let w = (5f64.sqrt() - 1.0) / 4.0;
-        let steepest = (1.0 + 3.0 * w) / (1.0 + 2.0 * w * w).powf(1.5);
+        let square = 1.0 + 2.0 * w * w;
+        let steepest = (1.0 + 3.0 * w) / (square * square.sqrt());
         (middle / 2f64.sqrt(), middle * steepest)
     }
 

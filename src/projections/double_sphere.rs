@@ -9,6 +9,7 @@
 //! equation 43, where the image ends or turns back. Singular: none in the image.
 
 use crate::geometry::solid_angle::Rect;
+use crate::number::angle;
 use crate::number::real::{Real, max};
 use crate::projections::common::lens;
 use crate::projections::projection::one;
@@ -120,7 +121,7 @@ impl Projection for DoubleSphere {
     fn check(parameters: &[f64]) -> Result<(), String> {
         let lens = DoubleSphere::new(parameters);
         let slope = |angle: f64| {
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = angle::sin_cos(angle);
             let (depth, far) = lens.depth(1.0, cos, sin * sin);
             if cos > lens.least_cosine && depth > 0.0 {
                 (1.0 + lens.xi * cos) * (1.0 - lens.alpha + lens.alpha * (cos + lens.xi) / far)
@@ -174,7 +175,7 @@ impl Projection for DoubleSphere {
         let theta = |r: f64| {
             let r = r * self.radius;
             let (factor, z) = self.unproject(r * r);
-            f64::atan2(factor * r, z)
+            angle::atan2(factor * r, z)
         };
         lens::solid_angle(rect, |u, v| one::density(self, Uv::flat(u, v)), theta)
     }

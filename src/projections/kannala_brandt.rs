@@ -16,7 +16,7 @@
 
 use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, SINGLE, min, scaled};
-use crate::projections::common::angle;
+use crate::number::angle;
 use crate::projections::common::lens;
 use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};

@@ -71,7 +71,8 @@ impl Projection for Mercator {
     }
 
     fn coverage(self) -> Coverage {
-        Coverage::Part(4.0 * PI * self.edge.tanh())
+        let (sinh, cosh) = Real::sinh_cosh(self.edge);
+        Coverage::Part(4.0 * PI * (sinh / cosh))
     }
 
     fn density_range(self) -> (f64, f64) {
@@ -104,7 +105,8 @@ impl Projection for Mercator {
     fn solid_angle(self, rect: Rect) -> f64 {
         let [a, b] = [rect.v0, rect.v1].map(|v| self.edge * (2.0 * v - 1.0));
         let height = 2.0 * self.edge * (rect.v1 - rect.v0);
-        2.0 * PI * (rect.u1 - rect.u0) * (height.sinh() / (a.cosh() * b.cosh()))
+        let [(sinh, _), (_, cosh_a), (_, cosh_b)] = [height, a, b].map(Real::sinh_cosh);
+        2.0 * PI * (rect.u1 - rect.u0) * (sinh / (cosh_a * cosh_b))
     }
 
     #[inline(always)]

@@ -137,8 +137,10 @@ impl Projection for Miller {
 
     /// 2π Δu times the difference of sines, as a product.
     fn solid_angle(self, rect: Rect) -> f64 {
-        let [a, b] = [rect.v0, rect.v1].map(|v| 0.5 * PI * Miller::latitude(2.0 * v - 1.0));
-        4.0 * PI * (rect.u1 - rect.u0) * ((a + b).cos() * (b - a).sin()).max(0.0)
+        let [a, b] = [rect.v0, rect.v1].map(|v| 0.5 * Miller::latitude(2.0 * v - 1.0));
+        let (_, cos) = f64::sin_cos_half_turns(a + b);
+        let (sin, _) = f64::sin_cos_half_turns(b - a);
+        4.0 * PI * (rect.u1 - rect.u0) * (cos * sin).max(0.0)
     }
 
     #[inline(always)]

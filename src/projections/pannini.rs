@@ -11,6 +11,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
+use crate::number::angle;
 use crate::number::real::Real;
 use crate::projections::common::lens;
 use crate::projections::projection;
@@ -119,7 +120,7 @@ impl Projection for Pannini {
     fn check(parameters: &[f64]) -> Result<(), String> {
         let view = Pannini::new(parameters);
         let slope = |angle: f64| {
-            let cos = angle.cos();
+            let cos = angle::cos(angle);
             let (scale, depth) = ((view.d + 1.0) / (view.d + cos), view.d + cos);
             let upright = view.s == 0.0 || (cos > 0.02 && view.height(scale, cos) > 0.0);
             if depth > 0.0 && upright {

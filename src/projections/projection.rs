@@ -11,6 +11,7 @@
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
 use crate::geometry::vector::dot;
+use crate::number::angle;
 use crate::number::dual::Dual;
 use crate::number::real::{Real, max, min};
 use crate::projections::faces::LayoutSpec;
@@ -170,7 +171,7 @@ impl Coverage {
             Coverage::Sphere => 4.0 * PI,
             Coverage::Hemisphere => 2.0 * PI,
             // 1 - cos θ without its cancellation.
-            Coverage::Cap(half_angle) => 4.0 * PI * (0.5 * half_angle).sin().powi(2),
+            Coverage::Cap(half_angle) => 4.0 * PI * angle::sin(0.5 * half_angle).powi(2),
             Coverage::Part(solid_angle) => solid_angle,
         }
     }

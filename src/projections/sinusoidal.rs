@@ -5,6 +5,7 @@
 //! Domain: all directions. Valid between the two sine curves |2u - 1| ≤ sin πv. Singular: the poles, two points of the
 //! outline; u jumps from one rim to the other behind the viewer, and the seam itself (x = ±0) is the left rim.
 
+use crate::number::angle;
 use super::cylindrical::longitude;
 use crate::geometry::solid_angle::Rect;
 use crate::number::real::{Real, max};
@@ -18,11 +19,12 @@ pub struct Sinusoidal;
 /// Area of the part of p0..p1 × q0..q1 under p = cos(πq/2), all in the first quadrant.
 fn area(p0: f64, p1: f64, q0: f64, q1: f64) -> f64 {
     // The rim leaves the right side at `right`, and the left side at `left`.
-    let rim = |p: f64| (p.min(1.0).acos() * (2.0 / PI)).clamp(q0, q1);
+    let rim = |p: f64| (angle::acos(p.min(1.0)) * (2.0 / PI)).clamp(q0, q1);
     let (right, left) = (rim(p1), rim(p0));
     let under = {
-        let (sum, difference) = (0.25 * PI * (left + right), 0.25 * PI * (left - right));
-        4.0 / PI * sum.cos() * difference.sin()
+        let (_, cos) = f64::sin_cos_half_turns(0.25 * (left + right));
+        let (sin, _) = f64::sin_cos_half_turns(0.25 * (left - right));
+        4.0 / PI * cos * sin
     };
     (right - q0) * (p1 - p0) + (under - p0 * (left - right)).max(0.0)
 }

@@ -10,6 +10,7 @@
 //! none in the image.
 
 use crate::geometry::solid_angle::Rect;
+use crate::number::angle;
 use crate::number::real::Real;
 use crate::projections::common::lens;
 use crate::projections::projection::one;
@@ -76,9 +77,9 @@ impl Projection for Unified {
     fn check(parameters: &[f64]) -> Result<(), String> {
         let lens = Unified::new(parameters);
         let slope = |angle: f64| {
-            let depth = angle.cos() + lens.xi;
+            let depth = angle::cos(angle) + lens.xi;
             if depth > 0.0 {
-                (1.0 + lens.xi * angle.cos()) / (depth * depth)
+                (1.0 + lens.xi * angle::cos(angle)) / (depth * depth)
             } else {
                 0.0
             }
@@ -128,7 +129,7 @@ impl Projection for Unified {
         let theta = |r: f64| {
             let r = r * self.radius;
             let eta = self.eta(r * r);
-            f64::atan2(eta * r, eta - self.xi)
+            angle::atan2(eta * r, eta - self.xi)
         };
         lens::solid_angle(rect, |u, v| one::density(self, Uv::flat(u, v)), theta)
     }

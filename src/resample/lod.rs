@@ -70,7 +70,7 @@ pub(crate) fn lods_of_sides(Tile([ax, ay, bx, by]): &Tile<f64, 4>, out: &mut [f6
 ///
 /// Without a branch, for lanes.
 #[inline(always)]
-fn lod(length: f64) -> f64 {
+pub(crate) fn lod(length: f64) -> f64 {
     /// 2⁵², whose last bit is 1.
     const WHOLE: u64 = 0x4330_0000_0000_0000;
     let bits = length.to_bits();

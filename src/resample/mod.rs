@@ -15,7 +15,7 @@ pub(crate) mod halving;
 pub(crate) mod layers;
 mod level_lookups;
 mod levels;
-mod lod;
+pub(crate) mod lod;
 mod lookup;
 mod mip_sampler;
 pub(crate) mod mipmapped;

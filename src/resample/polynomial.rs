@@ -21,6 +21,7 @@ use crate::image::raster::{Block, Raster};
 use crate::kernel::tile::{TILE, Tile};
 use crate::kernel::{Scalar, SimdWork, run_simd};
 use crate::map::grid::GridAxis;
+use crate::number::angle;
 use crate::number::real::Real;
 use crate::projections::projection::{Outline, Uv};
 use crate::resample::coordinate_map::CoordinateMap;
@@ -537,7 +538,7 @@ impl<R: Scalar> CoordinatePolynomial<R> {
         }
         let [[ax, ay], [bx, by]] = middle;
         // Sums and differences that the singular values of two columns are half of.
-        let [sum, difference] = [1.0, -1.0].map(|s| (ax + s * by).hypot(ay - s * bx));
+        let [sum, difference] = [1.0, -1.0].map(|s| angle::length(ax + s * by, ay - s * bx));
         0.5 * (sum - difference).abs() - change.sqrt()
     }
 

@@ -5,8 +5,7 @@ python -m bits run INPUTS.npz RESULTS.npz [--level LEVEL]
 python -m bits compare RESULTS.npz OTHERS.npz...
 
 NaN equals NaN: which payload a NaN carries is nobody's promise. Every other number is compared by
-its bits, the sign of a zero included. Verbs that call the platform's math library are in
-MAY_DIFFER, each with the bound that it holds instead.
+its bits, the sign of a zero included.
 """
 
 from __future__ import annotations
@@ -18,17 +17,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-
-# What the promise leaves out (docs/decisions/numbers.md): the verb, and how far a result may be
-# off, relative to the largest number of the array.
-MAY_DIFFER: dict[str, float] = {
-    # One unit in the last place of the platform's sine, cosine or arctangent; the differences of
-    # two such areas at the rim of a disk lose a digit.
-    "solid_angle": 1e-14,
-    "weights": 1e-14,
-    # The platform's sine and cosine, rounded once more in a product.
-    "rotation": 3e-16,
-}
 
 
 def canonical(a: np.ndarray) -> np.ndarray:
@@ -115,15 +103,9 @@ def compare(first: Path, others: list[Path]) -> int:
             if not lines:
                 same += 1
                 continue
-            # A bound of a verb that goes through the platform's math library.
-            known = worst <= MAY_DIFFER.get(verb, -1.0)
-            wrong |= not known
-            print(
-                f"  {verb}: {len(lines)} of {len(names)} arrays differ, by {worst:.1e} at most"
-                f"{', as they may' if known else ''}"
-            )
-            if not known:
-                print(*(f"    {line}" for line in lines[:8]), sep="\n")
+            wrong = 1
+            print(f"  {verb}: {len(lines)} of {len(names)} arrays differ, by {worst:.1e} at most")
+            print(*(f"    {line}" for line in lines[:8]), sep="\n")
         print(f"  {same} of {len(verbs)} verbs have the same bits")
     return wrong
 

@@ -250,7 +250,7 @@ def convolve(
         if not 0 < parameter <= 180:
             raise ValueError(f"`half_angle` must be in (0, 180], got {value}.")
         # The direction opposite is in a full cone whatever its rounding.
-        parameter = -2.0 if parameter == 180 else math.cos(math.radians(parameter))
+        parameter = -2.0 if parameter == 180 else float(_core.rotation(parameter, 0, 0)[0, 0])
     elif not (math.isfinite(parameter) and parameter >= 0):
         raise ValueError(f"`{wanted}` must be at least 0 and finite, got {value}.")
     several = images(

@@ -411,7 +411,7 @@ def reflect(
 
 
 def rotation(yaw: float = 0, pitch: float = 0, roll: float = 0) -> NDArray[np.float64]:
-    """Return the matrix Ry(yaw) Rx(pitch) Rz(roll), for `rotation=`.
+    """Return the matrix Ry(yaw) Rx(pitch) Rz(roll), for `rotation=`; right angles are exact.
 
     Parameters
     ----------
@@ -429,8 +429,8 @@ def rotation(yaw: float = 0, pitch: float = 0, roll: float = 0) -> NDArray[np.fl
 
     Examples
     --------
-    >>> import numpy as np, spheremap as sm
-    >>> np.round(sm.rotation(yaw=90) @ [0, 0, 1] + 0.0, 12).tolist()
+    >>> import spheremap as sm
+    >>> (sm.rotation(yaw=90) @ [0, 0, 1]).tolist()
     [1.0, 0.0, 0.0]
     """
     angles = ((yaw, "yaw"), (pitch, "pitch"), (roll, "roll"))

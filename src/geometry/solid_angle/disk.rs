@@ -6,6 +6,8 @@
 
 use super::gauss::{G2, G3, G4, G6, G16, Rule, line, tensor};
 use super::{Quarter, Rect};
+use crate::number::angle;
+use crate::number::real::Real;
 use std::f64::consts::PI;
 
 /// From this area on (in p, q) the absolute error of a closed form, 1e-16 or so, is small enough.
@@ -130,7 +132,7 @@ pub fn disk_area(r: Rect) -> f64 {
         }
         let s = Strips::new(c);
         let trapezoid = 0.5 * s.cut * (s.left + s.right);
-        s.full * c.dq() + trapezoid + segment(s.cut.hypot(s.left - s.right))
+        s.full * c.dq() + trapezoid + segment(angle::length(s.cut, s.left - s.right))
     })
 }
 
@@ -145,7 +147,7 @@ fn interior(r: Rect) -> bool {
 fn segment(chord: f64) -> f64 {
     let x = 0.5 * chord;
     if x > 0.1 {
-        return x.asin() - x * (1.0 - x * x).sqrt();
+        return angle::asin(x) - x * (1.0 - x * x).sqrt();
     }
     // The series of its derivative 2x²/√(1-x²), since the difference cancels to x³.
     let s = x * x;
@@ -211,13 +213,13 @@ fn matcap_strips(c: Quarter) -> f64 {
             let z1 = t * (2.0 * rim - t * t).max(0.0).sqrt();
             let z0 = (z1 * z1 + squares).sqrt();
             let w = z1 * z1 + q1 * q1;
-            f64::atan2(w * squares / (q1 * z0 + q0 * z1), z0 * z1 + q0 * q1)
+            angle::atan2(w * squares / (q1 * z0 + q0 * z1), z0 * z1 + q0 * q1)
         });
     }
     if s.cut > 0.0 {
         let rim = chord(c.b1);
         sum += along(gap(depth(c.a0, c.b1), rim + p1), s.cut, |t| {
-            f64::atan2(t * (2.0 * rim - t * t).max(0.0).sqrt(), q0)
+            angle::atan2(t * (2.0 * rim - t * t).max(0.0).sqrt(), q0)
         });
     }
     sum
@@ -235,7 +237,7 @@ fn along(near: f64, width: f64, f: impl Fn(f64) -> f64) -> f64 {
 fn matcap_closed(c: Quarter) -> f64 {
     let corner = |a: f64, b: f64| {
         let (p, q, z) = (1.0 - 2.0 * a, 1.0 - 2.0 * b, depth(a, b).max(0.0).sqrt());
-        p * f64::atan2(q, z) + q * f64::atan2(p, z) - f64::atan2(p * q, z)
+        p * angle::atan2(q, z) + q * angle::atan2(p, z) - angle::atan2(p * q, z)
     };
     let far = corner(c.a0, c.b0) + corner(c.a1, c.b1);
     (far - corner(c.a0, c.b1) - corner(c.a1, c.b0)).max(0.0)
@@ -317,7 +319,7 @@ fn green(c: Quarter, h: &impl Fn(f64) -> f64) -> f64 {
         - edge(p0, q0, s.left);
     let arc = if s.cut > 0.0 {
         let ([p, q], [x, y]) = ([p0 + reach, q0 + s.right], [p0 + s.full, q0 + s.left]);
-        f64::atan2(p * y - q * x, p * x + q * y)
+        angle::atan2(p * y - q * x, p * x + q * y)
     } else {
         0.0
     };
@@ -338,16 +340,16 @@ fn bands_quarter(c: Quarter, band: &impl Fn(f64, f64) -> f64) -> f64 {
         return 0.0;
     }
     let (p0, p1, q0, q1) = (c.p0(), c.p1(), c.q0(), c.q1());
-    let (low, high) = (f64::atan2(q0, p1), f64::atan2(q1, p0));
+    let (low, high) = (angle::atan2(q0, p1), angle::atan2(q1, p0));
     // Where the sides that bound a ray change: at corners, and where the rim crosses a side.
     let mut cuts = [
         low,
-        f64::atan2(q0, p0),
-        f64::atan2(q1, p1),
-        f64::atan2(chord(c.a1), p0),
-        f64::atan2(chord(c.a0), p1),
-        f64::atan2(q0, chord(c.b1)),
-        f64::atan2(q1, chord(c.b0)),
+        angle::atan2(q0, p0),
+        angle::atan2(q1, p1),
+        angle::atan2(chord(c.a1), p0),
+        angle::atan2(chord(c.a0), p1),
+        angle::atan2(q0, chord(c.b1)),
+        angle::atan2(q1, chord(c.b0)),
         high,
     ];
     cuts = cuts.map(|cut| cut.clamp(low, high));
@@ -355,11 +357,11 @@ fn bands_quarter(c: Quarter, band: &impl Fn(f64, f64) -> f64) -> f64 {
     let panel = |from: f64, to: f64| {
         // A root at either end of a panel, where the rim meets a side, is smooth in ψ: φ runs as sin²(πψ/2).
         line(&G16, 0.0, 1.0, |psi| {
-            let half = 0.5 * PI * psi;
-            let (sin, cos) = (from + (to - from) * half.sin().powi(2)).sin_cos();
+            let (along, across) = f64::sin_cos_half_turns(0.5 * psi);
+            let (sin, cos) = angle::sin_cos(from + (to - from) * along * along);
             let inner = (p0 / cos).max(q0 / sin).min(1.0);
             let outer = (p1 / cos).min(q1 / sin).clamp(inner, 1.0);
-            band(inner, outer) * PI * half.sin() * half.cos()
+            band(inner, outer) * PI * along * across
         }) * (to - from)
     };
     cuts.windows(2)

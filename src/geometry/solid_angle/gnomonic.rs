@@ -7,6 +7,7 @@
 
 use super::{Quarter, Rect};
 use crate::geometry::vector::{Vec3, cross, dot, norm, sub};
+use crate::number::angle;
 
 /// Solid angle of a small convex planar polygon whose plane does not hold the origin.
 ///
@@ -141,5 +142,5 @@ fn fan(points: &[Vec3], det: impl Fn(usize) -> f64) -> f64 {
         (re, im) = (re * x - im * y, re * y + im * x);
         (b, lb, ab) = (c, lc, ac);
     }
-    2.0 * f64::atan2(im.abs(), re)
+    2.0 * angle::atan2(im.abs(), re)
 }

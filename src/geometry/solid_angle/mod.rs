@@ -48,6 +48,7 @@ mod rect;
 #[cfg(test)]
 mod tests;
 
+use crate::number::real::Real;
 use std::f64::consts::PI;
 
 pub use disk::{azimuthal, bands, disk_area, matcap};
@@ -108,7 +109,8 @@ pub fn latlong(r: Rect) -> f64 {
     } else {
         twice
     };
-    4.0 * PI * r.du() * (0.5 * PI * pole).sin() * (0.5 * PI * r.dv()).sin()
+    let [middle, height] = [pole, r.dv()].map(|v| f64::sin_cos_half_turns(0.5 * v).0);
+    4.0 * PI * r.du() * middle * height
 }
 
 /// Solid angle of a rectangle of a cylinder that spans `fov` radians across and the latitudes ±atan(`half_height`).

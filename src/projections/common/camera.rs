@@ -12,8 +12,8 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
+use crate::number::angle;
 use crate::number::real::{Real, max};
-use crate::projections::common::angle;
 use crate::projections::common::lens::{self, LEAST_SLOPE};
 use crate::projections::projection;
 use crate::projections::projection::one;
@@ -198,12 +198,10 @@ impl<L: Lens> Camera<L> {
         const AZIMUTHS: usize = 64;
         // Between two of 64 places a radius r(φ) grows by 0.0012 r'' at most.
         const SLACK: f64 = 1.0 / 64.0;
-        let (sin, cos) = (self.lens.rim() * (1.0 - 1e-12)).sin_cos();
+        let (sin, cos) = angle::sin_cos(self.lens.rim() * (1.0 - 1e-12));
         let far = (0..AZIMUTHS).map(|k| {
-            let azimuth = 2.0 * PI * k as f64 / AZIMUTHS as f64;
-            let ([a, b], seen) = self
-                .lens
-                .project([sin * azimuth.cos(), sin * azimuth.sin(), cos]);
+            let (y, x) = f64::sin_cos_half_turns(2.0 * k as f64 / AZIMUTHS as f64);
+            let ([a, b], seen) = self.lens.project([sin * x, sin * y, cos]);
             let far = angle::length(a, b);
             if seen && far < f64::INFINITY {
                 far
@@ -228,7 +226,7 @@ impl<L: Lens> Camera<L> {
     /// integrand has a root, which the square of a sine at both ends takes away.
     fn along(self, at: &dyn Fn(f64) -> [f64; 2], axis: usize, from: f64, to: f64) -> f64 {
         let share = |s: f64| {
-            let (sin, cos) = (0.5 * PI * s).sin_cos();
+            let (sin, cos) = f64::sin_cos_half_turns(0.5 * s);
             let [u, v] = at(from + (to - from) * sin * sin);
             let uv = Uv::flat(u, v);
             let ([x, y, z], slope) = (one::decode(self, uv), one::jacobian(self, uv)[axis]);
@@ -256,13 +254,17 @@ impl<L: Lens> Camera<L> {
             32
         };
         let held = |[u, v]: [f64; 2]| one::contains(self, Uv::flat(u, v));
-        let cap = 2.0 * (0.5 * self.lens.rim()).sin().powi(2);
+        let cap = 2.0 * angle::sin(0.5 * self.lens.rim()).powi(2);
         // A lens that sees the direction behind it has that all along its rim; it is a round one, which keeps azimuths.
         let behind = self.lens.rim() > PI - 1e-6;
         let azimuth = |[u, v]: [f64; 2]| {
             let uv = Uv::flat(u, v);
             let ([a, b], [x, y, _]) = (self.point(uv), one::decode(self, uv));
-            if behind { b.atan2(a) } else { y.atan2(x) }
+            if behind {
+                angle::atan2(b, a)
+            } else {
+                angle::atan2(y, x)
+            }
         };
         let (mut sum, mut pieces) = (0.0, 0);
         // The azimuth at which the rectangle's border left the lens, and that at which it first came in.
@@ -456,9 +458,10 @@ impl<L: Lens> Projection for Camera<L> {
             return (low, high);
         }
         // Along the circle at which the lens ends, where that lies in the image.
-        let (sin, cos) = (self.lens.rim() * (1.0 - 1e-12)).sin_cos();
+        let (sin, cos) = angle::sin_cos(self.lens.rim() * (1.0 - 1e-12));
         let rim = lens::extremes(2.0 * PI, |azimuth| {
-            let uv = one::encode(self, [sin * azimuth.cos(), sin * azimuth.sin(), cos]);
+            let (y, x) = angle::sin_cos(azimuth);
+            let uv = one::encode(self, [sin * x, sin * y, cos]);
             if one::contains(self, uv) {
                 one::density(self, uv)
             } else {

@@ -19,8 +19,8 @@
 //! polynomial alone, far from where it turns back, and with tangential terms as small as calibrations have them, two steps do from a polynomial of
 //! r² that is taken twice more without what these terms add: [`Distortion::plain`], a third of that.
 
+use crate::number::angle;
 use crate::number::real::{Real, max};
-use crate::projections::common::angle;
 use crate::projections::common::camera::{
     Guess, LET_OUT, PlainGuess, RADII, last, last_of, reaches,
 };

@@ -5,6 +5,7 @@
 
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
+use crate::number::angle;
 use crate::projections::projection::Parameter;
 use std::f64::consts::PI;
 
@@ -68,7 +69,7 @@ pub fn extremes(end: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
 
 /// cos a - cos b, without that difference.
 pub fn band(a: f64, b: f64) -> f64 {
-    2.0 * (0.5 * (a + b)).sin() * (0.5 * (b - a)).sin()
+    2.0 * angle::sin(0.5 * (a + b)) * angle::sin(0.5 * (b - a))
 }
 
 /// Whether a rectangle is small and lies in the disk.

@@ -1,6 +1,5 @@
 //! What several projections share.
 
-pub mod angle;
 pub mod camera;
 pub mod distortion;
 pub mod lens;

@@ -7,8 +7,8 @@
 //!
 //! Domain: points in front of the line that the tilt takes to infinity, and what they become.
 
+use crate::number::angle;
 use crate::number::real::{Real, max};
-use crate::projections::common::angle;
 use std::f64::consts::PI;
 
 /// In how many directions circles are looked at.

@@ -13,6 +13,7 @@ use crate::error::Error;
 use crate::geometry::solid_angle::Rect;
 use crate::image::texel::Texel;
 use crate::kernel::{Scalar, SimdWork, interrupt, run_simd, threads};
+use crate::number::angle;
 use crate::number::real::Real;
 use crate::resample::area::frame::turn;
 use crate::resample::area::lattice::{Lattice, NOTHING};
@@ -90,7 +91,7 @@ impl Graticule {
         };
         const AS_IT_IS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let turn = turn(source, target, request.rotation, AS_IT_IS);
-        let upright = turn[1][0].hypot(turn[1][2]) <= HAIR;
+        let upright = angle::length(turn[1][0], turn[1][2]) <= HAIR;
         if !upright {
             return Ok(None);
         }

@@ -14,6 +14,7 @@ use crate::geometry::vector::{dot, normalized, sub};
 use crate::image::raster::Raster;
 use crate::image::rim::nearest_valid_texel;
 use crate::map::Map;
+use crate::number::angle;
 use crate::projections::projection::Visitor;
 use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Outline, Projection, Uv};
@@ -234,7 +235,7 @@ fn sampled_reach(map: &Map, face: usize) -> f64 {
         let row: [Option<Direction>; SAMPLES + 1] = std::array::from_fn(|i| direction(i, j));
         for (i, d) in row.iter().enumerate() {
             let Some(d) = *d else { continue };
-            reach = reach.max(d[0].hypot(d[1]).atan2(d[2]));
+            reach = reach.max(angle::atan2(angle::length(d[0], d[1]), d[2]));
             let beside = if i > 0 { row[i - 1] } else { None };
             for near in [beside, above[i]].into_iter().flatten() {
                 let way = sub(d, near);
@@ -298,7 +299,7 @@ impl<'a> Lattice<'a> {
             Some([_, m]) => times(m, d),
         };
         let reach = *self.reach.get_or_init(|| reach(self.map));
-        x.hypot(y).atan2(z) > reach + angle
+        angle::atan2(angle::length(x, y), z) > reach + angle
     }
 
     /// The map's view frame to the shared one.

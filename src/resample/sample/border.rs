@@ -20,6 +20,7 @@ use super::texture::Texture;
 use crate::image::rim::nearest_valid_texel;
 use crate::image::texel::Texel;
 use crate::map::grid::GridAxis;
+use crate::number::angle;
 use crate::projections::projection::Visitor;
 use crate::projections::projection::one;
 use crate::projections::projection::{Outline, Projection, Seam, Uv};
@@ -264,7 +265,7 @@ impl<T: Texel> Texture<'_, T> {
             let [x, y, z] = self
                 .map
                 .visit_canonical(Direction(Uv::flat(0.5 + 0.5 * r, 0.5)));
-            x.hypot(y).atan2(z)
+            angle::atan2(angle::length(x, y), z)
         };
         let (from, to) = (angle(near), angle(1.0));
         // As far beyond the rim as the mirrored place is before it.

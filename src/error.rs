@@ -44,6 +44,14 @@ pub enum Error {
         /// What is wrong with it.
         why: String,
     },
+    /// The same of a world.
+    #[error("`world` '{text}' names no frame: {why}")]
+    World {
+        /// What came.
+        text: String,
+        /// What is wrong with it.
+        why: String,
+    },
     /// A matrix that is no rotation.
     #[error("`rotation` is no rotation: {0}")]
     Rotation(String),

@@ -111,15 +111,16 @@ def expect_vectors(shape: tuple[int, ...], name: str) -> None:
         raise ValueError(f"Expected `{name}` to have shape (..., 3), got {shape}.")
 
 
-def common_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the shape that arrays are broadcast to."""
-    if max(map(len, shapes)) > _MOST_AXES:
-        raise ValueError(f"Expected arrays of at most {_MOST_AXES} axes.")
+def common_shape(*named: tuple[str, tuple[int, ...]]) -> tuple[int, ...]:
+    """Return the shape that arrays are broadcast to, of the names and shapes of all."""
+    for name, shape in named:
+        if len(shape) > _MOST_AXES:
+            raise ValueError(f"Expected `{name}` to have at most {_MOST_AXES} axes.")
     try:
-        return np.broadcast_shapes(*shapes)
+        return np.broadcast_shapes(*(shape for _, shape in named))
     except ValueError:
-        given = ", ".join(map(str, shapes))
-        raise ValueError(f"Expected arrays of shapes that broadcast, got {given}.") from None
+        given = ", ".join(f"{shape} for `{name}`" for name, shape in named)
+        raise ValueError(f"Expected shapes that broadcast, got {given}.") from None
 
 
 def as_pair(view: object, normal: object, out: object) -> tuple[NDArray[Any], NDArray[Any], bool]:
@@ -133,7 +134,7 @@ def as_pair(view: object, normal: object, out: object) -> tuple[NDArray[Any], ND
     for array, name in ((a, "view"), (b, "normal")):
         expect_vectors(array.shape, name)
         expect_apart(array, out)
-    shape = common_shape(a.shape, b.shape)
+    shape = common_shape(("view", a.shape), ("normal", b.shape))
     return np.broadcast_to(a, shape), np.broadcast_to(b, shape), all(singles)
 
 
@@ -156,7 +157,7 @@ def as_lookups(
     if lod is not None:
         levels = as_array(lod, "lod")
         # Too many axes are an error of ours, before one more is added.
-        common_shape(levels.shape)
+        common_shape(("lod", levels.shape))
         arrays.append((levels[..., None], "lod"))
     if derivatives is not None:
         if isinstance(derivatives, np.ndarray | memoryview):
@@ -173,7 +174,7 @@ def as_lookups(
         expect_apart(array, out)
         if label != "lod" and array.shape[-1:] != (width,):
             raise ValueError(f"Expected `{label}` to have shape (..., {width}), got {array.shape}.")
-    common = common_shape(*(array.shape[:-1] for array, _ in arrays))
+    common = common_shape(*((label, array.shape[:-1]) for array, label in arrays))
     return [np.broadcast_to(array, (*common, array.shape[-1])) for array, _ in arrays]
 
 

@@ -758,7 +758,7 @@ def pack_frame(
         raise ValueError(f"Expected `tangents` to have shape (..., 3) or (..., 4), got {t.shape}.")
     if as_text(invalid, "invalid") not in ("raise", "zero"):
         raise ValueError(f"Expected `invalid` to be 'raise' or 'zero', got '{invalid}'.")
-    shape = common_shape(n.shape[:-1], t.shape[:-1])
+    shape = common_shape(("normals", n.shape[:-1]), ("tangents", t.shape[:-1]))
     whole = np.ones((*shape, 4))
     # A signaling NaN would warn.
     with np.errstate(invalid="ignore"):

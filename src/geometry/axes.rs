@@ -108,13 +108,31 @@ impl FromStr for Axes {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self, Error> {
-        let error = |why: &str| Error::Axes {
+        Axes::parse(text, "right, down and forward").map_err(|why| Error::Axes {
             text: text.to_owned(),
-            why: why.to_owned(),
-        };
+            why,
+        })
+    }
+}
+
+impl Axes {
+    /// The axes of a world that point to the right, up and ahead of a person in it.
+    ///
+    /// # Errors
+    /// They are no three signed axes.
+    pub(crate) fn of_world(text: &str) -> Result<Self, Error> {
+        Axes::parse(text, "right, up and ahead").map_err(|why| Error::World {
+            text: text.to_owned(),
+            why,
+        })
+    }
+
+    /// `three` are what they stand for; or why they are none.
+    fn parse(text: &str, three: &str) -> Result<Self, String> {
+        let error = str::to_owned;
         let parts: Vec<&str> = text.split_whitespace().collect();
         if parts.len() != 3 {
-            return Err(error("there must be three, for right, down and forward"));
+            return Err(format!("there must be three, for {three}"));
         }
         let mut axes = Axes {
             world: [0; 3],

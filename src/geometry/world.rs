@@ -147,7 +147,7 @@ impl FromStr for World {
 
     /// The axes that point to the right, up and ahead, as in "+x +y -z".
     fn from_str(text: &str) -> Result<World, Error> {
-        let frame = text.parse()?;
+        let frame = Axes::of_world(text)?;
         Ok(World { frame })
     }
 }

@@ -534,7 +534,11 @@ def test_demo_with_a_real_probe(data_folder: Path, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("shape", "name"), [((64, 64), "angular"), ((32, 64), "latlong")])
 def test_demo_takes_the_projection_from_the_aspect(tmp_path, shape, name):
-    io.write(tmp_path / "in.exr", np.ones((*shape, 3), np.float32))
+    image = np.ones((*shape, 3), np.float32)
+    # A sun beyond what a half holds, and a hole.
+    image[7, 30], image[20, 21, 0] = np.inf, np.nan
+    io.write(tmp_path / "in.exr", image)
     done = run("demo", tmp_path / "out", "--input", tmp_path / "in.exr")
     assert done.returncode == 0, done.stderr
     assert f"({name})" in done.stdout
+    assert "Warning" not in done.stderr

@@ -78,6 +78,8 @@ def test_axes(axes):
         sm.projection("latlong", axes=axes)
     with pytest.raises(ValueError, match="axes"):
         sm.encode(D, "latlong", axes=axes)
+    with pytest.raises(ValueError, match=r"`world` '.*' names no frame: "):
+        sm.projection("latlong", world=axes)
 
 
 def test_grid_layout_filter_and_parameters():
@@ -285,13 +287,19 @@ def test_numbers_beyond_floats_are_value_errors():
 
 
 def test_shapes_that_do_not_broadcast_are_named():
-    for call in (
-        lambda: sm.reflect(np.ones((2, 3)), np.ones((5, 3))),
-        lambda: sm.healpix.ang2pix(4, np.ones(2), np.ones(3)),
-        lambda: sm.packing.pack_frame(np.ones((2, 3)), np.ones((5, 3))),
+    two, five = np.ones((2, 3)), np.ones((5, 3))
+    for call, names in (
+        (lambda: sm.reflect(two, five), ("view", "normal")),
+        (lambda: sm.healpix.ang2pix(4, two[:, 0], five[:, 0]), ("theta", "phi")),
+        (lambda: sm.healpix.pix2vec([4, 8], [1] * 5), ("nside", "pixels")),
+        (lambda: sm.packing.pack_frame(two, five), ("normals", "tangents")),
+        (lambda: sm.sample(IMAGE, two, "latlong", lod=[1] * 5), ("directions", "lod")),
     ):
-        with pytest.raises(ValueError, match=r"broadcast, got \(2,"):
+        with pytest.raises(ValueError) as e:
             call()
+        first, second = names
+        got = rf"\(2,.*\) for `{first}`, \(5,.*\) for `{second}`"
+        assert re.fullmatch(rf"Expected shapes that broadcast, got {got}\.", str(e.value))
 
 
 def test_signaling_nan_gives_no_warning():

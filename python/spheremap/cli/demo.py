@@ -137,9 +137,12 @@ def _encode_speed(p: sm.Projection, directions: NDArray[np.float32]) -> float:
 
 def _error(got: NDArray[Any], wanted: NDArray[Any], where: NDArray[np.bool_]) -> float:
     # What counts for nothing is blanked: to pick out the rest would take longer than the sums.
-    off, size = np.abs(got - wanted), np.abs(wanted)
-    off[~where] = size[~where] = 0
-    return float(np.nansum(off, dtype=np.float64) / np.nansum(size, dtype=np.float64))
+    with np.errstate(invalid="ignore"):
+        off, size = np.abs(got - wanted), np.abs(wanted)
+    for nothing in (~where, ~np.isfinite(off)):
+        off[nothing] = size[nothing] = 0
+    light = float(size.sum(dtype=np.float64))
+    return float(off.sum(dtype=np.float64)) / light if light > 0 else 0.0
 
 
 def _small(image: NDArray[Any], p: sm.Projection) -> NDArray[Any]:

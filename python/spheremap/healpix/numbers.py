@@ -74,7 +74,7 @@ def vec2pix(
     return _by_nside(
         lambda n, d: _core.healpix_vec2pix(n, d, nest=nest),
         nside,
-        [_points(as_array(directions, "directions"))],
+        ("directions", _points(as_array(directions, "directions")), 1),
         (np.int64, ()),
         out,
     )
@@ -123,7 +123,7 @@ def pix2vec(
     return _by_nside(
         lambda n, p: _core.healpix_pix2vec(n, p, nest=nest),
         nside,
-        [(as_array(pixels, "pixels"), 0)],
+        ("pixels", as_array(pixels, "pixels"), 0),
         (np.float64, (3,)),
         out,
     )
@@ -176,7 +176,7 @@ def ang2pix(
         return _by_nside(
             lambda n, x: _core.healpix_ang2pix(n, x, nest=nest, lonlat=lonlat),
             nside,
-            [(angles, 1)],
+            ("theta", angles, 1),
             (np.int64, ()),
         )
 
@@ -189,7 +189,7 @@ def ang2pix(
 def as_angles(theta: ArrayLike, phi: ArrayLike) -> NDArray[np.float64]:
     """Return two angles, broadcast, as an array of their own of shape (..., 2)."""
     a, b = as_doubles(theta, "theta"), as_doubles(phi, "phi")
-    angles = np.empty((*common_shape(a.shape, b.shape), 2))
+    angles = np.empty((*common_shape(("theta", a.shape), ("phi", b.shape)), 2))
     angles[..., 0], angles[..., 1] = a, b
     return angles
 
@@ -246,7 +246,7 @@ def pix2ang(
         angles = _by_nside(
             lambda n, p: _core.healpix_pix2ang(n, p, nest=nest, lonlat=lonlat),
             nside,
-            [(as_array(pixels, "pixels"), 0)],
+            ("pixels", as_array(pixels, "pixels"), 0),
             (np.float64, (2,)),
         )
     return angles[..., 0], angles[..., 1]
@@ -320,7 +320,7 @@ def _reordered(nside: Nside, pixels: ArrayLike, nest: bool, out: Pixels | None) 
     return _by_nside(
         lambda n, p: _core.healpix_reorder(n, p, nest=nest),
         nside,
-        [(as_array(pixels, "pixels"), 0)],
+        ("pixels", as_array(pixels, "pixels"), 0),
         (np.int64, ()),
         out,
     )
@@ -575,38 +575,36 @@ def _integers(values: object, name: str) -> NDArray[Any]:
     return array
 
 
-def _points(array: NDArray[Any]) -> tuple[NDArray[Any], int]:
+def _points(array: NDArray[Any]) -> NDArray[Any]:
     expect_vectors(array.shape, "directions")
-    return array, 1
+    return array
 
 
 def _by_nside(
     call: Callable[..., Any],
     nside: Nside,
-    inputs: list[tuple[NDArray[Any], int]],
+    given: tuple[str, NDArray[Any], int],
     result: tuple[type, tuple[int, ...]],
     out: NDArray[Any] | None = None,
 ) -> NDArray[Any]:
     """Return what a call with one nside gives, for an array of them.
 
-    Each input has so many last axes that are no places; the result has a dtype and last axes.
+    What is given has a name and so many last axes that are no places, the result a dtype and last
+    axes.
     """
     if out is not None:
         raise ValueError("`out` needs one `nside`, not an array of them.")
     sides = _sides(nside)
-    shape = common_shape(sides.shape, *(a.shape[: a.ndim - last] for a, last in inputs))
+    name, array, last = given
+    places, rest = array.shape[: array.ndim - last], array.shape[array.ndim - last :]
+    shape = common_shape(("nside", sides.shape), (name, places))
     sides = np.broadcast_to(sides, shape).ravel()
-    arrays = [
-        np.broadcast_to(a, (*shape, *a.shape[a.ndim - last :])).reshape(
-            -1, *a.shape[a.ndim - last :]
-        )
-        for a, last in inputs
-    ]
+    array = np.broadcast_to(array, (*shape, *rest)).reshape(-1, *rest)
     dtype, tail = result
     found: NDArray[Any] = np.empty((sides.size, *tail), dtype)
     # Those of one nside together, however many there are of them.
     order = np.argsort(sides, kind="stable")
     values, first = np.unique(sides[order], return_index=True)
     for n, here in zip(values.tolist(), np.split(order, first[1:]), strict=False):
-        found[here] = call(n, *(a[here] for a in arrays))
+        found[here] = call(n, array[here])
     return found.reshape(*shape, *tail)

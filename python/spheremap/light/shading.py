@@ -244,7 +244,7 @@ def shade_matcap(
         n = _unit(_vectors(normals, "normals") @ pose_matrix(pose))
     if positions is not None and eye is not None:
         v = _to_eye(positions, eye) @ pose_matrix(pose)
-        common_shape(n.shape, v.shape)
+        common_shape(("normals", n.shape), ("positions", v.shape))
         x = np.stack([v[..., 2], np.zeros_like(v[..., 0]), -v[..., 0]], axis=-1)
         length = np.linalg.norm(x, axis=-1, keepdims=True)
         # Straight above or below, any frame is as good.

@@ -6,8 +6,8 @@
 //!
 //! Domain: directions that the rectangle shows, z > 0, in front of where the polynomial turns back; else NaN.
 
-use crate::number::real::Real;
 use crate::number::angle;
+use crate::number::real::Real;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Lens, coefficient,
 };

@@ -4,8 +4,8 @@
 //!
 //! Domain: directions that the rectangle shows, nearer to the axis than the paper's equation 43 allows; else NaN.
 
-use crate::number::real::{Real, max};
 use crate::number::angle;
+use crate::number::real::{Real, max};
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, LET_OUT, Lens, coefficient, grows_up_to,
 };

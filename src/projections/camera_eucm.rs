@@ -8,8 +8,8 @@
 //! Domain: directions that the rectangle shows, z > -wρ with w = α/(1 - α), or its inverse where α > ½; else NaN. Where β < 0 the rays
 //! turn back at ρ = 0, and end a little before, where their slope has fallen to a hundredth of its chord.
 
-use crate::number::real::{Real, max};
 use crate::number::angle;
+use crate::number::real::{Real, max};
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, LET_OUT, Lens, coefficient, grows_up_to, last,
 };

@@ -5,8 +5,8 @@
 //!
 //! Domain: directions that the rectangle shows, in front of where the lens nearly stands still; else NaN.
 
-use crate::number::real::{Real, scaled};
 use crate::number::angle;
+use crate::number::real::{Real, scaled};
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, LET_OUT, Lens, coefficient, grows_up_to,
 };

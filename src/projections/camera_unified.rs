@@ -6,9 +6,9 @@
 //! Domain: directions that the rectangle shows, nearer to the axis than arccos(-ξ), or where ξ > 1 arccos(-1/ξ), at which the
 //! image turns back; else NaN.
 
+use crate::number::angle;
 use crate::number::real::{Real, max};
 use crate::projections::camera_brown_conrady::{RADIAL, TANGENTIAL};
-use crate::number::angle;
 use crate::projections::common::camera::{
     ASPECT, CAMERA, CX, CY, Camera, FX, FY, Lens, coefficient, grows_up_to,
 };

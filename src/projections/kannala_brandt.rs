@@ -15,8 +15,8 @@
 //! usual lenses, or else three more; the map is refused if those do not, as for coefficients that no lens has.
 
 use crate::geometry::solid_angle::Rect;
-use crate::number::real::{Real, SINGLE, min, scaled};
 use crate::number::angle;
+use crate::number::real::{Real, SINGLE, min, scaled};
 use crate::projections::common::lens;
 use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Info, Outline, Parameter, Projection, Seam, Uv};

@@ -5,9 +5,9 @@
 //! Domain: all directions. Valid between the two sine curves |2u - 1| ≤ sin πv. Singular: the poles, two points of the
 //! outline; u jumps from one rim to the other behind the viewer, and the seam itself (x = ±0) is the left rim.
 
-use crate::number::angle;
 use super::cylindrical::longitude;
 use crate::geometry::solid_angle::Rect;
+use crate::number::angle;
 use crate::number::real::{Real, max};
 use crate::projections::projection::{Coverage, Info, Outline, Projection, Seam, Uv};
 use std::f64::consts::PI;

@@ -98,8 +98,12 @@ impl Scale {
 }
 
 impl Pieces {
-    /// Those of a face; none of a face so small that its points are as many as its texels.
-    pub(crate) fn new(raster: &Raster) -> Option<Pieces> {
+    /// Those of a face; none of a face so small that its points are as many as its texels, of one whose rows are alike, or of a map that
+    /// shows some of the sphere twice.
+    pub(crate) fn new(map: &Map, raster: &Raster) -> Option<Pieces> {
+        if map.has_even_rows() || map.overlaps() {
+            return None;
+        }
         let [across, down] = [raster.width, raster.height].map(|n| ACROSS.min(n / LEAST));
         (across * down >= ACROSS * ACROSS / 2).then(|| Pieces {
             edges: raster.along_u.edges(0..raster.width),
@@ -521,7 +525,7 @@ mod tests {
         // In the middle of a column, or between two; and on the diagonal of the pieces, or beside it.
         for n in [128, 129, 200, 257, 301] {
             let raster = Raster::new(&map, &[n, n]).unwrap();
-            let pieces = Pieces::new(&raster).unwrap();
+            let pieces = Pieces::new(&map, &raster).unwrap();
             let mut smooth = 0;
             for j in 0..n {
                 let mut sum = vec![0.0; n];

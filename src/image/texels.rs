@@ -213,11 +213,7 @@ impl SolidAngles {
             });
             (which.collect(), columns)
         });
-        let pieces = if alike.is_some() || map.overlaps() {
-            None
-        } else {
-            Pieces::new(raster)
-        };
+        let pieces = Pieces::new(map, raster);
         SolidAngles { alike, pieces }
     }
 

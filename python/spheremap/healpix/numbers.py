@@ -71,10 +71,12 @@ def vec2pix(
     nest = as_flag(nest, "nest")
     if _is_one(nside):
         return _core.healpix_vec2pix(as_nside(nside), directions, nest=nest, out=out)
+    array = as_array(directions, "directions")
+    expect_vectors(array.shape, "directions")
     return _by_nside(
         lambda n, d: _core.healpix_vec2pix(n, d, nest=nest),
         nside,
-        ("directions", _points(as_array(directions, "directions")), 1),
+        ("directions", array, 1),
         (np.int64, ()),
         out,
     )
@@ -572,11 +574,6 @@ def _integers(values: object, name: str) -> NDArray[Any]:
     array = as_array(values, name)
     if array.dtype.kind not in "iu" and array.size:
         raise TypeError(f"Expected `{name}` to be integers, got dtype {array.dtype}.")
-    return array
-
-
-def _points(array: NDArray[Any]) -> NDArray[Any]:
-    expect_vectors(array.shape, "directions")
     return array
 
 

@@ -91,19 +91,13 @@ pub(super) struct Alike<'l, 'a> {
 impl<'l, 'a> Alike<'l, 'a> {
     pub fn new(from: &'l Lattice<'a>, into: &'l Lattice<'a>) -> Self {
         let [columns, rows] = [0, 1].map(|axis| Intervals::new(from, into, axis));
-        let even = from.map.has_even_rows();
-        let pieces = if even || from.map.overlaps() {
-            None
-        } else {
-            Pieces::new(&from.raster)
-        };
         Alike {
             from,
             into,
             columns,
             rows,
-            even,
-            pieces,
+            even: from.map.has_even_rows(),
+            pieces: Pieces::new(from.map, &from.raster),
         }
     }
 }

@@ -300,7 +300,8 @@ bits, x first. +z is the pole.
 the sphere. `hex` rounds three barycentrics in the plane of the octahedron's face: for `oct` it
 has the worst case of `precise` within 0.1 %, and decodes nothing. With δ = 1/(2ᵇ⁻¹ - 1)
 the step of the snorm grid, the error of `oct` is never above (3/√2)δ with `nearest` and √2·δ with
-`precise`, in exact arithmetic; float32, used for fields of up to 16 bits, adds up to 5e-7 rad.
+`precise`, in exact arithmetic; float32, used for fields of up to 16 bits, adds up to 5e-7 rad,
+and Draco's decoder, float32 for all, up to 1e-6.
 `sm.packing.packing(name).bounds` has the bound of each scheme.
 
 In a shader ([languages](languages.md)): `sm.packing.code("oct16", "glsl")` prints both ways, with
@@ -341,15 +342,32 @@ with `rounding="nearest"`. Theirs are the largest of a sample.
 `draco`, `meshoptimizer`, `pbrt`, `unreal` and `cesium` repeat those programs' codes to the bit,
 and round as they do. meshoptimizer's decoder uses an approximate square root where it has SIMD;
 its integers may then differ from ours, which are those of its plain code, by one. Draco's first
-number is its quantization bits, and x is its pole.
+number is its quantization bits, and x is its pole. Draco takes vectors whose components sum to
+1e-6 or less for +x; `draco` scales those by a power of two first and keeps their directions.
 
-A direction that a grid holds has one code. Where a map folds, others read as the same direction
-(the edge of the octahedral square meets itself, a pole has every longitude, -128 reads as -127):
-`sm.packing.canonical` gives the one that `pack` writes. snorm `oct16` has 64,518 distinct
-directions.
+## One code for each direction
+
+Where a map folds, several codes read as one direction: the edge of the octahedral square meets
+itself, a pole has every longitude, -128 reads as -127. `pack` writes one of them, and
+`sm.packing.canonical` gives that one for all. snorm `oct16` has 64,518 distinct directions. What
+`canonical` returns decodes to the direction that was given, within 5e-7 rad (2e-6 in `draco`),
+is the same for all codes of one direction, and stays as it is when it is given again. Exceptions:
+
+- `snorm`, `rgb` and `rgb10a2`: numbers in proportion are one direction, of which `pack` writes now
+  one, now another. `canonical` gives the point nearest to the unit sphere.
+- `pbrt`, `unreal`, `cesium`, `meshoptimizer`: those programs write two codes on an edge of the
+  square, where a component is just below 0. `canonical` gives that of one above.
+- `meshoptimizer` rounds what it decodes: different codes may give the same numbers, and stay
+  different.
+- `matcap`: codes outside the disk, which `pack` does not write, decode to the horizon. `canonical`
+  gives the first of them along a ray.
+- `draco`: the last row and column, which `pack` does not write, lie beyond the grid and stay.
+
+## Frames
 
 `sm.packing.pack_frame` packs a normal with a tangent and the sign of the bitangent into 32 or 64
-bits.
+bits. The part of the tangent that is perpendicular to the normal counts; it is off by at most the
+bound of the normal and half a step of the angle.
 """
 
 

@@ -77,7 +77,8 @@ class Packing:
         The ways of rounding it has.
     bounds : mapping of str to float
         For each way of rounding, an angle in radians that the error of a direction never
-        exceeds, in exact arithmetic. float32, where it is computed in, adds at most 5e-7.
+        exceeds, in exact arithmetic. float32, where it is computed in, adds at most 5e-7, and in
+        Draco's decoder 1e-6.
     hemisphere : bool
         Whether it holds directions with z >= 0 only.
     exact : str or None
@@ -180,7 +181,7 @@ def packing(name: str | Packing, /) -> Packing:
 
     Parameters
     ----------
-    name : str
+    name : str or Packing
         A family and the total bits of a code, as in ``"oct16"``; with a grid or spacing after a
         dash where there is a choice, ``"oct16-centers"``, ``"cube24-s2"``; as an array of k fields
         of b bits each ``"oct8x2"``, ``"snorm8x3"``. `packings` lists them.
@@ -357,7 +358,11 @@ def pack(
     -----
     The same direction gives the same code on every CPU and with any number of threads. Each
     direction that a grid holds has one code, although the map may fold it to several places: -z is
-    one corner of the octahedral square and not four.
+    one corner of the octahedral square and not four. `canonical` names the schemes that are
+    exceptions.
+
+    Draco itself takes vectors whose components sum to 1e-6 or less for +x. ``draco`` keeps their
+    directions, and has Draco's codes of all others.
 
     Source: Cigolle et al. 2014, A Survey of Efficient Representations for Independent Unit Vectors,
     and `Packing.source`.
@@ -436,7 +441,7 @@ def unpack(
 
 
 def canonical(codes: ArrayLike, name: str | Packing, /) -> NDArray[Any]:
-    """Return the codes that `pack` writes for the same directions.
+    """Return one code for each direction, so that codes can be compared and counted.
 
     Where a map folds, one direction has several codes: the edge of the octahedral square meets
     itself, a pole has every longitude, and the field -128 of a snorm grid reads as -127.
@@ -451,7 +456,9 @@ def canonical(codes: ArrayLike, name: str | Packing, /) -> NDArray[Any]:
     Returns
     -------
     codes : ndarray
-        Of the same shape, in the dtype of the scheme. Equal codes are equal directions.
+        Of the same shape, in the dtype of the scheme. Each decodes to the direction of the code
+        that was given, within 5e-7 (2e-6 in ``draco``); codes of one direction become equal; and
+        codes that this function returned stay as they are.
 
     Raises
     ------
@@ -459,6 +466,20 @@ def canonical(codes: ArrayLike, name: str | Packing, /) -> NDArray[Any]:
         For a code out of the scheme's range, a wrong shape or an unknown name.
     TypeError
         For codes that are no integers.
+
+    Notes
+    -----
+    Codes that `pack` wrote stay as they are, except in schemes that write several codes of one
+    direction. ``snorm``, ``rgb`` and ``rgb10a2``: numbers in proportion are one direction, and the
+    code returned is that of the point nearest to the unit sphere. ``pbrt``, ``unreal``, ``cesium``
+    and ``meshoptimizer``: those programs write two codes on an edge of the square, where a
+    component is just below 0; the code returned is that of one above.
+
+    One direction is what is one in exact arithmetic: ``meshoptimizer`` rounds what it decodes, and
+    different codes may give the same numbers. What no direction decides is 0: the last field of
+    ``meshoptimizer``, the alpha of ``rgb10a2``. Two kinds of codes are never written by `pack`:
+    those of ``matcap`` outside the disk, of which the first along a ray stands for all, and the
+    last row and column of ``draco``, beyond its grid, which stay as they are.
 
     Examples
     --------
@@ -470,6 +491,8 @@ def canonical(codes: ArrayLike, name: str | Packing, /) -> NDArray[Any]:
     [[127, 127], [127, 127], [127, 127]]
     >>> len(np.unique(sm.packing.canonical(np.arange(2**16), "oct16")))
     64518
+    >>> sm.packing.canonical([[1, 0, 0], [5, -5, 0]], "snorm8x3").tolist()
+    [[127, 0, 0], [90, -90, 0]]
     """
     scheme = _resolve(name)
     words = scheme.core.canonical(_words(scheme, codes))
@@ -715,8 +738,8 @@ def pack_frame(
     normals : array_like, shape (..., 3)
         Of any length.
     tangents : array_like, shape (..., 3) or (..., 4)
-        Of any length; the part perpendicular to the normal counts. The sign of a fourth component
-        is that of the bitangent, as in glTF; without one it is +.
+        Of any length; the part perpendicular to the normal that is given counts. The sign of a
+        fourth component is that of the bitangent, as in glTF; without one it is +.
     name : {"frame32", "frame64"}
         32 bits: ``oct20``, 11 bits of angle and the sign. 64 bits: ``oct40``, 23 bits and the sign.
     invalid : {"raise", "zero"}
@@ -739,7 +762,8 @@ def pack_frame(
     -----
     The angle counts from the first axis of Duff et al. 2017, Building an Orthonormal Basis,
     Revisited, about the normal as it will be decoded. The normal is off by at most the bound of its
-    scheme, and the tangent by half a step of its angle (0.088° or 2.1e-5°) more.
+    scheme, and the perpendicular part of the tangent by half a step of its angle (0.088° or
+    2.1e-5°) more.
 
     Examples
     --------

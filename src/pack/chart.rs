@@ -24,6 +24,11 @@ pub trait Chart: Copy + Send + Sync + 'static {
     /// The grid point that coordinates one step beyond an edge mean.
     fn settle<R: Lattice>(self, place: [R; 2]) -> [R; 2];
 
+    /// The grid point that stands for all of the same direction.
+    fn representative(self, node: Node<f64>) -> Node<f64> {
+        node
+    }
+
     /// The unit vector of a grid point.
     fn direction<R: Lattice>(self, node: Node<R>) -> [R; 3];
 
@@ -148,6 +153,13 @@ impl<C: Chart> Scheme for Charted<C> {
 
     fn decode(&self, codes: &[u64], d: &mut [f64]) {
         kernel::decode(*self, codes, d);
+    }
+
+    fn canonical(&self, codes: &mut [u64]) {
+        let chart = self.0;
+        for code in codes {
+            *code = chart.code::<f64>(chart.representative(chart.node::<f64>(*code)));
+        }
     }
 
     fn step(&self) -> f64 {

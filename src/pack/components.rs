@@ -3,12 +3,15 @@
 //! Sources: the conversion rules of Direct3D and Vulkan: snorm n = max(k/(2ᵇ⁻¹ - 1), -1), so the field
 //! -2ᵇ⁻¹ reads as -1; unorm k/(2ᵇ - 1), which a normal map reads as 2c - 1. Most of the cube lies inside the sphere
 //! and its codes are wasted. Decoding normalizes; the code of all zeros has no direction and gives NaN.
-//! Many codes lie along one direction, so `canonical` mends only what a field can spell twice.
 //! `precise` takes the best of the eight grid points around the unit vector.
+//!
+//! Points along one ray from the middle are one direction. Encoding takes a point near the unit sphere and so may
+//! write now one of them, now another; the one nearest to the sphere stands for all.
 
 use super::fold::{NEAREST, PRECISE, Rounded, held};
 use super::grid::Grid;
 use super::printed::{Asked, Formula};
+use super::ray;
 use super::rounding::Rounding;
 use super::unit::unit;
 use super::{Family, Scheme, Splits, Unit};
@@ -120,6 +123,19 @@ impl Components {
         (point, ok)
     }
 
+    /// The code that stands for all of the same direction.
+    fn representative(self, code: u64) -> u64 {
+        let grid = self.0;
+        // A lattice shifted by ½ is that of the odd numbers in half steps.
+        let odd = grid.offset > 0.0;
+        let parts = if odd { 2.0 } else { 1.0 };
+        let shifts = [0, grid.bits, 2 * grid.bits];
+        let point = shifts.map(|shift| (grid.place::<f64>(code >> shift) * parts) as i64);
+        let chosen = ray::nearest_to_sphere(point, (grid.n * parts) as i64, odd);
+        let fields = chosen.map(|x| grid.field::<f64>(x as f64 / parts));
+        (0..3).fold(0, |all, k| all | fields[k] << shifts[k])
+    }
+
     /// The direction of a grid point.
     #[inline(always)]
     fn direction<R: Lattice>(self, [x, y, z]: [R; 3]) -> [R; 3] {
@@ -207,10 +223,7 @@ impl Scheme for Components {
 
     fn canonical(&self, codes: &mut [u64]) {
         for code in codes {
-            let b = self.0.bits;
-            *code = [0, b, 2 * b].iter().fold(0, |all, shift| {
-                all | self.0.field::<f64>(self.0.place(*code >> shift)) << shift
-            });
+            *code = self.representative(*code);
         }
     }
 

@@ -3,11 +3,15 @@
 //! Source: Draco 1.5.7, compression/attributes/normal_compression_utils.h. x is the pole. The grid has 2ᵇ - 1
 //! points a side, an odd number; the two larger components are rounded as the third follows, so that the
 //! integers lie on the octahedron; edges are made canonical. It encodes in double and decodes in
-//! float.
+//! float, which from 20 bits on adds to the error, by 1e-6 at most.
+//!
+//! Draco takes a vector whose components sum to 1e-6 or less for +x. Such a one is scaled first here, by a power of
+//! two: its direction is kept, and the codes of all others are Draco's.
 
 use super::literal::{Literal, Repeated, fields, pair};
 use super::rounding::Rounding;
 use super::{Family, Splits, Unit};
+use crate::number::real::Real as _;
 use std::sync::Arc;
 
 #[derive(Clone, Copy)]
@@ -42,7 +46,8 @@ impl Draco {
         (1 << self.bits) - 2
     }
 
-    fn canonical(self, s: i64, t: i64) -> (i64, i64) {
+    /// The grid point that Draco writes for one on an edge of the square, which meets itself.
+    fn on_edges(self, s: i64, t: i64) -> (i64, i64) {
         let (last, center) = (self.largest(), self.largest() / 2);
         if (s == 0 && (t == 0 || t == last)) || (s == last && t == 0) {
             (last, last)
@@ -56,17 +61,29 @@ impl Draco {
     }
 }
 
+fn sum(d: [f64; 3]) -> f64 {
+    d[0].abs() + d[1].abs() + d[2].abs()
+}
+
+/// A vector that Draco does not take for one without a direction.
+fn beyond_guard(d: [f64; 3]) -> [f64; 3] {
+    if sum(d) > 1e-6 {
+        return d;
+    }
+    let scale = d
+        .iter()
+        .fold(0.0_f64, |most, x| most.max(x.abs()))
+        .binade_scale();
+    d.map(|x| x * scale)
+}
+
 impl Literal for Draco {
     fn encode(self, d: [f64; 3]) -> u64 {
         let d = d.map(|x| f64::from(x as f32));
         let center = self.largest() / 2;
-        let sum = d[0].abs() + d[1].abs() + d[2].abs();
-        let d = if sum > 1e-6 {
-            let scale = 1.0 / sum;
-            d.map(|x| x * scale)
-        } else {
-            [1.0, 0.0, 0.0]
-        };
+        let d = beyond_guard(d);
+        let scale = 1.0 / sum(d);
+        let d = d.map(|x| x * scale);
         let round = |x: f64| (x * center as f64 + 0.5).floor() as i64;
         let (x, mut y) = (round(d[0]), round(d[1]));
         let mut z = center - x.abs() - y.abs();
@@ -89,7 +106,7 @@ impl Literal for Draco {
             };
             (folded(y, z), folded(z, y))
         };
-        let (s, t) = self.canonical(s, t);
+        let (s, t) = self.on_edges(s, t);
         pair(s as u32, t as u32, self.bits)
     }
 
@@ -108,6 +125,16 @@ impl Literal for Draco {
         }
         let scale = 1.0 / square.sqrt();
         [x * scale, y * scale, z * scale].map(f64::from)
+    }
+
+    fn canonical(self, code: u64) -> u64 {
+        let (s, t) = fields(code, self.bits);
+        // Beyond the grid lie a column and a row more, which are decoded and never written.
+        if i64::from(s.max(t)) > self.largest() {
+            return code;
+        }
+        let (s, t) = self.on_edges(s.into(), t.into());
+        pair(s as u32, t as u32, self.bits)
     }
 
     fn step(self) -> f64 {

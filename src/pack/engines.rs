@@ -69,6 +69,21 @@ pub const CESIUM: Family = Family {
     ..Family::DEFAULT
 };
 
+/// The code that stands for all of the same direction: on an edge of the square, which meets itself, that of the
+/// larger coordinate. The programs write the other one, too, for a component just below 0.
+fn of_edges(code: u64, bits: u32) -> u64 {
+    let (s, t) = fields(code, bits);
+    let last = (1 << bits) - 1;
+    let settled = |k: u32, beside: u32| {
+        if beside == 0 || beside == last {
+            k.max(last - k)
+        } else {
+            k
+        }
+    };
+    pair(settled(s, t), settled(t, s), bits)
+}
+
 #[derive(Clone, Copy)]
 struct Pbrt;
 
@@ -100,6 +115,10 @@ impl Literal for Pbrt {
         };
         let length = (x * x + y * y + z * z).sqrt();
         [x / length, y / length, z / length].map(f64::from)
+    }
+
+    fn canonical(self, code: u64) -> u64 {
+        of_edges(code, 16)
     }
 
     fn step(self) -> f64 {
@@ -151,6 +170,10 @@ impl Literal for Unreal {
         [x / length, y / length, z / length].map(f64::from)
     }
 
+    fn canonical(self, code: u64) -> u64 {
+        of_edges(code, self.bits)
+    }
+
     fn step(self) -> f64 {
         2.0 / f64::from(self.largest())
     }
@@ -199,6 +222,10 @@ impl Literal for Cesium {
         };
         let length = (x * x + y * y + z * z).sqrt();
         [x / length, y / length, z / length]
+    }
+
+    fn canonical(self, code: u64) -> u64 {
+        of_edges(code, self.bits)
     }
 
     fn step(self) -> f64 {

@@ -417,6 +417,14 @@ impl<F: Warp> Fold<F> {
         }
     }
 
+    /// The code that stands for all of the same direction: on an edge of the square, that with the sign +.
+    pub fn representative(self, code: u64) -> u64 {
+        let grid = self.grid;
+        let (s, t): (f64, f64) = (grid.place(code), grid.place(code >> grid.bits));
+        let settled = |x: f64, beside: f64| if beside.abs() == grid.n { x.abs() } else { x };
+        grid.field(settled(s, t)) | grid.field(settled(t, s)) << grid.bits
+    }
+
     /// The direction of a lattice point on the square.
     #[inline(always)]
     fn direction<R: Lattice>(self, [s, t]: [R; 2]) -> [R; 3] {

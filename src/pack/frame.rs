@@ -6,7 +6,9 @@
 //! decoding finds the same frame, and its jump at z = 0 does no harm. The bitangent is
 //! cross(normal, tangent) times the sign, as in glTF.
 //!
-//! A tangent need not be perpendicular: its part in the tangent plane counts. One along the normal has no angle.
+//! A tangent need not be perpendicular: its part perpendicular to the normal that is given counts, and is turned into
+//! the plane of the decoded normal. To project the whole tangent there would carry what lies along the normal into the
+//! plane, by as much as the decoded normal is off. A tangent along the normal has no angle.
 //! The formula is scalar: the frame of a code is decoded before it is encoded to.
 
 use super::{Packing, Real, Rounding, Scheme, has_direction};
@@ -38,6 +40,18 @@ fn basis([x, y, z]: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         [1.0 + sign * x * x * a, sign * b, -sign * x],
         [b, sign + y * y * a, -y],
     )
+}
+
+/// A vector scaled by a power of two to components of which the largest is about 1.
+fn scaled(v: [f64; 3]) -> [f64; 3] {
+    let largest = v.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    v.map(|x| x * largest.binade_scale())
+}
+
+/// The part of a vector that is perpendicular to another, neither tiny nor huge.
+fn perpendicular(v: [f64; 3], to: [f64; 3]) -> [f64; 3] {
+    let along = dot(v, to) / dot(to, to);
+    [0, 1, 2].map(|k| v[k] - along * to[k])
 }
 
 impl FramePacking {
@@ -72,17 +86,16 @@ impl FramePacking {
         if !has_direction(normal) || !has_direction(tangent) || w.is_nan() {
             return None;
         }
+        let tangent = perpendicular(scaled(tangent), scaled(normal));
+        // Less is rounding, and no direction.
+        if dot(tangent, tangent) <= 1e-24 {
+            return None;
+        }
         let mut n = [0.0; 3];
         f64::encode(self.scheme(), Rounding::Precise, &normal, &mut code);
         f64::decode(self.scheme(), &code, &mut n);
         let (t, b) = basis(n);
-        let largest = x.abs().max(y.abs()).max(z.abs());
-        let tangent = tangent.map(|x| x * largest.binade_scale());
         let (c, s) = (dot(tangent, t), dot(tangent, b));
-        // Less is rounding, and no direction.
-        if c * c + s * s <= 1e-24 {
-            return None;
-        }
         let turn = 0.5 * f64::half_turns(s.abs(), c).negated_if(s < 0.0);
         let steps = 1_u64 << self.angle_bits;
         let angle = (turn * steps as f64).round_ties_even() as i64;
@@ -186,5 +199,20 @@ mod tests {
             ];
             assert!((dot(cross, n) - 1.0).abs() < 1e-15, "{n:?}");
         }
+    }
+
+    #[test]
+    fn what_lies_along_the_normal_does_not_count() {
+        let frame = FramePacking::new("frame64").unwrap();
+        let (large, small) = (600_f64.exp2(), (-600_f64).exp2());
+        let n = [1.0, 2.0, -2.0].map(|x| x * large);
+        let code = |v: [f64; 3]| {
+            let [x, y, z] = v.map(|x| x * small);
+            frame.encode(n, [x, y, z, 1.0])
+        };
+        assert!(code([2.0, 1.0, 2.0]).is_some());
+        // The same and four times the normal.
+        assert_eq!(code([6.0, 9.0, -6.0]), code([2.0, 1.0, 2.0]));
+        assert_eq!(code([1.0, 2.0, -2.0]), None);
     }
 }

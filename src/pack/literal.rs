@@ -16,6 +16,9 @@ pub trait Literal: Copy + Send + Sync + 'static {
     /// The direction as the program decodes it.
     fn decode(self, code: u64) -> [f64; 3];
 
+    /// The code that stands for all of the same direction, whether or not the program writes others.
+    fn canonical(self, code: u64) -> u64;
+
     /// The step of its grid on [-1, 1].
     fn step(self) -> f64;
 }
@@ -42,6 +45,12 @@ impl<L: Literal> Scheme for Repeated<L> {
     fn decode(&self, codes: &[u64], d: &mut [f64]) {
         for (&code, d) in codes.iter().zip(d.as_chunks_mut::<3>().0) {
             *d = self.0.decode(code);
+        }
+    }
+
+    fn canonical(&self, codes: &mut [u64]) {
+        for code in codes {
+            *code = self.0.canonical(*code);
         }
     }
 

@@ -3,7 +3,8 @@
 //! Source: meshoptimizer, src/vertexfilter.cpp (meshopt_encodeFilterOct and meshopt_decodeFilterOct) and
 //! EXT_meshopt_compression of glTF. Four fields: two snorm coordinates, the 1 of their grid, and w, which
 //! is written as 0 and not read. The decoder gives integers again, three snorm components; unpacking
-//! gives those over their largest value, which is what a shader reads.
+//! gives those over their largest value, which is what a shader reads. Codes whose integers are the same are
+//! two directions nevertheless, which the decoder rounds to one.
 
 use super::literal::{Literal, Repeated};
 use super::rounding::Rounding;
@@ -47,9 +48,13 @@ impl Filter {
         k as u64 & ((1 << self.bits) - 1)
     }
 
-    fn field(self, code: u64, which: u32) -> f32 {
+    fn whole(self, code: u64, which: u32) -> i64 {
         let shift = 64 - self.bits;
-        (((code >> (which * self.bits)) << shift) as i64 >> shift) as f32
+        ((code >> (which * self.bits)) << shift) as i64 >> shift
+    }
+
+    fn field(self, code: u64, which: u32) -> f32 {
+        self.whole(code, which) as f32
     }
 }
 
@@ -81,6 +86,24 @@ impl Literal for Filter {
             let k = x * scale + if x >= 0.0 { 0.5 } else { -0.5 };
             f64::from(k as i32 as f32 / self.one())
         })
+    }
+
+    fn canonical(self, code: u64) -> u64 {
+        let [x, y, one] = [0, 1, 2].map(|which| self.whole(code, which));
+        let largest = self.one() as i64;
+        // The least number has no opposite.
+        let settled = |k: i64, beside: i64| {
+            if beside.abs() == one && k.abs() <= largest {
+                k.abs()
+            } else {
+                k
+            }
+        };
+        let mask = (1 << self.bits) - 1;
+        [settled(x, y), settled(y, x), one]
+            .iter()
+            .rev()
+            .fold(0, |all, k| all << self.bits | (*k as u64 & mask))
     }
 
     fn step(self) -> f64 {

@@ -27,6 +27,7 @@ mod literal;
 mod meshoptimizer;
 mod oct;
 mod printed;
+mod ray;
 mod rings;
 mod rounding;
 mod source;
@@ -190,12 +191,9 @@ pub trait Scheme: Send + Sync {
     /// The step of the grid on [-1, 1] (1/√n for point sets), of which bounds are multiples.
     fn step(&self) -> f64;
 
-    /// Replaces codes by the one that stands for the same direction and is ever written.
-    fn canonical(&self, codes: &mut [u64]) {
-        let mut directions = vec![0.0; 3 * codes.len()];
-        self.decode(codes, &mut directions);
-        self.encode(Rounding::Nearest, &directions, codes);
-    }
+    /// Replaces codes by the one that stands for all of the same direction. In whole numbers: to decode and encode
+    /// again would round.
+    fn canonical(&self, codes: &mut [u64]);
 }
 
 /// One scheme.
@@ -647,7 +645,10 @@ impl Packing {
         Ok(())
     }
 
-    /// The codes that are written for the same directions: where several stand for one, always the same of them.
+    /// One code for each direction: codes that are one direction in exact arithmetic become the same of them, which
+    /// decodes to it within rounding and is itself left as it is. It is the code that `pack` writes, but in
+    /// schemes that write several for one direction: `snorm`, `rgb`, `rgb10a2`, and of those that
+    /// repeat other programs all but `draco`.
     ///
     /// # Errors
     /// `out` has another length.

@@ -129,6 +129,12 @@ impl<F: Single> Scheme for Fold<F> {
         kernel::decode(*self, codes, d);
     }
 
+    fn canonical(&self, codes: &mut [u64]) {
+        for code in codes {
+            *code = self.representative(*code);
+        }
+    }
+
     fn step(&self) -> f64 {
         1.0 / self.grid.n
     }

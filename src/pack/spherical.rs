@@ -82,6 +82,10 @@ impl Chart for Spherical {
         around_and_down(place, self.columns)
     }
 
+    fn representative(self, (place, face): Node<f64>) -> Node<f64> {
+        (around_and_down(place, self.columns), face)
+    }
+
     #[inline(always)]
     fn direction<R: Lattice>(self, ([i, j], _): Node<R>) -> [R; 3] {
         let columns = self.columns;

@@ -6,13 +6,15 @@
 //! multiple of the step bounds it, and the Python layer warns.
 //!
 //! Domain: `sphere` all directions, -z is the whole rim and is written where the formula's limit along +x lies;
-//! `matcap` z ≥ 0. Codes outside the disk decode as on its rim and are not written.
+//! `matcap` z ≥ 0. Codes outside the disk decode as on its rim and are not written; of those of `matcap` along one ray
+//! the first stands for all.
 
 use super::chart::{Chart, Charted, Node};
 use super::fold::held;
 use super::grid::Grid;
 use super::kernel::{Cell, Lattice, half_turns, sin_cos_half_turns};
 use super::oct::EVEN;
+use super::ray;
 use super::rounding::Rounding;
 use super::{Family, Splits, Unit};
 use crate::code::Words;
@@ -83,6 +85,25 @@ impl<const WHOLE: bool> Disk<WHOLE> {
         let step_q = R::select(outside & !along_p, one.negated_if(q.less(zero)), zero);
         [p - step_p, q - step_q]
     }
+
+    /// The point that is written for one on the rim of the sphere map, all of which is -z.
+    #[inline(always)]
+    fn one_rim<R: Lattice>(self, [p, q]: [R; 2]) -> [R; 2] {
+        let n = R::new(self.0.n);
+        let on_rim = (p * p + q * q).at_least(n * n);
+        [R::select(on_rim, n, p), R::select(on_rim, R::ZERO, q)]
+    }
+
+    /// The point that stands for one outside the disk of the two components, where a ray is one direction.
+    fn one_ray(self, place: [f64; 2]) -> [f64; 2] {
+        let (point, n) = (place.map(|x| x as i64), self.0.n as i64);
+        let outside = point[0].pow(2) + point[1].pow(2) > n.pow(2);
+        if outside {
+            ray::first_beyond_circle(point, n).map(|x| x as f64)
+        } else {
+            place
+        }
+    }
 }
 
 impl<const WHOLE: bool> Chart for Disk<WHOLE> {
@@ -110,7 +131,16 @@ impl<const WHOLE: bool> Chart for Disk<WHOLE> {
         let n = R::new(self.0.n);
         let place = [held(place[0], -n, n), held(place[1], -n, n)];
         // A corner beyond the rim is off by less than a step along its longer side, or two.
-        self.inward(self.inward(place))
+        let inside = self.inward(self.inward(place));
+        if WHOLE { self.one_rim(inside) } else { inside }
+    }
+
+    fn representative(self, (place, face): Node<f64>) -> Node<f64> {
+        if WHOLE {
+            (self.one_rim(place), face)
+        } else {
+            (self.one_ray(place), face)
+        }
     }
 
     #[inline(always)]
@@ -193,6 +223,10 @@ impl Chart for Cylinder {
     #[inline(always)]
     fn settle<R: Lattice>(self, place: [R; 2]) -> [R; 2] {
         super::spherical::around_and_down(place, self.columns)
+    }
+
+    fn representative(self, (place, face): Node<f64>) -> Node<f64> {
+        (super::spherical::around_and_down(place, self.columns), face)
     }
 
     #[inline(always)]

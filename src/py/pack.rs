@@ -300,7 +300,7 @@ impl PyPacker {
         Ok(self.0.code(language, &options)?)
     }
 
-    /// The codes that are written for the same directions.
+    /// One code for each direction.
     #[pyo3(signature = (codes, /))]
     fn canonical<'py>(
         &self,

@@ -158,6 +158,7 @@ def test_a_real_probe_mirrored_rolled_and_resampled(data_folder, mirrored):
 
 
 CUBE = sm.convert(SOURCE, "latlong", "cube", size=64)
+COLUMN = sm.projection("cube", layout="column")
 
 
 def provoked(way: str) -> np.ndarray:
@@ -233,6 +234,83 @@ def test_faces_in_the_order_of_a_row(row):
     assert np.corrcoef(np.log1p(want).ravel(), np.log1p(got).ravel())[0, 1] > 0.97
 
 
+@some_fast(
+    ("row", "layout"),
+    [
+        ("openexr", "column"),
+        ("py360convert-horizon", "strip"),
+        ("equilib-horizon", "strip"),
+    ],
+    fast=[("openexr", "column")],
+)
+def test_faces_in_the_order_of_a_row_in_one_picture(row, layout):
+    p = sm.projection("cube", convention=row)
+    image = scene(p.directions(64))
+    given = sm.projection("cube", layout=layout)
+    result = sm.align.identify(SOURCE, image, "latlong", given)
+    assert result.certain and f"stored as in cube:{row}" in result.reason, str(result)
+    best = result.best.projection
+    assert (best.layout, best.axes, best.grid) == (p.layout, p.axes, p.grid)
+    d = sm.directions("octahedral", 40).reshape(-1, 3)
+    assert np.abs(best.encode(d) - p.encode(d)).max() < 1e-12  # Roundings of other axes.
+
+
+@some_fast(
+    ("layout", "way", "words"),
+    [
+        ("column", "swapped x", "face +x shows -x; face -x shows +x"),
+        ("strip", "half turn", "face +y shows +y turned by 180°"),
+        ("cross", "turned", "face +y shows +y turned by 90°; face -y shows -y turned by 90°"),
+        ("vertical_cross", "one mirrored", "face +x shows +x mirrored"),
+        ("3x2", "upside down", "each shows its own side mirrored and turned by 180°"),
+    ],
+    fast=[("column", "swapped x", "face +x shows -x; face -x shows +x")],
+)
+def test_a_face_that_does_not_fit_is_named_in_one_picture(layout, way, words):
+    image = CUBE[[1, 0, 2, 3, 4, 5]] if way == "swapped x" else provoked(way)
+    p = sm.projection("cube", layout=layout)
+    # Nearest texels: nothing is mixed where neighbors are wrong.
+    picture = sm.convert(image, "cube", p, size=64, filter="nearest")
+    result = sm.align.identify(SOURCE, picture, "latlong", p)
+    assert not result.certain and result.best is None
+    assert words in result.reason, result.reason
+
+
+def test_a_face_of_something_else_in_one_picture_is_named():
+    image = CUBE.copy()
+    image[4] = np.random.default_rng(82).random(image[4].shape)
+    result = sm.align.identify(SOURCE, image.reshape(384, 64, 3), "latlong", COLUMN)
+    assert not result.certain and "face +z does not" in result.reason, result.reason
+
+
+def test_faces_are_named_by_where_the_given_map_has_them():
+    p = sm.projection("cube:py360convert-list")  # its first face is +z
+    image = scene(p.directions(64))
+    image[0] = np.rot90(image[0], 2)
+    result = sm.align.identify(SOURCE, image, "latlong", p)
+    assert "face +z shows +z turned by 180°" in result.reason, result.reason
+
+
+def test_a_picture_of_another_kind_and_one_of_another_order():
+    image = scene(sm.projection("cube_equiangular", layout="column").directions(64))
+    result = sm.align.identify(SOURCE, image, "latlong", COLUMN)
+    assert not result.certain and "fits as 'cube_equiangular'" in result.reason, str(result)
+    # Another order may be near to another kind in this one.
+    image = scene(COLUMN.directions(64))
+    result = sm.align.identify(SOURCE, image, "latlong", "cube:openexr")
+    assert result.certain and "faces stored as in cube:" in result.reason, str(result)
+
+
+@pytest.mark.parametrize("layout", ["column", "cross"])
+def test_another_scene_in_one_picture_does_not_fit(layout):
+    p = sm.projection("cube", layout=layout)
+    noise = np.random.default_rng(83).random((6, 64, 64, 3))
+    picture = sm.convert(noise, "cube", p, size=64)
+    assert not sm.align.identify(SOURCE, picture, "latlong", p).certain
+    smooth = scene(p.directions(64) @ sm.rotation(10, 70, 20))
+    assert not sm.align.identify(SOURCE, smooth, "latlong", p).certain
+
+
 def test_rows_of_the_table_end_the_answer():
     result = sm.align.identify(SOURCE, CUBE, "latlong", "cube")
     assert "cube:opengl" in result.rows
@@ -249,10 +327,14 @@ def test_real_scenes_do_not_mislead(data_folder, name):
     image = openimageio_oracle.read(data_folder / f"{name}.exr")[..., :3]
     cube = sm.convert(image, "latlong", "cube", size=96)
     assert sm.align.identify(image, cube, "latlong", "cube").certain
+    joined = (6 * 96, 96, 3)
+    assert sm.align.identify(image, cube.reshape(joined), "latlong", COLUMN).certain
     turned = cube.copy()
     turned[2] = np.rot90(turned[2])
     for wrong in (cube[[0, 1, 2, 3, 5, 4]], cube[:, ::-1], turned):
         assert not sm.align.identify(image, wrong, "latlong", "cube").certain
+    for wrong in (cube[[1, 0, 2, 3, 4, 5]], cube[:, ::-1], turned):
+        assert not sm.align.identify(image, wrong.reshape(joined), "latlong", COLUMN).certain
 
 
 @pytest.mark.slow
@@ -265,6 +347,8 @@ def test_no_unrelated_scenes_are_related(data_folder):
             if other > name:
                 assert not sm.align.identify(image, unrelated, "latlong", "latlong").certain
                 assert not sm.align.identify(unrelated, cube, "latlong", "cube").certain
+                column = cube.reshape(-1, 96, 3)
+                assert not sm.align.identify(unrelated, column, "latlong", COLUMN).certain
                 assert not sm.align.identify(cube, unrelated[::-1], "cube", "latlong").certain
 
 

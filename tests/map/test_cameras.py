@@ -367,6 +367,15 @@ def test_a_camera_looks_ahead_in_every_world():
         ((K, (0, 5)), {}, "positive"),
         ((-K, SIZE), {}, "0, 0, 1"),
         (((-1, 1, 1, 1), SIZE), {}, "`fx`"),
+        (
+            ((400000, 400000, 2000, 2000), (4000, 4000)),
+            {},
+            r"`fx` of `K` to be at most 80000 pixels, 20 times .* 4000, .* 2.86°, got 400000;",
+        ),
+        (((900, 1e5, 5, 5), SIZE), {"model": "kannala_brandt"}, "`fy` .* 14400 .* got 100000"),
+        (((900, 900, 5000, 5), SIZE), {}, "`cx` .* 2560 pixels, .* at 639.5, got 5000"),
+        (((900, 900, 5, np.nan), SIZE), {}, "`cy` of `K`"),
+        (((90, 90, 50, 5), (10, 1000)), {}, "at most 20 times as wide as high"),
     ],
 )
 def test_what_is_wrong_is_told(arguments, options, text):

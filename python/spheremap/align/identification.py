@@ -30,7 +30,7 @@ from ..map.variants import axes_matrix, axes_text, changed
 from ..map.verbs import rotation
 from ..resample.verbs import convert, sample
 from .kinds import alike
-from .parts import SIDES, Arrangement, arranged, correlation, misfits
+from .parts import Arrangement, apart, arranged, correlation, misfits, sides
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -161,8 +161,8 @@ def identify(
     a, b : Projection or str, optional
         The maps of both. `a` is believed with all that it says; of `b` the projection and the
         layout are, and the axes and the grid are looked for, and where faces do not fit, their
-        order. By default each is what its shape suggests: 2:1 a latlong, 1:1 an angular map, else
-        a cube.
+        order, whether they are apart or in one picture. By default each is what its shape
+        suggests: 2:1 a latlong, 1:1 an angular map, else a cube.
     count : int
         How many candidates to return at most.
 
@@ -264,16 +264,18 @@ def _looked_at_again(
         return certain, reason, candidates
     with part(0, 0.7):
         kind = _other_kind(first, second, usual, best)
-    if kind is not None:
+    with part(0.7, 1):
+        found = _other_order(first, second, candidates)
+    # An order that fits clearly better than another kind in this order is what there is.
+    if kind is not None and (found is None or 1 - found.score > 0.5 * (1 - kind[2].score)):
         which, given, better = kind
         words = f"{which} fits as '{better.kind}', score {better.score:.4f}, not as '{given}'"
         return False, f"{words}, score {best.score:.4f}", [better, *candidates]
-    with part(0.7, 1):
-        found = _other_order(first, second, candidates)
     if found is not None:
         for name, p in found.rows():
             fresh = points.candidate_of(p, found.yaw)
             if not points.misfits(fresh) and fresh.score > best.score:
+                fresh = points.with_grid(fresh)
                 words = f"one way fits, with faces stored as in {name}, score {fresh.score:.4f}"
                 return True, words, [fresh, *candidates]
         order = "; ".join(found.words)
@@ -555,10 +557,10 @@ class _Points:
     def misfits(self, found: Candidate) -> list[str]:
         """Return the names of the parts of the second image that do not show the same."""
         p, turn = found.projection, found.rotation
-        if p.faces == 1:
+        if p.layout is None:
             return []
-        uv = np.asarray(p.encode(self.directions, rotation=turn))
-        names = SIDES if p.faces == len(SIDES) else tuple(map(str, range(p.faces)))
+        uv = np.asarray(apart(p).encode(self.directions, rotation=turn))
+        names = sides(self.second.map)
         part = np.nan_to_num(uv[:, 2]).astype(np.intp)
         shown = self.second.look(self.directions, p, turn)
         known = np.isfinite(uv[:, 0])
@@ -594,19 +596,26 @@ class _Points:
         self.without_stretched(p, yaw)
         return self.best_yaw(p, yaw)
 
-    def candidate(self, axes: str, yaw: float, score: float, grid: str | None = None) -> Candidate:
+    def candidate(
+        self,
+        axes: str,
+        yaw: float,
+        score: float,
+        grid: str | None = None,
+        of: Projection | None = None,
+    ) -> Candidate:
         axes, yaw = _reduced(axes, yaw)
-        p, a = changed(self.second.map, axes=axes, grid=grid), self.first.map
+        p, a = changed(of or self.second.map, axes=axes, grid=grid), self.first.map
         # The formulas of two kinds may differ in their sense: faces say it, where there are some.
         mirrored = p.mirrored != a.mirrored
         return Candidate(axes, yaw, grid, score, p, mirrored)
 
     def with_grid(self, found: Candidate) -> Candidate:
         """Try each grid, with the yaw that goes best with it; keep one that clearly fits better."""
-        results = []
-        self.without_stretched(found.projection, found.yaw)
+        results, given = [], found.projection
+        self.without_stretched(given, found.yaw)
         for grid in counted(("centers", "corners", "corners-v")):
-            p = changed(self.second.map, axes=found.axes, grid=grid)
+            p = changed(given, grid=grid)
             near = found.yaw + np.linspace(-0.2, 0.2, 7)
             try:
                 results.append((*max((self.score(p, yaw), yaw) for yaw in near), grid))
@@ -616,9 +625,9 @@ class _Points:
         score, yaw, grid = results[0]
         # What is left unexplained has to shrink by a tenth.
         if len(results) > 1 and (1 - score) > 0.9 * (1 - results[1][0]):
-            p = changed(self.second.map, axes=found.axes)
-            return self.candidate(found.axes, found.yaw, self.score(p, found.yaw))
-        return self.candidate(found.axes, float(yaw), score, grid)
+            score = self.score(given, found.yaw)
+            return self.candidate(found.axes, found.yaw, score, of=given)
+        return self.candidate(found.axes, float(yaw), score, grid, of=given)
 
 
 def _reduced(axes: str, yaw: float) -> tuple[str, float]:

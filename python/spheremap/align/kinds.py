@@ -21,14 +21,13 @@ def alike(p: Projection) -> list[Projection]:
     """Return the maps of other kinds, by their defaults, whose images have this one's shape."""
     found = []
     for name in projections():
-        q = projection(name)
-        if name == p.name or q.faces != p.faces:
+        if name == p.name:
             continue
         try:
             q = projection(name, layout=p.layout, grid=p.grid, axes=p.axes, world=p.world)
         except ValueError:
             continue
         # Twice, for one size may fit by rounding.
-        if all(q.shape(n) == p.shape(n) for n in (8, 30)):
+        if q.faces == p.faces and all(q.shape(n) == p.shape(n) for n in (8, 30)):
             found.append(q)
     return found

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["FITS", "SIDES", "Arrangement", "arranged", "correlation", "misfits"]
+__all__ = ["FITS", "Arrangement", "apart", "arranged", "correlation", "misfits", "sides"]
 
 # A part fits that leaves no more unexplained than this, or than twice what the parts mostly do.
 FITS = 0.9
@@ -40,8 +40,25 @@ _FEWEST = 100
 _TILE = 32
 # Equal directions.
 _SAME = 1e-9
-# The faces of a cube, and the sides of the world.
-SIDES = ("+x", "-x", "+y", "-y", "+z", "-z")
+# The faces of a cube.
+_FACES = 6
+
+
+def apart(p: Projection) -> Projection:
+    """Return a map with its faces as an array, where it has several and joins them."""
+    return p if p.layout is None else changed(p, layout="faces")
+
+
+def sides(p: Projection) -> tuple[str, ...]:
+    """Return the names of a map's faces: of a cube the sides of the world, else numbers."""
+    p = apart(p)
+    if p.faces != _FACES:
+        return tuple(map(str, range(p.faces)))
+    middles = p.directions(3)[:, 1, 1]
+    along = np.abs(middles).argmax(axis=-1)
+    return tuple(
+        ("-" if middle[k] < 0 else "+") + "xyz"[k] for middle, k in zip(middles, along, strict=True)
+    )
 
 
 def correlation(x: Array, y: Array) -> float:
@@ -95,14 +112,17 @@ class Arrangement:
         self.yaw, self.score, self.words, self._world = yaw, score, words, p.world
         self.fits = False
         # Where each stored texel looks, by the given map and in truth.
-        given = np.asarray(p.directions(_TILE), np.float64)
-        faces = np.asarray(changed(p, layout="faces").directions(_TILE), np.float64)
+        given = np.asarray(changed(p, grid="centers").directions(_TILE), np.float64)
+        faces = np.asarray(_upright(p).directions(_TILE), np.float64)
         face = _numbers(faces, given)
         self._held = face >= 0
         self._directions = shown.reshape(-1, 3)[face[self._held]]
 
     def rows(self) -> list[tuple[str, Projection]]:
-        """Return the conventions that store faces so, each with its axes put into this world."""
+        """Return the conventions that store faces so, each with its axes put into this world.
+
+        Those whose own axes do come first.
+        """
         found = []
         for row in conventions("cube"):
             q = projection("cube", convention=row["name"], grid="centers")
@@ -114,8 +134,15 @@ class Arrangement:
             # Directions to rounding; the next texel is a hundred thousand times that away.
             if np.abs(own[held] @ turn - self._directions).max() < _SAME:
                 axes = axes_text(axes_matrix(q.axes) @ turn)
-                found.append((f"cube:{row['name']}", changed(q, axes=axes, world=self._world)))
-        return found
+                put = changed(q, axes=axes, world=self._world)
+                found.append((axes != q.axes, f"cube:{row['name']}", put))
+        found.sort(key=lambda entry: entry[0])
+        return [(name, put) for _, name, put in found]
+
+
+def _upright(p: Projection) -> Projection:
+    """Return a map with its faces as an array, no two texels of which look the same way."""
+    return changed(apart(p), grid="centers")
 
 
 def _numbers(places: Array, directions: Array) -> NDArray[np.intp]:
@@ -140,13 +167,13 @@ def _ways() -> list[tuple[str, Callable[[Any], Any]]]:
 def arranged(
     look: Callable[[Array], Array], values: NDArray[np.float32], p: Projection, yaw: float
 ) -> Arrangement | None:
-    """Return the best arrangement of the faces of an image; None where faces are not six tiles.
+    """Return the best arrangement of the faces of an image; None where these are not six.
 
     `look` gives what the other image shows in directions of its world.
     """
-    if p.faces != 6:
+    upright = _upright(p)
+    if upright.faces != _FACES:
         return None
-    upright = changed(p, layout="faces")
     stored = np.asarray(convert(values, p, upright, size=_TILE, fill=np.nan), np.float64)
     places = upright.directions(_TILE)
     turn = np.asarray(rotation(yaw, 0, 0))
@@ -179,12 +206,12 @@ def arranged(
     assert best is not None
     score, order, choice = best
     directions = np.empty_like(places)
-    words, tiles = [], np.empty_like(shown)
+    words, tiles, names = [], np.empty_like(shown), sides(p)
     for face, side in enumerate(order):
         name, way = ways[choice[face, side]]
         directions[face], tiles[face] = way(places[side]), way(shown[side])
         if side != face or name:
-            words.append(f"face {SIDES[face]} shows {SIDES[side]}{name}")
+            words.append(f"face {names[face]} shows {names[side]}{name}")
     part = np.repeat(np.arange(6), _TILE * _TILE)
     flat = (-1, stored.shape[-1])
     wrong = misfits(stored.reshape(flat), tiles.reshape(flat), part, 6)

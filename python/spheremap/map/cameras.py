@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from .._arrays import as_doubles
 from .._scalars import as_text, as_whole
-from .named import made
+from .named import made, registered
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,10 +101,13 @@ def camera(
     Parameters
     ----------
     K : array_like, shape (3, 3) or (4,)
-        The camera matrix, or fx, fy, cx, cy, in pixels. A skew is not known.
+        The camera matrix, or fx, fy, cx, cy, in pixels. A skew is not known. fx is at most 20
+        widths of the image and fy 20 heights: a field of 2.86°. Narrower ones without distortion,
+        those of telescopes, are ``sm.projection("perspective", fov=0.57)``. The principal point is
+        at most two widths and heights from the middle.
     size : tuple of int
-        Height and width of the images that K is for, in pixels. The projection holds at every
-        size.
+        Height and width of the images that K is for, in pixels, at most 20 times as wide as high.
+        The projection holds at every size.
     distortion : array_like, optional
         The model's coefficients in the order of OpenCV or of the model's paper:
 
@@ -203,17 +207,22 @@ def camera(
             f"got {len(given)}{hint}"
         )
     coefficients: dict[str, Any] = {name: float(c) for name, c in zip(names, given, strict=False)}
-    return made(
-        f"camera_{FORMULAS.get(model, model)}",
-        axes="+x +y +z",
-        world="+x -y +z",
-        fx=fx / width,
-        fy=fy / height,
-        cx=(cx + PIXEL_CENTER) / width - 0.5,
-        cy=(cy + PIXEL_CENTER) / height - 0.5,
-        aspect=width / height,
-        **coefficients,
-    )
+    name = f"camera_{FORMULAS.get(model, model)}"
+    try:
+        return made(
+            name,
+            axes="+x +y +z",
+            world="+x -y +z",
+            fx=fx / width,
+            fy=fy / height,
+            cx=(cx + PIXEL_CENTER) / width - 0.5,
+            cy=(cy + PIXEL_CENTER) / height - 0.5,
+            aspect=width / height,
+            **coefficients,
+        )
+    except ValueError as error:
+        told = _out_of_range(name, (fx, fy, cx, cy), height, width)
+        raise error if told is None else ValueError(told) from None
 
 
 def matrix(camera: Projection, size: tuple[int, int]) -> tuple[float, float, float, float]:
@@ -231,6 +240,51 @@ def matrix(camera: Projection, size: tuple[int, int]) -> tuple[float, float, flo
 def _is_middle(cx: float, width: int, cy: float, height: int) -> bool:
     """Tell whether a principal point is as near to the middle as most lenses have it."""
     return abs(cx / width - 0.5) < 0.1 and abs(cy / height - 0.5) < 0.1
+
+
+def _out_of_range(name: str, k: tuple[float, ...], height: int, width: int) -> str | None:
+    """Say in pixels what is out of range in K or the size; None where these are not to blame."""
+    row = next(row for row in registered() if row["name"] == name)
+    most = {parameter["name"]: parameter["maximum"] for parameter in row["parameters"]}
+    fx, fy, cx, cy = k
+    across, down = (width, "width"), (height, "height")
+    told = (
+        _focal_out_of_range("fx", fx, most["fx"], *across)
+        or _focal_out_of_range("fy", fy, most["fy"], *down)
+        or _center_out_of_range("cx", cx, most["cx"], *across)
+        or _center_out_of_range("cy", cy, most["cy"], *down)
+    )
+    if told is None and width > most["aspect"] * height:
+        wide = f"{most['aspect']:g} times as wide as high"
+        return f"Expected `size` to be at most {wide}, got {(height, width)}."
+    return told
+
+
+def _focal_out_of_range(
+    name: str, focal: float, times: float, pixels: int, side: str
+) -> str | None:
+    if not focal > 0:
+        return f"Expected `{name}` of `K` to be a positive number of pixels, got {focal:g}."
+    if focal <= times * pixels:
+        return None
+    narrowest = math.degrees(2 * math.atan(1 / (2 * times)))
+    return (
+        f"Expected `{name}` of `K` to be at most {times * pixels:.12g} pixels, {times:g} times the "
+        f"image's {side} of {pixels}, where a pinhole's field is {narrowest:.2f}°, "
+        f"got {focal:.12g}; narrower fields are of 'perspective(fov=...)'."
+    )
+
+
+def _center_out_of_range(
+    name: str, center: float, times: float, pixels: int, side: str
+) -> str | None:
+    middle = pixels / 2 - PIXEL_CENTER
+    if abs(center - middle) <= times * pixels:
+        return None
+    return (
+        f"Expected `{name}` of `K` to be at most {times * pixels:.12g} pixels, {times:g} times the "
+        f"image's {side}, from its middle at {middle:.12g}, got {center:.12g}."
+    )
 
 
 def _pixels(given: Any) -> tuple[float, ...]:

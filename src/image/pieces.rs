@@ -134,6 +134,33 @@ impl Pieces {
         });
     }
 
+    /// Writes those of parts of row j, from one side to another and between edges: `texel` says which column a part is of. Calls `other` with
+    /// parts that no polynomial is for.
+    pub(crate) fn parts(
+        &self,
+        of: (&Map, &Raster),
+        (j, sides): (usize, (f64, f64)),
+        (texel, edges): (impl Fn(usize) -> usize, &[f64]),
+        out: &mut [f64],
+        mut other: impl FnMut(Range<usize>, &mut [f64]),
+    ) {
+        let Some(last) = out.len().checked_sub(1) else {
+            return;
+        };
+        let numbers: Vec<usize> = (0..out.len()).map(&texel).collect();
+        self.each(of, j, texel(0)..texel(last) + 1, |columns, found| {
+            let which = |column| numbers.partition_point(|number| *number < column);
+            let parts = which(columns.start)..which(columns.end);
+            let out = &mut out[parts.clone()];
+            match found {
+                Some(polynomial) => {
+                    polynomial.row(sides, &edges[parts.start..=parts.end], out);
+                }
+                None => other(parts, out),
+            }
+        });
+    }
+
     /// Calls `work` for each range of some columns of row j that one polynomial is for, or none.
     pub(crate) fn each(
         &self,

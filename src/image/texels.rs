@@ -224,6 +224,39 @@ impl SolidAngles {
         one[0]
     }
 
+    /// Those of parts of row j, from one side to another and between edges: of each the column that it is of is told.
+    pub(crate) fn parts(
+        &self,
+        (map, raster): (&Map, &Raster),
+        row: (usize, (f64, f64)),
+        (columns, edges): (&[usize], &[f64]),
+        out: &mut [f64],
+    ) {
+        let (_, (v0, v1)) = row;
+        if self.alike.is_some() {
+            let (u0, u1) = (0.0, 1.0);
+            let whole = map.solid_angle(Rect { u0, u1, v0, v1 });
+            for ((u0, u1), out) in edges.iter().zip(&edges[1..]).zip(out) {
+                *out = whole * (u1 - u0);
+            }
+            return;
+        }
+        let by_themselves = |parts: Range<usize>, out: &mut [f64]| {
+            map.visit_canonical(RowOfCells {
+                edges: &edges[parts.start..=parts.end],
+                sides: row.1.into(),
+                out,
+            });
+        };
+        match &self.pieces {
+            Some(pieces) => {
+                let own = (|k: usize| columns[k], edges);
+                pieces.parts((map, raster), row, own, out, by_themselves);
+            }
+            None => by_themselves(0..out.len(), out),
+        }
+    }
+
     /// Those of the texels of row j from a column on.
     pub(crate) fn row(&self, map: &Map, raster: &Raster, j: usize, first: usize, out: &mut [f64]) {
         let one = |i| solid_angle_of(map, raster, i, j);

@@ -16,7 +16,9 @@
 //! **Normalization.** The sum of K dω over texels differs from its integral by the texels' size. On maps of the whole
 //! sphere the result is therefore divided by the first and multiplied by the second, which makes it exact for a constant
 //! image at any size. Where the coverage is a part of the sphere, what is not seen is black, and the
-//! sum is divided by nothing.
+//! sum of the cosine is divided by nothing. Other lobes may be as narrow as a few texels, and have more of themselves on these than
+//! they are: they are divided by the larger of both, so that no result is brighter than the image, and narrower ones ([`FEW`]) by the sum in any
+//! case, as between texels they have less.
 //!
 //! **Order.** Each n has eight lanes of its own for each sheet and meets its blocks in their order; lanes are
 //! added last, as a tree, and then the sheets. Neither threads, levels nor the other directions change a bit, and sheets may be
@@ -75,6 +77,10 @@ enum Over {
     Linear(f64, f64),
     Other,
 }
+
+/// A lobe of fewer texels has not even about its integral on them; and a cone, whose edge cuts them.
+const FEW: f64 = 8.0;
+const FEW_CUT: f64 = 64.0;
 
 /// exp(x) is below the smallest number from here on.
 const VANISHES: f64 = -745.2;
@@ -140,6 +146,16 @@ impl Lobe {
             Lobe::Charlie(alpha) => {
                 (2.0 + 1.0 / alpha) / (2.0 * PI) * quadrature(|nodes| power(nodes, 2.0 / alpha))
             }
+        }
+    }
+
+    /// How much of the sphere it would be if it were as high as on its axis everywhere; of the cosine, whose result is no mean, and of Charlie's,
+    /// which is 0 there, it does not matter.
+    fn extent(self) -> f64 {
+        match self {
+            Lobe::Cosine | Lobe::Charlie(_) => f64::INFINITY,
+            Lobe::Cone(_) | Lobe::Phong(_) | Lobe::VonMisesFisher(_) => self.integral(),
+            Lobe::Ggx(alpha) => self.integral() * PI * alpha * alpha,
         }
     }
 
@@ -412,6 +428,17 @@ fn sums_under<T: Texel>(
     let channels = image.channels();
     let rows = channels + 1;
     let ready = Ready::new(texels, image)?;
+    let divisor = if whole {
+        Divisor::Sum
+    } else {
+        let texel = image.map().coverage().solid_angle() / texels.x.len() as f64;
+        Divisor::of_part(lobe, texel)
+    };
+    let mut covered = Vec::new();
+    if !whole && divisor == Divisor::Sum {
+        covered.resize(normals.len() / 3, false);
+        image.map().covers(normals, &mut covered)?;
+    }
     let normals = normals.as_chunks::<3>().0;
     // At least a few parts for the threads to share; each direction is by itself.
     let part = (normals.len() / 8).clamp(1, TARGETS);
@@ -424,7 +451,13 @@ fn sums_under<T: Texel>(
             ready.sums(blocks, lobe, normals, sums);
         }
         let sums = add_sheets(&sheets, normals.len() * rows);
-        of_sums(lobe, whole, &sums, channels, out);
+        let covered = covered.get(number * part..).unwrap_or(&[]);
+        let divisor = |direction: usize| match covered.get(direction) {
+            // What is left of it within the image is no mean.
+            Some(false) => Divisor::Larger(lobe.integral()),
+            _ => divisor,
+        };
+        of_sums(lobe, divisor, &sums, channels, out);
     };
     interrupt::part(0.1, 1.0, || {
         threads::rows(out, part * channels, work, sum);
@@ -462,7 +495,7 @@ pub fn under_sheet<T: Texel>(
     interrupt::check()
 }
 
-/// The light under a lobe, from the sums of all sheets.
+/// The light under a lobe, from the sums of all sheets; on a map of a part of the sphere one that is wider than some texels.
 ///
 /// # Errors
 /// The slices' lengths do not go together.
@@ -475,19 +508,62 @@ pub fn of_all_sheets(
 ) -> Result<(), Error> {
     expect_multiple("sums", sums.len(), channels + 1)?;
     expect_length("out", out.len(), sums.len() / (channels + 1) * channels)?;
-    let whole = map.coverage() == Coverage::Sphere;
-    of_sums(lobe, whole, sums, channels, out);
+    let divisor = if map.coverage() == Coverage::Sphere {
+        Divisor::Sum
+    } else {
+        Divisor::of_part(lobe, 0.0)
+    };
+    of_sums(lobe, |_| divisor, sums, channels, out);
     Ok(())
 }
 
+/// What a sum of light under a lobe is divided by.
+#[derive(Clone, Copy, PartialEq)]
+enum Divisor {
+    /// The sum of the lobe.
+    Sum,
+    /// Its integral.
+    Integral(f64),
+    /// The larger of the two.
+    Larger(f64),
+}
+
+impl Divisor {
+    /// On a map of a part of the sphere, with texels of about this solid angle.
+    fn of_part(lobe: Lobe, texel: f64) -> Divisor {
+        let few = match lobe {
+            Lobe::Cone(_) => FEW_CUT,
+            _ => FEW,
+        };
+        if lobe == Lobe::Cosine {
+            Divisor::Integral(lobe.integral())
+        } else if lobe.extent() < few * texel {
+            Divisor::Sum
+        } else {
+            Divisor::Larger(lobe.integral())
+        }
+    }
+
+    fn with(self, sum: f64) -> f64 {
+        match self {
+            Divisor::Sum => sum,
+            Divisor::Integral(integral) => integral,
+            Divisor::Larger(integral) => integral.max(sum),
+        }
+    }
+}
+
 /// The light of each direction, from its sums.
-fn of_sums(lobe: Lobe, whole: bool, sums: &[f64], channels: usize, out: &mut [f64]) {
-    let integral = if whole { 0.0 } else { lobe.integral() };
-    for (sums, out) in sums
-        .chunks_exact(channels + 1)
-        .zip(out.chunks_exact_mut(channels))
-    {
-        let divisor = if whole { sums[channels] } else { integral };
+fn of_sums(
+    lobe: Lobe,
+    divisor: impl Fn(usize) -> Divisor,
+    sums: &[f64],
+    channels: usize,
+    out: &mut [f64],
+) {
+    let each = sums.chunks_exact(channels + 1);
+    for (direction, (sums, out)) in each.zip(out.chunks_exact_mut(channels)).enumerate() {
+        let divisor = divisor(direction).with(sums[channels]);
         for (sum, out) in sums.iter().zip(out) {
             *out = if divisor > 0.0 {
                 lobe.scale() * sum / divisor

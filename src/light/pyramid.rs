@@ -2,7 +2,8 @@
 //!
 //! Whatever the source's map, it becomes a cube whose texels are no larger than the source's (in the mean, and up to
 //! [`LARGEST`]² a face). A source beyond that is first reduced within its own map ([`crate::resample::mips`]), which keeps
-//! its light. Below its first level the cube is reduced in the same way. Each face has
+//! its light. Lookups make the finest level, and lose of a lone texel up to a tenth, or make as much; so four of its texels are as bright as what they
+//! cover is by area: light is kept from there on. Below its first level the cube is reduced as any image is. Each face has
 //! a border of one texel that continues into its neighbors, so that a bilinear lookup never meets an edge.
 //!
 //! Directions outside a source's coverage are black.
@@ -10,16 +11,18 @@
 use crate::error::Error;
 use crate::geometry::solid_angle;
 use crate::geometry::solid_angle::Rect;
+use crate::geometry::world::Worlds;
 use crate::image::ImageView;
+use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::kernel;
 use crate::kernel::Scalar;
 use crate::kernel::SimdWork;
+use crate::kernel::interrupt;
 use crate::kernel::memory::expect_room;
-use crate::kernel::{interrupt, threads};
-use crate::resample::Options;
-use crate::resample::Sampler;
+use crate::map::Map;
 use crate::resample::mips::half;
+use crate::resample::{Options, Request, Window, convert, convert_light};
 use fearless_simd::{Select, Simd, SimdBase, f32x16};
 
 /// The largest face.
@@ -98,28 +101,14 @@ impl Pyramid {
             count = values.len() / 4;
         }
         let flat: Vec<f32> = values.iter().map(|x| *x as f32).collect();
+        // The rest has room where it was.
+        drop(values);
         let view = ImageView::new(map, &shape, 4, &flat)?;
-        let source = Sampler::new(&view, &Options::new().fill(0.0))?;
         let mut n = 8;
         while 6 * n * n < count && n < LARGEST {
             n *= 2;
         }
-        let mut level = PyramidLevel::empty(n);
-        let row = n + 2;
-        let work = |number: usize, out: &mut [Texel4]| {
-            let (face, j) = (number / row, number % row);
-            let at = |i: usize| (2.0 * i as f64 - 1.0) / n as f64 - 1.0;
-            let mut directions = Vec::with_capacity(3 * row);
-            for i in 0..row {
-                directions.extend(direction(face, at(i), at(j)));
-            }
-            let fits = source.sample(&directions, out.as_flattened_mut());
-            debug_assert!(fits.is_ok());
-        };
-        interrupt::part(done, 1.0, || {
-            threads::rows(&mut level.faces, row, 6 * row * row, work);
-        });
-        level.close();
+        let level = interrupt::part(done, 1.0, || PyramidLevel::of(&view, n))?;
         let mut levels = vec![level];
         while let Some(next) = levels.last().filter(|l| l.n > 1).map(PyramidLevel::half) {
             levels.push(next);
@@ -129,6 +118,47 @@ impl Pyramid {
 }
 
 impl PyramidLevel {
+    /// The finest level of an image of four channels.
+    fn of(view: &ImageView<'_, f32>, n: usize) -> Result<PyramidLevel, Error> {
+        let cube = Map::new("cube")?;
+        let shape = [6, n, n];
+        let mut seen = vec![0.0; 4 * 6 * n * n];
+        let options = Options::new().worlds(Worlds::Literal).fill(0.0);
+        interrupt::part(0.0, 0.2, || {
+            convert(view, &cube, &shape, &options, &mut seen)
+        })?;
+        let half = n / 2;
+        let shape = [6, half, half];
+        let mut light = vec![0.0; 4 * 6 * half * half];
+        let request = Request {
+            image: view,
+            map: &cube,
+            shape: &shape,
+            rotation: None,
+            fill: &[0.0; 4],
+            window: &Window::whole(&Raster::new(&cube, &shape)?),
+        };
+        interrupt::part(0.2, 1.0, || convert_light(request, &mut light))?;
+        let (seen, light) = (seen.as_chunks::<4>().0, light.as_chunks::<4>().0);
+        let mut level = PyramidLevel::empty(n);
+        for j in 0..half {
+            for i in 0..half {
+                let (children, areas) = level.children(i, j);
+                for face in 0..6 {
+                    let own = children.map(|(x, y)| seen[(face * n + y) * n + x]);
+                    let light = light[(face * half + j) * half + i];
+                    let kept = with_light(own, areas, light);
+                    for ((x, y), texel) in children.into_iter().zip(kept) {
+                        let to = level.index(face, x + 1, y + 1);
+                        level.faces[to] = texel;
+                    }
+                }
+            }
+        }
+        level.close();
+        Ok(level)
+    }
+
     fn empty(n: usize) -> PyramidLevel {
         PyramidLevel {
             n,
@@ -178,34 +208,35 @@ impl PyramidLevel {
     fn half(&self) -> PyramidLevel {
         let n = self.n / 2;
         let mut level = PyramidLevel::empty(n);
-        let area = |i: usize, j: usize| {
-            let edge = |k: usize| k as f64 / self.n as f64;
+        for j in 0..n {
+            for i in 0..n {
+                let (children, areas) = self.children(i, j);
+                for face in 0..6 {
+                    let own = children.map(|(x, y)| self.faces[self.index(face, x + 1, y + 1)]);
+                    let target = level.index(face, i + 1, j + 1);
+                    level.faces[target] =
+                        std::array::from_fn(|c| mean(own.map(|x| x[c]), areas) as f32);
+                }
+            }
+        }
+        level.close();
+        level
+    }
+
+    /// The texels that one of the next level covers on any face, and how much of it each is.
+    fn children(&self, i: usize, j: usize) -> ([(usize, usize); 4], [f64; 4]) {
+        let children = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(a, b)| (2 * i + a, 2 * j + b));
+        let edge = |k: usize| k as f64 / self.n as f64;
+        let areas = children.map(|(i, j)| {
             solid_angle::cube(Rect {
                 u0: edge(i),
                 u1: edge(i + 1),
                 v0: edge(j),
                 v1: edge(j + 1),
             })
-        };
-        for j in 0..n {
-            for i in 0..n {
-                let children =
-                    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(a, b)| (2 * i + a, 2 * j + b));
-                let areas = children.map(|(a, b)| area(a, b));
-                let total: f64 = areas.iter().sum();
-                for face in 0..6 {
-                    let mut sum = [0.0; 4];
-                    for ((a, b), area) in children.iter().zip(areas) {
-                        let texel = self.faces[self.index(face, a + 1, b + 1)];
-                        (0..4).for_each(|c| sum[c] += area / total * f64::from(texel[c]));
-                    }
-                    let target = level.index(face, i + 1, j + 1);
-                    level.faces[target] = sum.map(|x| x as f32);
-                }
-            }
-        }
-        level.close();
-        level
+        });
+        let total: f64 = areas.iter().sum();
+        (children, areas.map(|area| area / total))
     }
 
     /// The texels' mean solid angle.
@@ -238,6 +269,30 @@ impl PyramidLevel {
             }
         }
     }
+}
+
+fn mean(texels: [f32; 4], areas: [f64; 4]) -> f64 {
+    let each = texels.into_iter().zip(areas);
+    each.map(|(texel, area)| area * f64::from(texel)).sum()
+}
+
+/// Four texels as lookups found them, made to have this mean: as bright among each other as they were, if none is of another sign.
+fn with_light(texels: [Texel4; 4], areas: [f64; 4], light: Texel4) -> [Texel4; 4] {
+    let mut kept = texels;
+    for c in 0..4 {
+        let (own, wanted) = (texels.map(|x| x[c]), f64::from(light[c]));
+        let found = mean(own, areas);
+        let alike = own.iter().all(|x| f64::from(*x) * wanted >= 0.0);
+        for (kept, own) in kept.iter_mut().zip(own.map(f64::from)) {
+            let new = if alike && found != 0.0 {
+                own / found * wanted
+            } else {
+                own + (wanted - found)
+            };
+            kept[c] = new.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
+        }
+    }
+    kept
 }
 
 const LANES: usize = 16;

@@ -57,12 +57,13 @@ macro_rules! with_reals {
 }
 pub(crate) use with_reals;
 
-/// `object` as an array of T if it is one already, C-contiguous and aligned.
+/// `object` as an array of T if it is one already, C-contiguous and aligned. What a subclass of numpy's has besides, a mask, is not to be
+/// lost: numpy makes a plain array of it first.
 pub fn contiguous<'py, T: Element>(
     object: &Bound<'py, PyAny>,
 ) -> PyResult<Option<PyReadonlyArrayDyn<'py, T>>> {
     match object.cast::<PyArrayDyn<T>>() {
-        Ok(array) if array.is_c_contiguous() && is_aligned(array) => {
+        Ok(array) if is_plain(object) && array.is_c_contiguous() && is_aligned(array) => {
             let array = array.try_readonly().map_err(|_| {
                 PyValueError::new_err("an input overlaps an array that another call is writing to")
             })?;
@@ -70,6 +71,12 @@ pub fn contiguous<'py, T: Element>(
         }
         _ => Ok(None),
     }
+}
+
+fn is_plain(object: &Bound<'_, PyAny>) -> bool {
+    object
+        .get_type()
+        .is(object.py().get_type::<PyUntypedArray>())
 }
 
 /// Views into packed records need not be aligned.

@@ -69,14 +69,14 @@ pub fn size<'py>(map: &Map, size: &Bound<'py, PyAny>) -> PyResult<Vec<usize>> {
         // A list of a trillion numbers is not read to its end.
         Err(_) if size.len().is_ok_and(|n| n > MOST_AXES) => {
             return Err(PyTypeError::new_err(
-                "Expected a size: one integer, or a shape as a tuple of integers.",
+                "Expected `size` to be a whole number, or a shape of whole numbers.",
             ));
         }
         Err(_) => size
             .extract::<Vec<i64>>()
             .map_err(|_| {
                 PyTypeError::new_err(
-                    "Expected a size: one integer, or a shape as a tuple of integers.",
+                    "Expected `size` to be a whole number, or a shape of whole numbers.",
                 )
             })?
             .into_iter()
@@ -477,8 +477,8 @@ impl PyProjection {
         self.0.coverage().name()
     }
 
-    /// What lies beyond its edges: "ends", "latlong", "periodic", "octahedral", "faces", "rim-opposite" or
-    /// "rim-other-face".
+    /// What lies beyond its edges: "ends", "latlong", "periodic", "octahedral", "faces", "rim-opposite",
+    /// "rim-other-face", "rim-other-face-flipped", "rim-mirrored" or "cuts".
     #[getter]
     fn seam(&self) -> &'static str {
         self.0.seam().name()

@@ -32,12 +32,14 @@ mod trilinear;
 pub(crate) mod weighted;
 mod window;
 
+pub(crate) use area::convert_light;
 pub use convert::{convert, converted, sample};
 pub use filters::Filter;
 pub use mip_sampler::{Detail, MipSampler};
 pub use mips::{Level, chain};
 pub use options::{Fill, Options};
 pub use pad::{pad, padded_shape};
+pub(crate) use request::Request;
 pub use sample::{Sampler, sample_adjoint, sample_slopes};
 pub use size::matching_size;
 pub use sums::sums_of_planes;

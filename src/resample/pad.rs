@@ -74,6 +74,8 @@ pub fn pad<T: Texel>(
     filter: Filter,
     out: &mut [T],
 ) -> Result<(), Error> {
+    // Also where none is needed: which arguments are right is not the map's matter.
+    filter.lookup()?;
     let (map, raster, channels) = (image.map(), image.raster(), image.channels());
     let whole = padded_shape(map, image.shape(), n)?;
     if out.len() != whole.iter().product::<usize>() * channels {

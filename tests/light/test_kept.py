@@ -127,3 +127,51 @@ def test_many_pairs(a):
     # A third of the others: each map is met as a source and as a target.
     for k, b in list(enumerate(NAMES))[NAMES.index(a) % 3 :: 3]:
         check(sm.projection(a), 9 + k % 4, sm.projection(b), 8 + k % 5, k, turned=bool(k % 2))
+
+
+# Of the sources whose texels are least alike, and of one without a rim and one of a hemisphere.
+@pytest.mark.parametrize("name", ["latlong", "angular", "octahedral", "matcap"])
+def test_rough_reflections_keep_suns(name):
+    p = sm.projection(name)
+    image = suns(p, 64, 12, 8).astype(np.float32)
+    chain = sm.light.prefilter_chain(image, p, "cube", size=16, roughness=[0, 0.3, 1], samples=1024)
+    for roughness, level in zip([0, 0.3, 1], chain, strict=True):
+        # A mirror has float32 means of the pyramid's texels. Samples of a lobe are a fixed
+        # pattern, and looked up bilinearly: the stated 4 %.
+        bound = 1e-6 if roughness == 0 else 0.04
+        light = sm.light.integrate(level, "cube")
+        assert np.abs(light - 1).max() <= bound, (roughness, light)
+
+
+@pytest.mark.parametrize("name", ["perspective", "matcap", "hemioctahedral", "cylindrical"])
+@pytest.mark.parametrize(
+    "lobe",
+    [
+        {"lobe": "cone", "half_angle": 2.0},
+        {"lobe": "cone", "half_angle": 12.0},
+        {"lobe": "vmf", "kappa": 1e5},
+        {"lobe": "vmf", "kappa": 300.0},
+        {"lobe": "phong", "exponent": 5000.0},
+    ],
+    ids=lambda lobe: "-".join(str(x) for x in lobe.values()),
+)
+def test_nothing_is_brighter_under_a_lobe_than_the_image(name, lobe):
+    p = sm.projection(name)
+    image = np.ones(p.shape(16))
+    for size in (16, 27):
+        seen = sm.light.convolve(image, p, p, size=size, **lobe)
+        # A quotient of two sums of the same numbers, or of one and what it is at least.
+        assert seen.max() <= 1 + 1e-12
+        # Away from the rim it is all there, but for what texels as coarse make of a cone's edge.
+        directions = p.directions(size)
+        inner = p.covers(directions @ sm.rotation(0, 25, 0)) & p.covers(
+            directions @ sm.rotation(0, -25, 0)
+        )
+        inner &= p.covers(directions @ sm.rotation(25, 0, 0)) & p.covers(
+            directions @ sm.rotation(-25, 0, 0)
+        )
+        assert inner.any() and seen[inner].min() >= 0.8
+    # What the image does not hold is black, or what of a lobe reaches into it.
+    opposite = sm.light.convolve(image, p, "cube", size=8, **lobe)
+    # Roundings, and the tail of a lobe.
+    assert opposite.max() <= 1 + 1e-12 and opposite.min() == pytest.approx(0, abs=1e-12)

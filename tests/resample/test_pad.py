@@ -161,3 +161,11 @@ def test_bad_borders_are_refused():
         sm.pad(image, "cube", 1)
     with pytest.raises(TypeError, match="dtype"):
         sm.pad(image.astype(complex), "latlong", 1)
+
+
+@pytest.mark.parametrize("filter", ["area", "mode", "ewa", "trilinear"])
+@each(DEFAULTS)
+def test_filters_that_look_nothing_up_are_refused_by_all_maps(case, filter):
+    p = case.make()
+    with pytest.raises(ValueError, match="looks no direction up"):
+        sm.pad(np.zeros(p.shape(8)), p, 1, filter=filter)

@@ -149,11 +149,19 @@ fn von_mises_fisher(kappa: f64, order: usize) -> Vec<f64> {
     if kappa == 0.0 {
         return factors;
     }
-    // So far above the order the fraction has forgotten that it began with 0.
-    let ahead = (40.0 * (order + 1) as f64).sqrt() + kappa.min(1e6).sqrt() * 12.0;
-    let mut ratio = 0.0;
-    for l in (1..=order + 20 + ahead as usize).rev() {
-        ratio = 1.0 / ((2 * l + 1) as f64 / kappa + ratio);
+    // So far above the order the fraction has forgotten with what it began, or that was right: a bound of the ratio (Amos 1974), 1/(x + s), which is
+    // off by (order + ahead)/κ².
+    let ahead = (40.0 * (order + 1) as f64).sqrt() + kappa.min(1e9).sqrt() * 12.0;
+    let first = order + 20 + ahead as usize;
+    let x = ((first + 1) as f64 / kappa).min(1e100);
+    let s = (x * x + 1.0).sqrt();
+    // What ratios lack of 1, which they are nearly: to add to these would round a hundred thousand times.
+    let mut lack = (x + x * x / (s + 1.0)) / (x + s);
+    for l in (1..=first).rev() {
+        // No infinity, of which nothing could be taken: κ may be next to 0.
+        let more = ((2 * l + 1) as f64 / kappa).min(1e300) - lack;
+        let ratio = 1.0 / (1.0 + more);
+        lack = more * ratio;
         if l <= order {
             factors[l] = ratio;
         }
@@ -208,9 +216,27 @@ mod tests {
     }
 
     #[test]
+    fn narrow_lobes_are_nearly_points() {
+        for kappa in [1e5, 1e7, 1e8, 1e10, 1e20, 1e300] {
+            let a = find("vmf").unwrap().factors(kappa, 60).unwrap();
+            // coth κ - 1/κ, and Bessel's recurrence.
+            assert!((a[1] - (1.0 - 1.0 / kappa)).abs() < 1e-15, "{kappa}");
+            for l in 1..60 {
+                let next = a[l - 1] - (2 * l + 1) as f64 / kappa * a[l];
+                assert!((a[l + 1] - next).abs() < 1e-15, "{kappa} {l}");
+            }
+        }
+    }
+
+    #[test]
     fn ends_of_ranges() {
         let factors = |name, parameter| find(name).unwrap().factors(parameter, 3);
         assert_eq!(factors("vmf", 0.0).unwrap(), [1.0, 0.0, 0.0, 0.0]);
+        assert!(
+            factors("vmf", 5e-324).unwrap()[1..]
+                .iter()
+                .all(|a| *a < 1e-299)
+        );
         assert_eq!(factors("cone", 1e-9).unwrap(), [1.0; 4]);
         // A sphere has nothing but its mean: what is left is the rounding of sums of two to five terms.
         assert!(

@@ -105,14 +105,19 @@ impl<'l, 'a> Alike<'l, 'a> {
 /// Room for what is found of a row of cells.
 #[derive(Default)]
 pub(super) struct Room {
-    /// Canonical (u, v, face) of places, and the densities there.
-    places: Vec<f64>,
-    densities: Vec<f64>,
+    places: Places,
     /// Of each row of intervals one after the other.
     sizes: Vec<f64>,
     /// Of which columns of intervals some are not integrals of a polynomial.
     rough: Vec<bool>,
     shares: Vec<(usize, f64)>,
+}
+
+/// Canonical (u, v, face) of places, and the densities there.
+#[derive(Default)]
+struct Places {
+    uv: Vec<f64>,
+    densities: Vec<f64>,
 }
 
 impl Alike<'_, '_> {
@@ -185,45 +190,46 @@ impl Alike<'_, '_> {
     /// Finds the sizes of rectangles, row by row.
     fn sizes(&self, room: &mut Room, face: usize, across: Range<usize>, down: &[Interval]) {
         let columns = &self.columns.all[across.clone()];
-        room.sizes.clear();
-        room.rough.clear();
-        room.rough.resize(columns.len(), self.pieces.is_none());
-        let (Some(first), Some(last)) = (columns.first(), columns.last()) else {
+        let Room {
+            places,
+            sizes,
+            rough,
+            ..
+        } = room;
+        sizes.clear();
+        sizes.resize(columns.len() * down.len(), 0.0);
+        rough.clear();
+        rough.resize(columns.len(), self.pieces.is_none());
+        if columns.is_empty() {
             return;
-        };
-        for row in down {
-            let start = room.sizes.len();
-            room.sizes.resize(start + columns.len(), 0.0);
+        }
+        let edges = &self.columns.edges[across.start..=across.end];
+        for (row, out) in down.iter().zip(sizes.chunks_exact_mut(columns.len())) {
             let Some(pieces) = &self.pieces else {
-                self.by_places(room, face, columns, row, start);
+                self.by_places(places, face, columns, row, out);
                 continue;
             };
-            let of = (self.from.map, &self.from.raster);
-            pieces.each(of, row.at, first.at..last.at + 1, |texels, found| {
-                let which = |texel| columns.partition_point(|column| column.at < texel);
-                let here = which(texels.start)..which(texels.end);
-                let to = start + here.start;
-                if let Some(polynomial) = found {
-                    let edges = &self.columns.edges[across.start + here.start..];
-                    let edges = &edges[..=here.len()];
-                    let out = &mut room.sizes[to..][..here.len()];
-                    polynomial.row((row.from, row.to), edges, out);
-                } else {
-                    room.rough[here.clone()].fill(true);
-                    self.by_places(room, face, &columns[here], row, to);
-                }
-            });
+            pieces.parts(
+                (self.from.map, &self.from.raster),
+                (row.at, (row.from, row.to)),
+                (|k| columns[k].at, edges),
+                out,
+                |parts, out| {
+                    rough[parts.clone()].fill(true);
+                    self.by_places(places, face, &columns[parts], row, out);
+                },
+            );
         }
     }
 
-    /// The same of some rectangles of a row by the density at places in each, written from a size on.
+    /// The same of some rectangles of a row by the density at places in each.
     fn by_places(
         &self,
-        room: &mut Room,
+        places: &mut Places,
         face: usize,
         columns: &[Interval],
         row: &Interval,
-        to: usize,
+        out: &mut [f64],
     ) {
         let nodes = |interval: &Interval| {
             let (from, to) = (interval.from, interval.to);
@@ -236,20 +242,20 @@ impl Alike<'_, '_> {
             to: 1.0,
         }][..];
         let asked = if self.even { even } else { columns };
-        room.places.clear();
+        let Places { uv, densities } = places;
+        uv.clear();
         for v in nodes(row) {
             let us = asked.iter().flat_map(nodes);
-            room.places.extend(us.flat_map(|u| [u, v, face as f64]));
+            uv.extend(us.flat_map(|u| [u, v, face as f64]));
         }
-        room.densities.resize(room.places.len() / 3, 0.0);
+        densities.resize(uv.len() / 3, 0.0);
         self.from.map.visit_canonical(DensityCanonical {
-            input: &room.places,
-            output: &mut room.densities,
+            input: uv,
+            output: densities,
         });
-        let (upper, lower) = room.densities.split_at(2 * asked.len());
+        let (upper, lower) = densities.split_at(2 * asked.len());
         let height = 0.25 * (row.to - row.from);
         let both = |k: usize| upper[2 * k] + upper[2 * k + 1] + lower[2 * k] + lower[2 * k + 1];
-        let out = room.sizes[to..].iter_mut();
         for (k, (column, out)) in columns.iter().zip(out).enumerate() {
             let k = if self.even { 0 } else { k };
             *out = both(k) * height * (column.to - column.from);

@@ -17,7 +17,7 @@ use crate::number::angle;
 use crate::number::real::Real;
 use crate::resample::area::frame::turn;
 use crate::resample::area::lattice::{Lattice, NOTHING};
-use crate::resample::area::statistic::{Sum, Tallies, is_plain};
+use crate::resample::area::statistic::{Of, Sum, Tallies, is_plain};
 use crate::resample::filters::AreaFilter;
 use crate::resample::request::Request;
 use fearless_simd::{Simd, SimdBase};
@@ -107,13 +107,7 @@ impl Graticule {
     }
 
     /// Fills the image that a request asks for.
-    pub fn convert<T: Texel>(
-        &self,
-        request: Request<'_, T>,
-        filter: AreaFilter,
-        skipna: bool,
-        out: &mut [T],
-    ) {
+    pub fn convert<T: Texel>(&self, request: Request<'_, T>, of: Of, out: &mut [T]) {
         let (image, window) = (request.image, request.window);
         let channels = image.channels();
         let wide = image.shape().last().map_or(0, |columns| columns * channels);
@@ -126,14 +120,14 @@ impl Graticule {
         let needed = first
             .zip(last)
             .map_or(0..0, |(first, last)| first..last + 1);
-        let way = match filter {
+        let way = match of.filter {
             AreaFilter::Mode => Way::Lists,
-            AreaFilter::Area if is_plain::<T>(skipna) => Way::Plain,
+            AreaFilter::Area if is_plain::<T>(of.skipna) => Way::Plain,
             AreaFilter::Area => Way::Sums,
         };
         interrupt::part(0.0, 1.0, || {
             threads::bands(out, width, points, 1, |first, band| {
-                let mut tallies = Tallies::new(image, filter, skipna, 1);
+                let mut tallies = Tallies::new(image, of, 1);
                 let mut line = Line::default();
                 for (row, out) in band.chunks_exact_mut(width).enumerate() {
                     let rows = self.rows.of(window.rows.start + first + row);
@@ -144,7 +138,7 @@ impl Graticule {
                     });
                     match way {
                         Way::Plain => line.add_plain(texels),
-                        Way::Sums => line.add(texels, skipna),
+                        Way::Sums => line.add(texels, of.skipna),
                         Way::Lists => {}
                     }
                     let texels = window.columns.clone().zip(out.chunks_exact_mut(channels));
@@ -160,7 +154,7 @@ impl Graticule {
                             Way::Lists => {
                                 tallies.clear();
                                 tallies.add(0, line.list(rows, columns, wide / channels));
-                                tallies.store(0, request.fill, out);
+                                tallies.store(0, 0.0, request.fill, out);
                             }
                         }
                     }

@@ -76,6 +76,7 @@ use crate::geometry::solid_angle::Rect;
 use crate::image::raster::Raster;
 use crate::image::rim::{self, Across};
 use crate::image::texel::Texel;
+use crate::image::texels::solid_angle_of;
 use crate::image::view::ImageView;
 use crate::kernel::tile::prefetch_item;
 use crate::kernel::{interrupt, threads};
@@ -83,7 +84,7 @@ use crate::resample::area::alike::{Alike, Room};
 use crate::resample::area::frame::frame;
 use crate::resample::area::graticule::Graticule;
 use crate::resample::area::lattice::Lattice;
-use crate::resample::area::statistic::Tallies;
+use crate::resample::area::statistic::{Of, Tallies};
 use crate::resample::area::sweep::{Add, Sweep, Tally};
 use crate::resample::area::traced::density::Density;
 use crate::resample::filters::AreaFilter;
@@ -99,7 +100,23 @@ pub(crate) fn convert<T: Texel>(
     out: &mut [T],
 ) -> Result<(), Error> {
     let tally = Tally::default();
-    convert_by(Path::Best, &tally, request, filter, skipna, out)
+    let of = Of {
+        filter,
+        skipna,
+        whole: false,
+    };
+    convert_by(Path::Best, &tally, request, of, out)
+}
+
+/// Fills the image that a request asks for with means by area, as if the source were black where it holds nothing.
+pub(crate) fn convert_light<T: Texel>(request: Request<'_, T>, out: &mut [T]) -> Result<(), Error> {
+    let tally = Tally::default();
+    let of = Of {
+        filter: AreaFilter::Area,
+        skipna: false,
+        whole: true,
+    };
+    convert_by(Path::Best, &tally, request, of, out)
 }
 
 /// Which way cells may go.
@@ -128,8 +145,7 @@ fn convert_by<T: Texel>(
     path: Path,
     tally: &Tally,
     request: Request<'_, T>,
-    filter: AreaFilter,
-    skipna: bool,
+    of: Of,
     out: &mut [T],
 ) -> Result<(), Error> {
     let Request {
@@ -141,9 +157,10 @@ fn convert_by<T: Texel>(
         window,
     } = request;
     if path == Path::Best
+        && !of.whole
         && let Some(graticule) = Graticule::between(request)?
     {
-        graticule.convert(request, filter, skipna, out);
+        graticule.convert(request, of, out);
         return Ok(());
     }
     let alike = path == Path::Best && alike::serves(request);
@@ -204,7 +221,7 @@ fn convert_by<T: Texel>(
                 Cells::Sweep(Box::new(Sweep::new(lattices, &into, varies, fast)))
             }
         };
-        let mut tallies = Tallies::new(image, filter, skipna, side * side);
+        let mut tallies = Tallies::new(image, of, side * side);
         let rows = band.len() / (columns * channels);
         let at = (first, window.columns.clone());
         into.raster.blocks_within(at, rows, (side, side), |block| {
@@ -257,7 +274,12 @@ fn convert_by<T: Texel>(
                     let [i, j] = at(column, row);
                     let start = (block.start + row * columns + column) * channels;
                     let number = (j - low[1]) * across + i - low[0];
-                    tallies.store(number, fill, &mut band[start..][..channels]);
+                    let least = if of.whole {
+                        solid_angle_of(into.map, &into.raster, i, j)
+                    } else {
+                        0.0
+                    };
+                    tallies.store(number, least, fill, &mut band[start..][..channels]);
                 }
             }
         });

@@ -59,12 +59,23 @@ pub(super) fn is_plain<T: Texel>(skipna: bool) -> bool {
     !skipna && size_of::<T>() < 8
 }
 
+/// What is made of what a texel covers.
+#[derive(Clone, Copy)]
+pub(super) struct Of {
+    pub filter: AreaFilter,
+    /// Whether what is not finite has no weight.
+    pub skipna: bool,
+    /// Whether a mean is over the whole texel, black where it covers nothing.
+    pub whole: bool,
+}
+
+/// A texel that is covered but for so much of it is covered: 5e-7 of it may be missing.
+const ALL: f64 = 1.0 - 1e-6;
+
 /// The texels of a block of the target.
 pub(super) struct Tallies<'a, T> {
     image: &'a ImageView<'a, T>,
-    filter: AreaFilter,
-    /// Whether what is not finite has no weight.
-    skipna: bool,
+    of: Of,
     channels: usize,
     /// Whether a texel covers anything.
     covers: Vec<bool>,
@@ -80,12 +91,8 @@ pub(super) struct Tallies<'a, T> {
 }
 
 impl<'a, T: Texel> Tallies<'a, T> {
-    pub fn new(
-        image: &'a ImageView<'a, T>,
-        filter: AreaFilter,
-        skipna: bool,
-        texels: usize,
-    ) -> Self {
+    pub fn new(image: &'a ImageView<'a, T>, of: Of, texels: usize) -> Self {
+        let Of { filter, skipna, .. } = of;
         let channels = image.channels();
         let plain = filter == AreaFilter::Area && is_plain::<T>(skipna);
         let numbers = plain.then(|| image.texels());
@@ -96,8 +103,7 @@ impl<'a, T: Texel> Tallies<'a, T> {
         };
         Tallies {
             image,
-            filter,
-            skipna,
+            of,
             channels,
             covers: vec![false; texels],
             sums: vec![Sum::NONE; sums],
@@ -121,7 +127,7 @@ impl<'a, T: Texel> Tallies<'a, T> {
     #[inline(always)]
     pub fn add(&mut self, number: usize, weights: &[(usize, f64)]) {
         self.covers[number] |= !weights.is_empty();
-        if self.filter == AreaFilter::Mode {
+        if self.of.filter == AreaFilter::Mode {
             return self.lists[number].extend_from_slice(weights);
         }
         if let Some(texels) = self.numbers {
@@ -140,7 +146,7 @@ impl<'a, T: Texel> Tallies<'a, T> {
             };
         }
         let sums = &mut self.sums[number * self.channels..][..self.channels];
-        let skipna = self.skipna;
+        let skipna = self.of.skipna;
         for &(index, weight) in weights {
             let texel = self.image.texel(index);
             for (sum, texel) in sums.iter_mut().zip(texel) {
@@ -152,22 +158,27 @@ impl<'a, T: Texel> Tallies<'a, T> {
         }
     }
 
-    /// Writes texel `number`.
-    pub fn store(&mut self, number: usize, fill: &[T], out: &mut [T]) {
+    /// Writes texel `number`; a mean is over at least so much.
+    pub fn store(&mut self, number: usize, least: f64, fill: &[T], out: &mut [T]) {
         if !self.covers[number] {
             return out.copy_from_slice(fill);
         }
         for (channel, out) in out.iter_mut().enumerate() {
-            let value = match self.filter {
-                AreaFilter::Area if self.numbers.is_some() => {
-                    self.plain[number * self.channels + channel] / self.weights[number]
-                }
-                AreaFilter::Area => self.sums[number * self.channels + channel].mean(),
+            let place = number * self.channels + channel;
+            let weight = match &self.numbers {
+                Some(_) => self.weights[number],
+                None => self.sums.get(place).map_or(f64::INFINITY, |sum| sum.weight),
+            };
+            let part = weight / least;
+            let part = if part < ALL { part } else { 1.0 };
+            let value = match self.of.filter {
+                AreaFilter::Area if self.numbers.is_some() => part * self.plain[place] / weight,
+                AreaFilter::Area => part * self.sums[place].mean(),
                 AreaFilter::Mode => {
                     self.values.clear();
                     for &(index, weight) in &self.lists[number] {
                         let value = self.image.texel(index)[channel].load().to_f64();
-                        if !self.skipna || value.is_finite() {
+                        if !self.of.skipna || value.is_finite() {
                             self.values.push((value, weight));
                         }
                     }

@@ -50,7 +50,12 @@ fn converted(
         fill: &[f64::NAN],
         window: &window,
     };
-    convert_by(path, &tally, request, AreaFilter::Area, false, &mut out).unwrap();
+    let of = Of {
+        filter: AreaFilter::Area,
+        skipna: false,
+        whole: false,
+    };
+    convert_by(path, &tally, request, of, &mut out).unwrap();
     let counts = [&tally.fast, &tally.followed, &tally.general];
     (
         out,

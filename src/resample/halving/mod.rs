@@ -6,6 +6,7 @@
 //! sum goes to the one that owns it.
 
 mod pairs;
+mod side;
 
 use crate::error::Error;
 use crate::image::raster::Raster;
@@ -16,11 +17,11 @@ use crate::kernel::Scalar;
 use crate::kernel::memory::expect_room;
 use crate::kernel::threads;
 use crate::map::Map;
-use crate::map::grid::GridAxis;
 use crate::number::real::Real;
 use crate::projections::faces::MAX_FACES;
 use crate::resample::window::Window;
-use pairs::{Covered, Pairs};
+use pairs::{Covered, are_pairs};
+use side::{Covers, Side};
 use std::cmp::Ordering;
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
@@ -35,9 +36,9 @@ pub(crate) struct Halving {
     pub(crate) coarse: Raster,
     /// Its shape without channels.
     pub(crate) shape: Vec<usize>,
-    /// For each column and each row of a face of the next level what it covers of those of this one.
-    across: Vec<Vec<(usize, f64)>>,
-    down: Vec<Vec<(usize, f64)>>,
+    /// The columns and rows of a face.
+    across: Side,
+    down: Side,
     solid_angles: SolidAngles,
     /// Texels of the next level across its rim that cover something, by their owners, those of one by rows.
     moved: Vec<Across>,
@@ -57,10 +58,11 @@ pub(crate) struct Held<'a, T> {
 /// A rectangle of a face: columns and rows.
 type Rect = [Range<usize>; 2];
 
-/// The solid angles of a rectangle of a face.
+/// The solid angles of a rectangle of parts of a face's texels.
 struct Cells<'r> {
     /// The columns of a face of the next level that cover it.
     columns: Range<usize>,
+    /// Numbers of parts along both sides.
     rect: Rect,
     solid_angles: &'r [f64],
     /// Whether all are above 0.
@@ -96,8 +98,8 @@ impl Halving {
             fine,
             coarse,
             shape: smaller,
-            across: shares(fine.along_u, fine.width, coarse.along_u, coarse.width),
-            down: shares(fine.along_v, fine.height, coarse.along_v, coarse.height),
+            across: Side::new(fine.along_u, fine.width, coarse.along_u, coarse.width),
+            down: Side::new(fine.along_v, fine.height, coarse.along_v, coarse.height),
             solid_angles: SolidAngles::new(map, &fine),
             moved: Vec::new(),
         };
@@ -116,12 +118,10 @@ impl Halving {
 
     /// Whether a texel of the next level covers anything of the sphere.
     fn covers(&self, i: usize, j: usize) -> bool {
-        let any = |&(y, part_v): &(usize, f64)| {
-            self.across[i].iter().any(|&(x, part_u)| {
-                solid_angle_of(&self.map, &self.fine, x, y) * part_u * part_v > 0.0
-            })
-        };
-        self.down[j].iter().any(any)
+        self.down.across[j].iter().any(|y| {
+            let mut columns = self.across.across[i].iter();
+            columns.any(|x| solid_angle_of(&self.map, &self.fine, x.texel, y.texel) > 0.0)
+        })
     }
 
     /// The part of the level, within one rectangle of it, that a window of the next one is made of.
@@ -179,13 +179,15 @@ impl Halving {
             channels,
         } = held;
         let cells = self.cells(window, room)?;
-        let weight = |x: usize, y: usize| {
+        let weight = |x: Covers, y: Covers| {
             let [xs, ys] = &cells.rect;
-            if xs.contains(&x) && ys.contains(&y) {
-                cells.solid_angles[(y - ys.start) * xs.len() + x - xs.start]
+            if xs.contains(&x.part) && ys.contains(&y.part) {
+                cells.solid_angles[(y.part - ys.start) * xs.len() + x.part - xs.start]
             } else {
                 // Of what a texel across the rim covers, there may be some beyond.
-                self.solid_angles.of(&self.map, &self.fine, x, y)
+                let mut one = [0.0];
+                self.parts(x.part, y.part, &mut one);
+                one[0]
             }
         };
         let has_rim = self.fine.has_rim();
@@ -201,15 +203,15 @@ impl Halving {
         // that a constant stays constant to the bit.
         let sum = |face: usize, [i, j]: [usize; 2], sums: &mut [f64]| {
             sums[0] = 0.0;
-            for &(y, part_v) in &self.down[j] {
-                for &(x, part_u) in &self.across[i] {
-                    let weight = weight(x, y) * part_u * part_v;
+            for &y in &self.down.across[j] {
+                for &x in &self.across.across[i] {
+                    let weight = weight(x, y);
                     if weight > 0.0 {
                         // Of a texel across the rim the part belongs here, and the value to another.
                         let (x, y) = if has_rim {
-                            rim::nearest_valid_texel(&self.fine, x, y)
+                            rim::nearest_valid_texel(&self.fine, x.texel, y.texel)
                         } else {
-                            (x, y)
+                            (x.texel, y.texel)
                         };
                         let k = views[face].index(x, y) * channels;
                         add(sums, weight, |c| texels[k + c].load().to_f64());
@@ -218,34 +220,34 @@ impl Halving {
             }
         };
         let plain = cells.lit && !has_rim && self.moved.is_empty();
-        let pairs = Pairs::new(&self.across, cells.columns.clone());
+        let pairs = are_pairs(&self.across.across[cells.columns.clone()]);
         // Whether a texel is made of what it covers, and all of that holds values.
         let is_whole = |owned: &[Across], [i, j]: [usize; 2]| {
-            let holds = |x: usize, y: usize| {
-                weight(x, y) > 0.0 && (!has_rim || self.fine.holds(x as isize, y as isize))
+            let holds = |x: Covers, y: Covers| {
+                let is_held = || self.fine.holds(x.texel as isize, y.texel as isize);
+                weight(x, y) > 0.0 && (!has_rim || is_held())
             };
-            let covers = |&(y, _): &(usize, f64)| self.across[i].iter().all(|&(x, _)| holds(x, y));
-            of(owned, [i, j]).is_empty() && self.down[j].iter().all(covers)
+            let covers = |&y: &Covers| self.across.across[i].iter().all(|&x| holds(x, y));
+            of(owned, [i, j]).is_empty() && self.down.across[j].iter().all(covers)
         };
         let by_pairs = |face: usize, [i, j]: [usize; 2], out: &mut [T::Float]| {
             let view = &views[face];
             let count = out.len() / channels;
-            let parts = pairs.as_ref().and_then(|pairs| pairs.of(i..i + count));
-            let Some(parts) = parts.filter(|_| view.steps()[0] == 1) else {
+            if view.steps()[0] != 1 {
                 return false;
-            };
+            }
             let [xs, ys] = &cells.rect;
-            let x = self.across[i][0].0;
-            let covered = |&(y, part): &(usize, f64)| {
-                let first = (y - ys.start) * xs.len() + x - xs.start;
+            let x = self.across.across[i][0];
+            let covered = |y: &Covers| {
+                let first = (y.part - ys.start) * xs.len() + x.part - xs.start;
+                let texel = view.index(x.texel, y.texel);
                 Covered {
-                    texels: &texels[view.index(x, y) * channels..][..2 * count * channels],
+                    texels: &texels[texel * channels..][..2 * count * channels],
                     solid_angles: &cells.solid_angles[first..][..2 * count],
-                    part,
                 }
             };
-            let rows: Vec<_> = self.down[j].iter().map(covered).collect();
-            pairs::fill(channels, parts, &rows, out);
+            let rows: Vec<_> = self.down.across[j].iter().map(covered).collect();
+            pairs::fill(channels, &rows, out);
             true
         };
         let work = |row: usize, out: &mut [T::Float]| {
@@ -271,7 +273,7 @@ impl Halving {
                         [columns.start, columns.end].map(|c| (c - window.columns.start) * channels);
                     from..to
                 };
-                let in_pairs = pairs.is_some() && step == [1, 0];
+                let in_pairs = pairs && step == [1, 0];
                 let mut column = first;
                 while column < end {
                     let whole = match in_pairs {
@@ -333,20 +335,38 @@ impl Halving {
         found
     }
 
-    /// What a rectangle of the next level covers of this one.
-    fn covered(&self, [is, js]: &Rect) -> Rect {
-        let range = |shares: &[Vec<(usize, f64)>]| {
-            let first = shares.first().and_then(|cells| cells.first());
-            let last = shares.last().and_then(|cells| cells.last());
+    /// What a rectangle of the next level covers of this one: texels.
+    fn covered(&self, rect: &Rect) -> Rect {
+        self.ranges(rect, |covers| covers.texel)
+    }
+
+    /// Texels or parts that a rectangle of the next level covers.
+    fn ranges(&self, [is, js]: &Rect, number: impl Fn(&Covers) -> usize) -> Rect {
+        let range = |across: &[Vec<Covers>]| {
+            let first = across.first().and_then(|covered| covered.first());
+            let last = across.last().and_then(|covered| covered.last());
             match (first, last) {
-                (Some((first, _)), Some((last, _))) => *first..last + 1,
+                (Some(first), Some(last)) => number(first)..number(last) + 1,
                 _ => 0..0,
             }
         };
         [
-            range(&self.across[is.clone()]),
-            range(&self.down[js.clone()]),
+            range(&self.across.across[is.clone()]),
+            range(&self.down.across[js.clone()]),
         ]
+    }
+
+    /// Finds the solid angles of parts of a row of them, from one on.
+    fn parts(&self, first: usize, row: usize, out: &mut [f64]) {
+        let (map, fine) = (&self.map, &self.fine);
+        let (across, down) = (&self.across, &self.down);
+        if across.whole && down.whole {
+            return self.solid_angles.row(map, fine, row, first, out);
+        }
+        let sides = (down.edges[row], down.edges[row + 1]);
+        let end = first + out.len();
+        let columns = (&across.texels[first..end], &across.edges[first..=end]);
+        (self.solid_angles).parts((map, fine), (down.texels[row], sides), columns, out);
     }
 
     /// The solid angles of all that a window of the next level covers, which are alike on all faces.
@@ -354,7 +374,7 @@ impl Halving {
         let mut all: Option<Rect> = None;
         let mut columns: Option<Range<usize>> = None;
         for rect in self.faces(window).into_iter().flatten() {
-            let [xs, ys] = self.covered(&rect);
+            let [xs, ys] = self.ranges(&rect, |covers| covers.part);
             let own = columns.get_or_insert(rect[0].clone());
             *own = own.start.min(rect[0].start)..own.end.max(rect[0].end);
             let all = all.get_or_insert([xs.clone(), ys.clone()]);
@@ -369,10 +389,8 @@ impl Halving {
         }
         let solid_angles = &mut room[..wide * high];
         let lit = AtomicBool::new(true);
-        let (map, fine) = (&self.map, &self.fine);
         threads::rows(solid_angles, wide, wide * high * 16, |row, out| {
-            let (j, first) = (rect[1].start + row, rect[0].start);
-            self.solid_angles.row(map, fine, j, first, out);
+            self.parts(rect[0].start, rect[1].start + row, out);
             // All of them are looked at, which makes lanes.
             if !out.iter().fold(true, |all, x| all & (*x > 0.0)) {
                 lit.store(false, Relaxed);
@@ -438,29 +456,9 @@ fn finish<T: Texel>(sums: &[f64], out: &mut [T::Float]) {
     }
 }
 
-/// For each coarse cell along a side, the fine cells that it covers and which part of each.
-fn shares(fine: GridAxis, count: usize, coarse: GridAxis, wanted: usize) -> Vec<Vec<(usize, f64)>> {
-    let mut first = 0;
-    (0..wanted)
-        .map(|i| {
-            let (low, high) = coarse.cell(i);
-            while first + 1 < count && fine.cell(first).1 <= low {
-                first += 1;
-            }
-            (first..count)
-                .map(|k| (k, fine.cell(k)))
-                .take_while(|(_, (from, _))| *from < high)
-                .map(|(k, (from, to))| (k, (high.min(to) - low.max(from)) / (to - from)))
-                // What rounding lets two edges that coincide have in common is nothing.
-                .filter(|(_, part)| *part > 1e-9)
-                .collect()
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Halving, Held, Pairs};
+    use super::{Halving, Held, are_pairs};
     use crate::image::texels::solid_angle_of;
     use crate::image::view::ImageView;
     use crate::map::Map;
@@ -554,7 +552,7 @@ mod tests {
             halving
                 .fill(held, &window, &mut Vec::new(), &mut made)
                 .unwrap();
-            assert!(Pairs::new(&halving.across, 0..8).is_some());
+            assert!(are_pairs(&halving.across.across[0..8]));
             for (k, made) in made.iter().enumerate() {
                 let (texel, c) = (k / channels, k % channels);
                 let (i, j) = (texel % 8, texel / 8);

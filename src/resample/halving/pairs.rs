@@ -3,6 +3,7 @@
 //! That is nearly every texel, also of images with a rim. The sums are those of any texel, number by number; but where columns follow each other nothing is looked
 //! for, and a row is summed in one pass for each that it covers: texel by texel, the searching took four times as long as the sums.
 
+use super::side::Covers;
 use crate::image::texel::Texel;
 use crate::kernel::{Scalar, vectorize};
 use crate::number::real::Real;
@@ -17,57 +18,36 @@ const TOGETHER: usize = 64;
 pub(super) struct Covered<'a, T> {
     /// The numbers of the columns, from the first on.
     pub(super) texels: &'a [T],
-    /// Their solid angles.
+    /// The solid angles of what is covered of them.
     pub(super) solid_angles: &'a [f64],
-    /// Which part of the row is covered.
-    pub(super) part: f64,
 }
 
-/// The part of each of two columns that a texel covers, for some columns of the next level.
-pub(super) struct Pairs {
-    /// The first column of these.
-    start: usize,
-    parts: Vec<[f64; 2]>,
-}
-
-impl Pairs {
-    /// Those of some columns of the next level, of which `across` says what each covers, and which part of it; none where one covers others
-    /// than two that follow those of the one before.
-    pub(super) fn new(across: &[Vec<(usize, f64)>], columns: Range<usize>) -> Option<Pairs> {
-        let start = columns.start;
-        let own = across.get(columns)?;
-        let (first, _) = own.first()?.first()?;
-        let part = |(k, covered): (usize, &Vec<(usize, f64)>)| match covered[..] {
-            [(x, a), (y, b)] if x == first + 2 * k && y == x + 1 => Some([a, b]),
-            _ => None,
-        };
-        let parts = own.iter().enumerate().map(part).collect::<Option<_>>()?;
-        Some(Pairs { start, parts })
-    }
-
-    /// Those of columns, if they are all there.
-    pub(super) fn of(&self, columns: Range<usize>) -> Option<&[[f64; 2]]> {
-        let from = |column: usize| column.checked_sub(self.start);
-        self.parts.get(from(columns.start)?..from(columns.end)?)
-    }
+/// Whether texels of some columns of the next level, of which `across` says what each covers, cover two columns each that follow those of the
+/// one before.
+pub(super) fn are_pairs(across: &[Vec<Covers>]) -> bool {
+    let Some(first) = across.first().and_then(|covered| covered.first()) else {
+        return false;
+    };
+    across
+        .iter()
+        .enumerate()
+        .all(|(k, covered)| match covered[..] {
+            [a, b] => a.texel == first.texel + 2 * k && b.texel == a.texel + 1,
+            _ => false,
+        })
 }
 
 /// Fills so many texels with the means of what they cover, all of it of some weight.
-pub(super) fn fill<T: Texel>(
-    channels: usize,
-    parts: &[[f64; 2]],
-    rows: &[Covered<'_, T>],
-    out: &mut [T::Float],
-) {
+pub(super) fn fill<T: Texel>(channels: usize, rows: &[Covered<'_, T>], out: &mut [T::Float]) {
     vectorize(
         #[inline(always)]
         || match channels {
-            1 => fill_all::<T, 1>(parts, rows, out),
-            3 => fill_all::<T, 3>(parts, rows, out),
-            4 => fill_all::<T, 4>(parts, rows, out),
+            1 => fill_all::<T, 1>(rows, out),
+            3 => fill_all::<T, 3>(rows, out),
+            4 => fill_all::<T, 4>(rows, out),
             channels => {
                 for channel in 0..channels {
-                    fill_one(channel, channels, parts, rows, out);
+                    fill_one(channel, channels, rows, out);
                 }
             }
         },
@@ -88,13 +68,8 @@ type Together<T, const CHANNELS: usize> = [[[T; CHANNELS]; 2]; TOGETHER];
 
 /// All channels, of a number that is known here.
 #[inline(always)]
-fn fill_all<T: Texel, const CHANNELS: usize>(
-    parts: &[[f64; 2]],
-    rows: &[Covered<'_, T>],
-    out: &mut [T::Float],
-) {
+fn fill_all<T: Texel, const CHANNELS: usize>(rows: &[Covered<'_, T>], out: &mut [T::Float]) {
     fill_planes::<T, CHANNELS>(
-        parts,
         rows,
         #[inline(always)]
         |texels, own| padded(&texels.as_chunks::<CHANNELS>().0.as_chunks::<2>().0[own]),
@@ -107,12 +82,10 @@ fn fill_all<T: Texel, const CHANNELS: usize>(
 fn fill_one<T: Texel>(
     channel: usize,
     channels: usize,
-    parts: &[[f64; 2]],
     rows: &[Covered<'_, T>],
     out: &mut [T::Float],
 ) {
     fill_planes::<T, 1>(
-        parts,
         rows,
         #[inline(always)]
         |texels, own| {
@@ -131,25 +104,25 @@ fn fill_one<T: Texel>(
 /// Some channels: `pairs` brings those of some texels of a row together, and `out` is where they belong.
 #[inline(always)]
 fn fill_planes<'t, 'o, T: Texel, const CHANNELS: usize>(
-    parts: &[[f64; 2]],
     rows: &[Covered<'t, T>],
     pairs: impl Fn(&'t [T], Range<usize>) -> Cow<'t, Together<T, CHANNELS>>,
     mut out: impl Iterator<Item = &'o mut [T::Float; CHANNELS]>,
 ) {
-    for (chunk, parts) in parts.chunks(TOGETHER).enumerate() {
+    let count = rows
+        .first()
+        .map_or(0, |row| row.solid_angles.as_chunks::<2>().0.len());
+    for first in (0..count).step_by(TOGETHER) {
         let mut planes = Planes {
             weights: [0.0; TOGETHER],
             first: [[0.0; TOGETHER]; CHANNELS],
             sums: [[0.0; TOGETHER]; CHANNELS],
         };
-        let own = TOGETHER * chunk..TOGETHER * chunk + parts.len();
-        let padded_parts = padded(parts);
+        let own = first..count.min(first + TOGETHER);
         for (number, row) in rows.iter().enumerate() {
             let solid_angles = padded(&row.solid_angles.as_chunks::<2>().0[own.clone()]);
-            let covered = (&*solid_angles, &*padded_parts, row.part);
-            planes.add(number == 0, &pairs(row.texels, own.clone()), covered);
+            planes.add(number == 0, &pairs(row.texels, own.clone()), &solid_angles);
         }
-        planes.write::<T>(out.by_ref().take(parts.len()));
+        planes.write::<T>(out.by_ref().take(own.len()));
     }
 }
 
@@ -165,14 +138,14 @@ fn padded<A: Copy>(items: &[A]) -> Cow<'_, [A; TOGETHER]> {
 }
 
 impl<const CHANNELS: usize> Planes<CHANNELS> {
-    /// Adds what the texels cover of a row: pairs of its texels, their solid angles, which part of the columns and of the row is covered.
+    /// Adds what the texels cover of a row: pairs of its texels, and the solid angles of what is covered of them.
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "rows in step")]
     fn add<T: Texel>(
         &mut self,
         begin: bool,
         pairs: &Together<T, CHANNELS>,
-        (solid_angles, parts, part): (&[[f64; 2]; TOGETHER], &[[f64; 2]; TOGETHER], f64),
+        solid_angles: &[[f64; 2]; TOGETHER],
     ) {
         if begin {
             for k in 0..TOGETHER {
@@ -183,7 +156,7 @@ impl<const CHANNELS: usize> Planes<CHANNELS> {
         }
         for k in 0..TOGETHER {
             for side in 0..2 {
-                let own = solid_angles[k][side] * parts[k][side] * part;
+                let own = solid_angles[k][side];
                 self.weights[k] += own;
                 for c in 0..CHANNELS {
                     let more = pairs[k][side][c].load().to_f64() - self.first[c][k];

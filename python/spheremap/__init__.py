@@ -12,8 +12,9 @@ which is imported when it is first used: `light`, `sh`, `packing`, `healpix`, `b
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ._core import __version__, get_num_threads, set_num_threads, simd_level
+from ._core import __version__
 from ._projection import Projection
+from ._threads import get_num_threads, set_num_threads, simd_level
 from .map import (
     Projections,
     camera,

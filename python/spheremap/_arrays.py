@@ -25,7 +25,7 @@ from typing import (
 import numpy as np
 
 from . import _core
-from ._scalars import as_flag, as_items, as_text
+from ._scalars import as_flag, as_text, kind_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -252,11 +252,24 @@ def index_text(place: int, shape: list[int]) -> str:
 
 
 def as_array(obj: object, name: str) -> NDArray[Any]:
-    """Return `obj` as an array."""
+    """Return `obj` as an array in which masked elements are NaN."""
+    if isinstance(obj, np.ma.MaskedArray):
+        return _unmasked(obj, name)
     try:
         return np.asarray(obj)
     except ValueError as error:
         raise ValueError(f"Expected `{name}` to be an array of numbers: {error}") from None
+
+
+def _unmasked(array: np.ma.MaskedArray[Any, Any], name: str) -> NDArray[Any]:
+    if not np.ma.is_masked(array):
+        return np.asarray(array.data)
+    if array.dtype.kind != "f":
+        raise TypeError(
+            f"`{name}` has masked elements, and {array.dtype} has no NaN for them: say what they "
+            f"are, as with `{name}.filled(0)`."
+        )
+    return np.asarray(array.filled(np.nan))
 
 
 def _is_single(array: NDArray[Any], name: str) -> bool:
@@ -336,11 +349,26 @@ def spatial_shape(image: NDArray[Any], p: Projection, name: str) -> tuple[int, .
     return p.shape(image.shape[:axes])
 
 
-def as_size(size: Size) -> Any:
+# The core has its own message for shapes.
+_LONGEST_SIDE = 1 << 28
+
+
+def as_size(size: Size, name: str = "size") -> Any:
     """Return a size as the core takes it: a whole number or a tuple."""
-    if isinstance(size, int | np.integer):
+    if isinstance(size, int | np.integer) and not isinstance(size, bool):
+        if size > _LONGEST_SIDE:
+            raise ValueError(f"Expected `{name}` to be at most {_LONGEST_SIDE} texels.")
         return size
-    return tuple(as_items(size, "size", "whole numbers"))
+    items: Any = size
+    try:
+        if not isinstance(items, str | bytes):
+            return tuple(items)
+    # Views of memory with several axes are not there yet, in their words.
+    except (TypeError, NotImplementedError):
+        pass
+    raise TypeError(
+        f"Expected `{name}` to be a whole number, or a shape of whole numbers, got {kind_of(size)}."
+    )
 
 
 def result_dtype(image: NDArray[Any]) -> type[np.floating[Any]]:
@@ -371,17 +399,21 @@ _PLACES = 3
 
 def checked_image(
     image: ArrayLike,
+    projection: Projection | None = None,
     *,
     name: str = "image",
     skipna: bool = False,
     negative: Negative = "keep",
     origin: tuple[int, ...] | None = None,
+    skipping: str | None = "counts them as 0",
 ) -> NDArray[Any]:
     """Return the image as a contiguous array of a supported dtype in which every value is finite.
 
     NaN and infinite values raise ValueError with their number and first places, or become 0 with
     `skipna`. So do negative ones where `negative` is "raise"; where it is "clip" they become 0. The
-    array given is never changed. Of a part of an image, `origin` says where it begins.
+    array given is never changed. Of a part of an image, `origin` says where it begins. Given a
+    projection, what its images do not hold becomes 0 where it is not finite, and is no error.
+    `skipping` is what errors say of `skipna`; None where the caller has no such parameter.
     """
     skipna = as_flag(skipna, "skipna")
     if as_text(negative, "negative") not in ("keep", "clip", "raise"):
@@ -392,20 +424,28 @@ def checked_image(
     # No mask of the image's size where all is well.
     if not _core.all_finite(array):
         bad = ~np.isfinite(array)
-        if not skipna:
-            raise ValueError(
-                f"`{name}` has {_described(bad, 'NaN or infinite', origin)}; "
-                "`skipna=True` counts them as 0."
-            )
+        if not skipna and (held := bad & _held(array, projection)).any():
+            advice = "" if skipping is None else f"; `skipna=True` {skipping}"
+            raise ValueError(f"`{name}` has {_described(held, 'NaN or infinite', origin)}{advice}.")
         array = np.where(bad, array.dtype.type(0), array)
     if negative != "keep" and array.size and array.min() < 0:
-        if negative == "raise":
+        below = (array < 0) & _held(array, projection)
+        if negative == "raise" and below.any():
             raise ValueError(
-                f"`{name}` has {_described(array < 0, 'negative', origin)}; "
+                f"`{name}` has {_described(below, 'negative', origin)}; "
                 '`negative="clip"` counts them as 0.'
             )
         array = np.maximum(array, array.dtype.type(0))
     return array
+
+
+def _held(image: NDArray[Any], projection: Projection | None) -> NDArray[np.bool_] | np.bool_:
+    """Return which numbers of an image are of texels that hold a value."""
+    if projection is None or projection.used_part >= 1:
+        return np.bool_(True)
+    spatial = image.shape[: spatial_axes(projection)]
+    held = _core.texels_held(projection, spatial).view(np.bool_)
+    return held.reshape(held.shape + (1,) * (image.ndim - held.ndim))
 
 
 def _described(bad: NDArray[np.bool_], what: str, origin: tuple[int, ...] | None = None) -> str:

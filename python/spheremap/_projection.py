@@ -692,7 +692,7 @@ class Projection(_core.Projection):
             an arctangent 4096 units in the last place.
         dtype : {"float32", "float64"}
             The width of numbers; float64 in languages that have it.
-        rotation : array_like or str, optional
+        rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
             As for `convert`: turns the map in the world.
 
         Returns
@@ -1178,8 +1178,8 @@ class Projection(_core.Projection):
             middle of the texel.
         axes, rotation
             As for `encode`.
-        fill : float or sequence of float
-            What texels have in which no point lies: one number.
+        fill : float, or a sequence of one
+            What texels have in which no point lies.
         any_aspect : bool
             As for `convert`, of a size with all its sides.
 
@@ -1290,7 +1290,8 @@ class Projection(_core.Projection):
         any_aspect, channels_first : bool
             As for `convert`, for both images.
         **options
-            ``filter``, ``world`` and what else `convert` takes to look the view up.
+            ``filter``, ``antialias``, ``skipna``, ``alpha`` and ``world``, by which `convert` looks
+            the view up.
 
         Returns
         -------
@@ -1303,7 +1304,7 @@ class Projection(_core.Projection):
             For images whose shapes do not fit, a mask of another shape or with numbers outside 0 to
             1, or a negative `feather`.
         TypeError
-            For images of different dtypes.
+            For images of different dtypes, of labels, and for another option.
 
         See Also
         --------
@@ -1752,7 +1753,7 @@ class Projection(_core.Projection):
         Raises
         ------
         ValueError, TypeError
-            As for `integrate`.
+            As for `integrate`, and for an order that is no whole number from 0 to 64.
 
         See Also
         --------
@@ -1888,7 +1889,7 @@ class Projection(_core.Projection):
         ValueError
             For a count below 1, an unknown method, NaN or infinite texels, or an unfit shape.
         TypeError
-            For an unfit dtype.
+            For an unfit dtype, and a count that is no whole number.
 
         See Also
         --------

@@ -22,7 +22,7 @@ def as_number(value: object, name: str) -> float:
     else:
         fits = hasattr(type(value), "__float__") or hasattr(type(value), "__index__")
     if not fits:
-        raise TypeError(f"Expected `{name}` to be a number, got {_kind(value)}.")
+        raise TypeError(f"Expected `{name}` to be a number, got {kind_of(value)}.")
     try:
         return float(value)  # type: ignore[arg-type]
     except OverflowError:
@@ -30,11 +30,13 @@ def as_number(value: object, name: str) -> float:
 
 
 def as_whole(value: object, name: str) -> int:
-    """Return a whole number as an int."""
+    """Return a whole number as an int; a bool is none, though Python counts with it."""
     try:
-        return operator.index(value)  # type: ignore[arg-type]
+        if not isinstance(value, bool):
+            return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise TypeError(f"Expected `{name}` to be a whole number, got {_kind(value)}.") from None
+        pass
+    raise TypeError(f"Expected `{name}` to be a whole number, got {kind_of(value)}.")
 
 
 def as_flag(value: object, name: str) -> bool:
@@ -42,14 +44,14 @@ def as_flag(value: object, name: str) -> bool:
     if isinstance(value, bool):
         return value
     if not isinstance(value, np.bool_):
-        raise TypeError(f"Expected `{name}` to be a bool, got {_kind(value)}.")
+        raise TypeError(f"Expected `{name}` to be a bool, got {kind_of(value)}.")
     return bool(value)
 
 
 def as_text(value: object, name: str) -> str:
     """Return a str."""
     if not isinstance(value, str):
-        raise TypeError(f"Expected `{name}` to be a str, got {_kind(value)}.")
+        raise TypeError(f"Expected `{name}` to be a str, got {kind_of(value)}.")
     return value
 
 
@@ -60,7 +62,7 @@ def as_items(value: Any, name: str, of: str) -> Iterator[Any]:
     # Views of memory with several axes are not there yet, in their words.
     except (TypeError, NotImplementedError):
         raise TypeError(
-            f"Expected `{name}` to be a sequence of {of}, got {_kind(value)}."
+            f"Expected `{name}` to be a sequence of {of}, got {kind_of(value)}."
         ) from None
 
 
@@ -75,7 +77,8 @@ def as_float_dtype(value: Any) -> np.dtype[Any]:
     return dtype
 
 
-def _kind(value: object) -> str:
+def kind_of(value: object) -> str:
+    """Return what a value is, for a message."""
     if isinstance(value, np.ndarray):
         return f"an array of shape {value.shape} and dtype {value.dtype}"
     return type(value).__name__

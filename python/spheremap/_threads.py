@@ -1,9 +1,8 @@
-"""The same work on many blocks, by all threads that the library may use."""
+"""How many threads there are and what they run; the same work on many blocks, by all of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 from . import _core
@@ -12,8 +11,73 @@ from ._progress import counted
 T = TypeVar("T")
 
 
+def set_num_threads(n: int, /) -> None:
+    """Set how many threads large calls use. Results have the same bits with any number.
+
+    Parameters
+    ----------
+    n : int
+        From 1 to 4096; no more than four a core are used.
+
+    Raises
+    ------
+    ValueError
+        For a number out of range.
+    TypeError
+        For what is no integer.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> before = sm.get_num_threads()
+    >>> sm.set_num_threads(1)
+    >>> sm.get_num_threads()
+    1
+    >>> sm.set_num_threads(before)
+    """
+    _core.set_num_threads(n)
+
+
+def get_num_threads() -> int:
+    """Return how many threads large calls use.
+
+    Returns
+    -------
+    n : int
+        What `set_num_threads` was told, else the environment variable ``SPHEREMAP_NUM_THREADS``,
+        else one a core; at most four a core.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> sm.get_num_threads() >= 1
+    True
+    """
+    return _core.get_num_threads()
+
+
+def simd_level() -> str:
+    """Return which instructions of the CPU the library uses: the widest that it knows and has.
+
+    Returns
+    -------
+    level : {"baseline", "avx2", "avx512"}
+        Results have the same bits at every level. ``"baseline"`` is what every CPU of its kind has.
+
+    Examples
+    --------
+    >>> import spheremap as sm
+    >>> sm.simd_level() in ("baseline", "avx2", "avx512")
+    True
+    """
+    return _core.simd_level()
+
+
 def on_all_threads(work: Callable[[T], None], blocks: Iterable[T], most: int | None = None) -> None:
     """Do the work on each block, on `most` at once. NumPy and lookups release Python's lock."""
+    # Not with the package: it takes a while to import, and few calls have work for it.
+    from concurrent.futures import ThreadPoolExecutor
+
     blocks = list(blocks)
     if len(blocks) == 1:
         # To start a thread takes longer than many a work.

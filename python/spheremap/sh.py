@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core
 from ._arrays import as_doubles, as_unit_vectors, checked_image, has_channels
-from ._scalars import as_number, as_text
+from ._scalars import as_number, as_text, as_whole
 from ._show import Rows
 from .map.images import images
 from .map.named import resolve
@@ -33,6 +33,10 @@ __all__ = [
     "rotate",
     "window",
 ]
+
+
+# The parameter that each lobe has.
+LOBES = {"cosine": None, "cone": "half_angle", "phong": "exponent", "vmf": "kappa"}
 
 
 def __dir__() -> list[str]:
@@ -107,7 +111,7 @@ def project(
     if several is not None:
         return several.each(project, locals(), "numbers")
     resolved = resolve(resolved, rotation=rotation)
-    pixels = checked_image(image, skipna=skipna)
+    pixels = checked_image(image, resolved, skipna=skipna)
     if as_text(texels, "texels") not in ("means", "points"):
         raise ValueError(f"Expected `texels` to be 'means' or 'points', got {texels!r}.")
     found = _core.sh_project(pixels, resolved, as_order(order), texels == "points")
@@ -243,9 +247,9 @@ def lobe(
     /,
     *,
     order: int,
-    half_angle: float = 90.0,
-    exponent: float = 1.0,
-    kappa: float = 1.0,
+    half_angle: float | None = None,
+    exponent: float | None = None,
+    kappa: float | None = None,
 ) -> NDArray[np.float64]:
     """Return by what a lobe multiplies each degree: A_l = 2π ∫ K(t) P_l(t) dt.
 
@@ -256,7 +260,8 @@ def lobe(
     order : int
         The highest degree.
     half_angle, exponent, kappa : float
-        Of the cone (degrees), of Phong's lobe, of von Mises and Fisher's.
+        Of the cone (degrees), of Phong's lobe, of von Mises and Fisher's: that of `lobe` and no
+        other.
 
     Returns
     -------
@@ -265,8 +270,8 @@ def lobe(
 
     Raises
     ------
-    ValueError
-        For an unknown lobe, or a parameter out of range.
+    ValueError, TypeError
+        For an unknown lobe, and for a parameter that is missing, out of range or of another lobe.
 
     Examples
     --------
@@ -274,20 +279,30 @@ def lobe(
     >>> np.round(sm.sh.lobe("cosine", order=4) / np.pi, 6).tolist()
     [1.0, 0.666667, 0.25, 0.0, -0.041667]
     """
-    return _factors(lobe, order, half_angle=half_angle, exponent=exponent, kappa=kappa)
+    return _factors(lobe, order, {"half_angle": half_angle, "exponent": exponent, "kappa": kappa})
 
 
-def _factors(
-    name: str,
-    order: int,
-    *,
-    half_angle: float = 90.0,
-    exponent: float = 1.0,
-    kappa: float = 1.0,
-) -> NDArray[np.float64]:
-    parameters = {"cone": half_angle, "phong": exponent, "vmf": kappa}
-    parameter = as_number(parameters.get(as_text(name, "lobe"), 0.0), name)
-    return _core.sh_lobe(name, parameter, as_order(order, highest=10_000))
+def _factors(lobe: str, order: int, parameters: Mapping[str, float | None]) -> NDArray[np.float64]:
+    parameter = lobe_parameter(lobe, LOBES, parameters)
+    return _core.sh_lobe(lobe, parameter, as_order(order, highest=10_000))
+
+
+def lobe_parameter(
+    lobe: object, lobes: Mapping[str, str | None], given: Mapping[str, float | None]
+) -> float:
+    """Return the parameter of one of some lobes, or raise unless it is given, and no other's."""
+    name = as_text(lobe, "lobe")
+    _core.check_word("lobe", name, list(lobes))
+    wanted = lobes[name]
+    surplus = next((key for key, x in given.items() if x is not None and key != wanted), None)
+    if surplus is not None:
+        own = "no parameter" if wanted is None else f"`{wanted}`"
+        raise ValueError(f"lobe {name!r} takes {own}, got `{surplus}`.")
+    if wanted is None:
+        return 0.0
+    if given.get(wanted) is None:
+        raise ValueError(f"lobe {name!r} needs `{wanted}`.")
+    return as_number(given[wanted], wanted)
 
 
 def convolve(
@@ -324,7 +339,7 @@ def convolve(
     rows, shape, _ = _rows(coefficients)
     order = math.isqrt(len(rows)) - 1
     if isinstance(lobe, str):
-        factors = _factors(lobe, order, **parameters)
+        factors = _factors(lobe, order, parameters)
     else:
         factors = as_doubles(lobe, "lobe")
         expect_factors(factors.shape, order, parameters)
@@ -490,7 +505,7 @@ def _rows(
 
 def as_order(order: int, *, highest: int = 64) -> int:
     """Return an order as an int, or raise for what is none."""
-    number = as_number(order, "order")
-    if not 0 <= number <= highest or number != int(number):
+    number = as_whole(order, "order")
+    if not 0 <= number <= highest:
         raise ValueError(f"Expected `order` to be a whole number from 0 to {highest}, got {order}.")
-    return int(number)
+    return number

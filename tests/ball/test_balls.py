@@ -361,7 +361,24 @@ def test_photos_that_do_not_overlap():
         (lambda p: sm.ball.unwrap(p, center=(8, 8), radius=4, mask=p[:3]), "`mask` to have shape"),
         (lambda p: sm.ball.unwrap(p, center=(8, 8), radius=4, metal="Fe"), "unknown metal 'Fe'"),
         (lambda p: sm.ball.render(p[:8], size=0), "`size` must be"),
+        (lambda p: sm.ball.merge(p), "a sequence of photos, got one of shape .16, 16.; give"),
+        (lambda p: sm.ball.merge(np.ones((16, 16, 3))), "sequence of photos, got one of shape"),
+        (lambda p: sm.ball.merge([np.ones((3, 16, 16))]), "photo 1 .*looks like channels first"),
+        (lambda p: sm.ball.find(np.ones((3, 16, 16))), "`photo` .*looks like channels first"),
+        (
+            lambda p: sm.ball.unwrap(np.ones((3, 16, 16)), center=(8, 8), radius=4),
+            "`photo` .*looks like channels first",
+        ),
+        (lambda p: sm.ball.Ball((8, 8), 4, 0, 1), "`radii` to be two finite numbers above 0, got"),
+        (lambda p: sm.ball.Ball((8, 8), (4, 0), 0, 1), "`radii` to be two finite numbers above 0"),
+        (lambda p: sm.ball.Ball((8, np.nan), (4, 4), 0, 1), "`center` to be two finite numbers"),
         (lambda p: sm.ball.render(p, background="white"), "`background`"),
+        (lambda p: sm.ball.render(p[:8], filter="ewa"), "^Expected `filter` to be one of nearest"),
+        (
+            lambda p: sm.ball.unwrap(p, center=(8, 8), radius=4, filter="trilinear"),
+            "^Expected `filter` to be one of .*, gaussian, got 'trilinear'",
+        ),
+        (lambda p: sm.ball.merge([p], filter="ewa"), "^Expected `filter` to be one of"),
         (lambda p: sm.ball.merge([]), "at least one photo"),
         (lambda p: sm.ball.merge([p, p], masks=[None]), "one entry for each"),
         (lambda p: sm.light.bake_matcap(p, material="velvet"), "`material`"),
@@ -371,6 +388,12 @@ def test_photos_that_do_not_overlap():
 def test_errors(call, words):
     with pytest.raises(ValueError, match=words):
         call(np.ones((16, 16)))
+
+
+@pytest.mark.parametrize("size", [2.0, "x", (8, 8.0), None, True])
+def test_the_sides_of_a_photo_are_whole(size):
+    with pytest.raises(TypeError, match="`size` to be a whole number"):
+        sm.ball.render(np.ones((8, 16)), size=size)
 
 
 WALL = before_a_wall((96, 112), (58, 47), 32, 0.2).astype(np.float32)

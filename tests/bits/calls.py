@@ -264,11 +264,13 @@ def harmonics(inputs: Arrays) -> Iterator[Call]:
     c = image(words, (25, 2), "float64")
     yield "sh.evaluate", lambda: sm.sh.evaluate(c, unit)
     yield "sh.rotate", lambda: sm.sh.rotate(c, inputs["turn"])
-    for lobe in ("cosine", "cone", "phong", "vmf"):
-        yield (
-            f"sh.lobe: {lobe}",
-            lambda name=lobe: sm.sh.lobe(name, order=8, half_angle=33, exponent=7.5, kappa=9),
-        )
+    for lobe, own in (
+        ("cosine", {}),
+        ("cone", {"half_angle": 33}),
+        ("phong", {"exponent": 7.5}),
+        ("vmf", {"kappa": 9}),
+    ):
+        yield f"sh.lobe: {lobe}", lambda name=lobe, o=own: sm.sh.lobe(name, order=8, **o)
     for window in ("hann", "lanczos", "gauss"):
         yield f"sh.window: {window}", lambda w=window: sm.sh.window(c, window=w)
     for row in sm.sh.conventions():

@@ -163,6 +163,23 @@ def test_colmap_models_without_a_formula_are_named(tmp_path):
         sm.cameras.read(tmp_path / "cameras.bin")
 
 
+@pytest.mark.parametrize(
+    ("name", "data", "says"),
+    [
+        ("cameras.txt", b"# no\nhello world, a text\n", "height and .* line 2 of cameras.txt"),
+        ("cameras.txt", b"1 PINHOLE 9 9 a 9 4 4\n", "line 1 of cameras.txt, got '1 PINHOLE 9 9 a"),
+        ("cameras.txt", b"\n1 PINHOLE\n", "line 2 of cameras.txt, got '1 PINHOLE'"),
+        ("cameras.txt", b"\xff\xfe", "cameras.txt, got a file that holds no text"),
+        ("images.txt", b"1 1 0 0 0 0 0 0\n\n", "an image's id, pose, .* line 1 of images.txt"),
+    ],
+)
+def test_lines_that_colmap_does_not_write_are_named(name, data, says, tmp_path):
+    (tmp_path / "cameras.txt").write_bytes(b"1 PINHOLE 9 9 9 9 4 4\n")
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(ValueError, match=says):
+        sm.cameras.read(tmp_path / "cameras.txt", format="colmap")
+
+
 CHAIN = """\
 cam0:
   cam_overlaps: [1]

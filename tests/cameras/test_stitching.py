@@ -186,16 +186,28 @@ def test_gains_are_least_squares():
     assert np.abs([found[:3].sum(), found[3:].sum()]).max() < 1e-12  # roundings of five sums
 
 
-@pytest.mark.parametrize("dtype, nothing", [(np.float32, np.nan), (np.uint8, 0)])
-def test_what_no_view_sees(dtype, nothing):
+@pytest.mark.parametrize("blend", ["feather", "bands", "nearest"])
+@pytest.mark.parametrize(
+    ("dtype", "options", "nothing"),
+    [
+        (np.float32, {}, 0),
+        (np.uint8, {}, 0),
+        (np.float16, {"fill": np.nan}, np.nan),
+        (np.uint8, {"fill": [1, 2, 3.4]}, [1, 2, 3]),
+    ],
+)
+def test_what_no_view_sees(dtype, options, nothing, blend):
     rig = sm.cameras.rig(64, fov=90, overlap=0)
     one = np.full((64, 64, 3), 9, dtype)
-    got, weight = sm.cameras.stitch([one], rig[:1], "latlong", size=64, return_weight=True)
+    got, weight = sm.cameras.stitch(
+        [one], rig[:1], "latlong", size=64, blend=blend, return_weight=True, **options
+    )
     assert weight.shape == (64, 128) and weight.dtype == np.float32
     unseen = weight == 0
     assert np.array_equal(got[unseen], np.full((unseen.sum(), 3), nothing), equal_nan=True)
-    # A product, a mean of a few and a quotient of float32.
-    assert np.abs(got[~unseen].astype(float) - 9).max() <= 9 * 4 * np.finfo(np.float32).eps
+    # A product, a mean of a few and a quotient of float32; bands are seven sums.
+    bound = 9 * (4 if blend != "bands" else 16) * np.finfo(np.float32).eps
+    assert np.abs(got[~unseen].astype(float) - 9).max() <= bound
     camera = rig[0].projection.in_world_of("latlong")
     assert np.array_equal(~unseen, camera.covers(sm.directions("latlong", 64)))
 
@@ -309,10 +321,10 @@ def test_masked_pixels_and_those_that_are_not_finite_do_not_count():
     got, weight = sm.cameras.stitch(
         [spoiled, pictures[1]], cameras, "latlong", size=128, masks=[mask, None], return_weight=True
     )
-    assert np.nanmax(got) < 1 and (weight == 0).any()
+    assert got.max() < 1 and (weight == 0).any()
     spoiled[~mask] = np.nan
     spoiled[3, 128, 1] = np.inf
-    other = sm.cameras.stitch([spoiled, pictures[1]], cameras, "latlong", size=128)
+    other = sm.cameras.stitch([spoiled, pictures[1]], cameras, "latlong", size=128, fill=np.nan)
     assert np.nanmax(other) < 1
     truth = panorama(128)
     # Beside a hole a texel is the mean of what is left of it, half a pixel of 0.8° off: times k.
@@ -430,6 +442,8 @@ LENS = np.zeros((8, 8, 3), np.uint8)
         ([LENS], [BACK], {"fov": [90, 90]}, "for each of 1 cameras"),
         ([LENS], [BACK], {"masks": [np.ones((8, 4), bool)]}, "mask of shape"),
         ([LENS], [BACK], {"size": (8, 8)}, "twice as wide"),
+        ([LENS], [BACK], {"fill": np.nan}, "`fill` NaN is no value of uint8"),
+        ([LENS], [BACK], {"fill": [1, 2]}, "`fill` to have one number for each of 3 channels"),
     ],
 )
 def test_what_is_wrong_is_told(images, cameras, options, text):
@@ -444,6 +458,7 @@ def test_what_is_wrong_is_told(images, cameras, options, text):
         ([LENS.astype(np.int32)], {}, "dtype"),
         ([LENS], {"return_weight": 1}, "a bool"),
         (3, {}, "sequence of pictures"),
+        ([LENS], {"fill": "black"}, "`fill` to be a number"),
     ],
 )
 def test_what_is_of_another_kind_is_told(images, options, text):

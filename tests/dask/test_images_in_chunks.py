@@ -276,6 +276,8 @@ def test_threads_make_the_same():
         ({"world": "mine"}, ValueError, "world"),
         ({"size": -1}, ValueError, "size"),
         ({"chunks": (4, 4)}, ValueError, "chunks"),
+        ({"chunks": 0}, ValueError, "`chunks` of at least 1 texel, .*, got 0"),
+        ({"chunks": (1, 4, -2)}, ValueError, r"`chunks` of at least 1 texel, .*, got \(1, 4, -2\)"),
         ({"dst": "cubes"}, ValueError, "cube"),
         ({"rotation": np.stack([np.eye(3)] * 2)}, ValueError, "rotation"),
     ],

@@ -93,6 +93,25 @@ def test_a_chain_keeps_its_light_and_begins_with_the_image() -> None:
     assert np.ptp(chain[-1]) < 0.6 * np.ptp(image)
 
 
+def test_a_chain_has_a_level_for_each_roughness() -> None:
+    white = np.ones((8, 16), np.float32)
+
+    def sizes(**options: Any) -> list[int]:
+        chain = sm.light.prefilter_chain(white, "latlong", "cube", size=4, samples=4, **options)
+        return [level.shape[-1] for level in chain]
+
+    assert sizes() == [4, 2, 1]
+    assert sizes(roughness=[0, 0.5]) == [4, 2]
+    assert sizes(roughness=iter([0.5])) == [4]
+    for roughness, levels, says in (
+        ([], None, "`roughness` to have 1 to 3 numbers, one a level of `size` 4, got 0"),
+        ([0.1] * 4, None, "`roughness` to have 1 to 3 numbers, one a level of `size` 4, got 4"),
+        ([0.1] * 2, 3, "`roughness` to have 3 numbers, got 2"),
+    ):
+        with pytest.raises(ValueError, match=says):
+            sizes(roughness=roughness, levels=levels)
+
+
 def test_a_large_source_is_reduced_and_keeps_a_lone_sun() -> None:
     sun = np.zeros((1100, 2200), np.float32)
     sun[700, 1234] = 1e6
@@ -309,3 +328,27 @@ def test_the_command_bakes_and_lists(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert [level.shape[1] for level in read_dds(out / "specular.dds")] == [4, 2, 1]
     assert code(["bake", str(tmp_path / "none.exr"), str(out)]) == 1
     assert code(["bake", str(tmp_path / "sky.exr"), str(out / "sh.json")]) == 1
+
+
+def test_integers_are_fractions_in_textures(tmp_path: Path) -> None:
+    for dtype in (np.uint8, np.uint16):
+        codes = np.full((2, 2, 3), np.iinfo(dtype).max, dtype)
+        codes[0, 0] = 0
+        assert sm.io.write_ktx2(tmp_path / "a.ktx2", [codes]) == 0
+        (got,) = read_ktx2(tmp_path / "a.ktx2")
+        assert got[0, 0, 0].tolist() == [0, 0, 0, 1] and np.all(got[0, 1] == 1)
+    with pytest.raises(TypeError, match="uint8, uint16 or floats, got dtype int64"):
+        sm.io.write_dds(tmp_path / "a.dds", [np.ones((2, 2, 3), np.int64)])
+
+
+def test_textures_have_the_suffix_of_their_format(tmp_path: Path) -> None:
+    level = np.ones((2, 2, 3))
+    for name, write, suffix in (
+        ("a.png", sm.io.write_ktx2, ".ktx2"),
+        ("a", sm.io.write_ktx2, ".ktx2"),
+        ("a.ktx2", sm.io.write_dds, ".dds"),
+    ):
+        with pytest.raises(OSError, match=f"cannot write '.*{name}': it ends in .*; use {suffix}"):
+            write(tmp_path / name, [level])
+    assert not list(tmp_path.iterdir())
+    sm.io.write_dds(tmp_path / "A.DDS", [level])

@@ -82,6 +82,47 @@ def test_one_rule_for_negative_numbers_in_all_of_light(name) -> None:
         work(image, negative="raise")
 
 
+# The same of a map with a rim.
+OUTSIDE = {
+    "integrate": lambda x, **o: sm.light.integrate(x, "angular", **o),
+    "mean": lambda x, **o: sm.light.mean(x, "angular", **o),
+    "average_direction": lambda x, **o: sm.light.average_direction(x, "angular", **o),
+    "irradiance": lambda x, **o: sm.light.irradiance(x, "angular", "cube", size=2, **o),
+    "irradiance_at": lambda x, **o: sm.light.irradiance_at(x, [0, 1, 0], "angular", **o),
+    "convolve": lambda x, **o: sm.light.convolve(
+        x, "angular", "cube", size=2, lobe="phong", exponent=2, **o
+    ),
+    "exact": lambda x, **o: sm.light.prefilter(
+        x, "angular", "cube", size=2, roughness=0.8, method="exact", **o
+    ),
+    "sampled": lambda x, **o: sm.light.prefilter(
+        x, "angular", "cube", size=2, roughness=0.8, method="sampled", samples=16, **o
+    ),
+    "bake": lambda x, **o: (
+        sm.light.bake(x, "angular", specular=False, size=4, order=1, **o).diffuse
+    ),
+    "energy": lambda x, **o: sm.light.energy(x, "angular", **o).integral,
+    "ws_psnr": lambda x: sm.light.ws_psnr(x, np.ones_like(x), "angular"),
+    "sh": lambda x: sm.sh.project(x, "angular", order=2),
+}
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_what_lies_outside_is_nothing(name) -> None:
+    work = OUTSIDE[name]
+    sky = np.random.default_rng(8).random((24, 48, 3)).astype(np.float32)
+    disk = sm.convert(sky, "latlong", "angular", size=32)
+    for outside in (np.nan, np.inf, -1.0):
+        marked = sm.convert(sky, "latlong", "angular", size=32, fill=outside)
+        assert not np.array_equal(marked, disk)
+        assert np.array_equal(work(marked), work(disk))
+        if name not in ("ws_psnr", "sh"):
+            assert np.array_equal(work(marked, negative="raise"), work(disk))
+    marked[16, 16] = np.nan
+    with pytest.raises(ValueError, match=r"3 NaN or infinite values, at \(16, 16, 0\)"):
+        work(marked)
+
+
 def test_integers_pass_and_other_types_do_not() -> None:
     assert checked_image(np.ones((2, 2), np.uint8)).dtype == np.uint8
     with pytest.raises(TypeError, match="complex128"):

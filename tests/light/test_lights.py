@@ -160,9 +160,15 @@ def test_few_places_and_no_light():
 
 def test_bad_input():
     image = np.ones((4, 8, 3))
-    for bad in (0, -1, 1.5, "two", None, [1, 2]):
-        with pytest.raises(ValueError, match="`count` to be an integer of at least 1"):
+    for bad in (0, -1):
+        with pytest.raises(ValueError, match=f"`count` to be at least 1, got {bad}"):
             sm.light.lights(image, "latlong", count=bad)
+    for bad in (1.5, "two", None, [1, 2], True):
+        with pytest.raises(TypeError, match="`count` to be a whole number, got"):
+            sm.light.lights(image, "latlong", count=bad)
+    # There are as many as places that the light comes from.
+    most = len(sm.light.lights(image, "latlong", count=32))
+    assert len(sm.light.lights(image, "latlong", count=10**30)) == most
     with pytest.raises(ValueError, match=r"unknown method 'mean'; there are 'median' and"):
         sm.light.lights(image, "latlong", count=2, method="mean")
     image[1, 1, 0] = np.nan
@@ -292,6 +298,13 @@ def test_sun_with_rotation_and_layouts():
     dull, _ = sm.light.remove_sun(image, p, rotation=turn)
     back = sm.light.add_sun(dull, found, p, rotation=turn)
     assert sm.light.sun(back, p).direction @ d > np.cos(np.radians(1.0))
+
+
+@pytest.mark.parametrize("solid_angle", [-1e-4, np.nan, np.inf])
+def test_a_sun_has_a_solid_angle(solid_angle):
+    sun = sm.light.Sun(np.array([0.0, 1.0, 0.0]), solid_angle, np.ones(1), np.zeros(1), 0.0)
+    with pytest.raises(ValueError, match=r"`sun\.solid_angle` to be at least 0 and finite, got"):
+        sm.light.add_sun(np.zeros((8, 16)), sun, "latlong")
 
 
 def test_sun_that_does_not_fit():

@@ -82,9 +82,9 @@ def test_an_image_holds_so_much_and_no_more() -> None:
         sm.sh.project(np.ones((8, 16)), "latlong", order=4)
     with pytest.raises(ValueError, match="holds spherical harmonics up to order"):
         sm.sh.project(np.ones((6, 2, 2)), "cube", order=5, texels="points")
-    for order in (-1, 65, 1.5):
+    for order in (-1, 65):
         with pytest.raises(ValueError, match="whole number from 0 to 64"):
-            sm.sh.project(np.ones((8, 16)), "latlong", order=order, texels="points")  # type: ignore[arg-type]
+            sm.sh.project(np.ones((8, 16)), "latlong", order=order, texels="points")
 
 
 def test_part_of_a_sphere_is_black_beyond() -> None:
@@ -157,6 +157,52 @@ def test_lobes_multiply_degrees(lobe: str, options: dict[str, float]) -> None:
     got = sm.sh.lobe(lobe, order=12, **options)  # type: ignore[arg-type]
     # A quotient of integrals that quad is asked for to 1e-11, of a few parts each.
     assert np.abs(got - want).max() < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("lobe", "options", "text"),
+    [
+        ("cone", {}, "lobe 'cone' needs `half_angle`"),
+        ("phong", {"exponent": None}, "lobe 'phong' needs `exponent`"),
+        ("vmf", {"half_angle": 10}, "lobe 'vmf' takes `kappa`, got `half_angle`"),
+        ("cone", {"half_angle": 10, "kappa": 1}, "lobe 'cone' takes `half_angle`, got `kappa`"),
+        ("cone", {"half_angle": 0}, r"`half_angle` must be in \(0, 180\], got 0"),
+        ("phong", {"exponent": -1}, "`exponent` must be at least 0 and finite, got -1"),
+        ("con", {"half_angle": 10}, "unknown lobe 'con'.*'cone'"),
+    ],
+)
+def test_a_lobe_has_one_parameter_and_needs_it(lobe, options, text) -> None:
+    white = np.ones((8, 16))
+    for call in (
+        lambda: sm.sh.lobe(lobe, order=2, **options),
+        lambda: sm.sh.convolve(np.ones(9), lobe=lobe, **options),
+        lambda: sm.light.convolve(white, "latlong", "latlong", lobe=lobe, size=2, **options),
+    ):
+        with pytest.raises(ValueError, match=text):
+            call()
+
+
+@pytest.mark.parametrize("order", [2.0, 2.5, "2", True, None])
+def test_an_order_is_a_whole_number(order) -> None:
+    for call in (
+        lambda: sm.sh.project(np.ones((8, 16)), "latlong", order=order),
+        lambda: sm.sh.lobe("cosine", order=order),
+    ):
+        with pytest.raises(TypeError, match="`order` to be a whole number, got"):
+            call()
+
+
+def test_the_cosine_has_no_parameter() -> None:
+    for call in (
+        lambda: sm.sh.lobe("cosine", order=2, half_angle=10),
+        lambda: sm.sh.convolve(np.ones(9), lobe="cosine", half_angle=10),
+    ):
+        with pytest.raises(ValueError, match="lobe 'cosine' takes no parameter, got `half_angle`"):
+            call()
+    with pytest.raises(ValueError, match="lobe 'cone' takes `half_angle`, got `halfangle`"):
+        sm.sh.convolve(np.ones(9), lobe="cone", halfangle=3)
+    with pytest.raises(TypeError, match="Expected `kappa` to be a number, got str"):
+        sm.sh.lobe("vmf", order=2, kappa="x")
 
 
 def test_convolution_is_the_lobe_of_an_image() -> None:

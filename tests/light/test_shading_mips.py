@@ -73,8 +73,10 @@ def test_level_and_bad_input():
     one = sm.light.shade_environment(n[:1, :1], n[:1, :1], EYE, sky, mipmaps=True)
     # The same lookup, rounded in another order.
     assert np.allclose(one, sm.sample(sky, d[0, 0], "latlong"), rtol=0, atol=1e-12)
-    with pytest.raises(ValueError, match="`lod` or `derivatives`, not both"):
+    with pytest.raises(ValueError, match=r"`lod` or `mipmaps`, .*not both"):
         sm.light.shade_environment(n, n, EYE, sky, lod=2, mipmaps=True)
+    with pytest.raises(ValueError, match=r"`lod` or `mipmaps`, .*not both"):
+        sm.light.shade_matcap(n, matcap, lod=2, mipmaps=True)
     for flat in (n[0], n[0, 0]):
         with pytest.raises(ValueError, match=r"picture of shape \(H, W, 3\)"):
             sm.light.shade_environment(flat, flat, EYE, sky, mipmaps=True)

@@ -258,10 +258,42 @@ def test_bad_texels_are_counted_unless_skipped() -> None:
         with pytest.raises(ValueError, match=r"1 NaN or infinite value, at \(2, 3, 1\)"):
             call()
         assert np.isfinite(call(skipna=True)).all()
+    with pytest.raises(ValueError, match=r"counts them as 0\.$"):
+        sm.light.integrate(image, "latlong")
+    with pytest.raises(ValueError, match=r"`skipna=True` leaves them out\.$"):
+        sm.light.mean(image, "latlong")
     image[0, 0, 0] = 1.0
     # The mean leaves the texel out; the integral counts it as 0.
     assert np.allclose(sm.light.mean(image, "latlong", skipna=True), 1, atol=1e-12)
     assert sm.light.integrate(image, "latlong", skipna=True)[1] < 4 * math.pi - 1e-3
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("image", lambda x: sm.light.ws_psnr(x, np.nan_to_num(x), "latlong")),
+        ("reference", lambda x: sm.light.ws_psnr(np.nan_to_num(x), x, "latlong")),
+        ("image", lambda x: sm.light.bake_matcap(x, material="diffuse", size=4)),
+        ("image", lambda x: sm.light.bake_matcap(x, material="rough", size=4, pose=np.eye(3))),
+    ],
+)
+def test_what_has_no_skipna_does_not_recommend_it(name, call) -> None:
+    image = np.ones((8, 16, 3), np.float32)
+    image[2, 3, 1] = np.nan
+    with pytest.raises(ValueError) as caught:
+        call(image)
+    assert str(caught.value) == f"`{name}` has 1 NaN or infinite value, at (2, 3, 1)."
+
+
+def test_two_images_have_one_largest_value() -> None:
+    light = np.full((8, 16), 0.5, np.float32)
+    codes = np.full((8, 16), 128, np.uint8)
+    for a, b in ((light, codes), (codes, light), (codes, codes.astype(np.uint16))):
+        with pytest.raises(TypeError, match=r"of one dtype, or `peak`.*got (float32|uint8) and"):
+            sm.light.ws_psnr(a, b, "latlong")
+    # Floats of any width are to 1.
+    assert sm.light.ws_psnr(light, light.astype(np.float64), "latlong") == math.inf
+    assert sm.light.ws_psnr(codes, 256 * light, "latlong", peak=255) == math.inf
 
 
 def test_errors_name_what_was_expected() -> None:
@@ -272,6 +304,8 @@ def test_errors_name_what_was_expected() -> None:
         sm.light.integrate(white, "octahedrel")
     with pytest.raises(TypeError, match="complex128"):
         sm.light.integrate(white.astype(complex), "latlong")
+    with pytest.raises(ValueError, match="`order` to be a whole number from 0 to 64, got -4"):
+        sm.light.irradiance(white, "latlong", "cube", size=2, order=-4)
     with pytest.raises(ValueError, match="'exact' or 'sh'"):
         sm.light.irradiance(white, "latlong", "cube", method="magic")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="needs `kappa`"):

@@ -177,6 +177,42 @@ def test_subclasses_are_taken_as_arrays():
     assert np.array_equal(sm.encode(Holder(), "cube"), sm.encode(d, "cube"))
 
 
+# Each way into the core: points, images, light.
+MASKED = {
+    "encode": lambda x: sm.encode(x[:, :3], "cube"),
+    "sample": lambda x: sm.sample(x, random_directions(50, 126), "latlong", skipna=True),
+    "convert": lambda x: sm.convert(x, "latlong", "cube", size=3, skipna=True),
+    "area": lambda x: sm.convert(x, "latlong", "cube", size=3, filter="area", skipna=True),
+    "batch": lambda x: sm.convert(
+        np.ma.stack([x[..., None]] * 2) if np.ma.isMaskedArray(x) else np.stack([x[..., None]] * 2),
+        "latlong",
+        "cube",
+        size=3,
+    ),
+    "mean": lambda x: sm.light.mean(x, "latlong", skipna=True),
+    "irradiance": lambda x: sm.light.irradiance(x, "latlong", "cube", size=2, skipna=True),
+}
+
+
+@pytest.mark.parametrize("name", MASKED)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_what_is_masked_is_missing(name, dtype):
+    work = MASKED[name]
+    image = np.random.default_rng(125).random((12, 24)).astype(dtype)
+    missing = image > 0.9
+    masked = np.ma.masked_array(np.where(missing, dtype(-9999), image), missing)
+    want = work(np.where(missing, dtype(np.nan), image))
+    assert np.array_equal(work(masked), want, equal_nan=True)
+    assert masked.data.min() == -9999
+
+
+def test_labels_that_are_masked_are_refused():
+    labels = np.ma.masked_equal(np.arange(12 * 24).reshape(12, 24), 7)
+    for dtype in (np.uint8, np.int64):
+        with pytest.raises(TypeError, match=r"masked elements, and .*`image.filled\(0\)`"):
+            sm.convert(labels.astype(dtype), "latlong", "cube", size=3, filter="nearest")
+
+
 @each(DEFAULTS)
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -165,10 +166,42 @@ def test_sizes(size):
             call()
 
 
-@pytest.mark.parametrize("size", [1.5, "4", None, (2.5, 5)])
+@pytest.mark.parametrize("size", [1.5, "4", None, (2.5, 5), True, np.True_])
 def test_sizes_of_the_wrong_type(size):
-    with pytest.raises(TypeError):
+    with pytest.raises(TypeError, match="`size`"):
         sm.solid_angle("latlong", size)
+
+
+def test_a_size_that_does_not_fit_is_told_from_an_image():
+    with pytest.raises(ValueError, match=r"^Expected `size` of an image of projection 'cube'"):
+        sm.convert(IMAGE, "latlong", "cube", size=(4, 4))
+    with pytest.raises(ValueError, match=r"^Expected `source_shape` of an image"):
+        sm.remap_plan("latlong", "cube", size=4, source_shape=IMAGE.shape)
+    for size in (10**9, 10**30):
+        with pytest.raises(ValueError, match="`size` to be at most 268435456"):
+            sm.convert(IMAGE, "latlong", "cube", size=size)
+
+
+@pytest.mark.parametrize("image", ["sky.exr", Path("sky.exr"), None])
+def test_what_is_no_image_at_all(image):
+    for call in (
+        lambda: sm.convert(image, "latlong", "cube"),
+        lambda: sm.sample(image, D, "latlong"),
+        lambda: sm.light.integrate(image, "latlong"),
+    ):
+        with pytest.raises(TypeError, match=r"`image` to be an array, got (None|the name of)"):
+            call()
+
+
+@pytest.mark.parametrize("alpha", [True, "last", 1.0])
+def test_the_number_of_a_channel_is_a_whole_number(alpha):
+    for call in (
+        lambda: sm.convert(IMAGE, "latlong", "cube", alpha=alpha),
+        lambda: sm.sample(IMAGE, D, "latlong", alpha=alpha),
+        lambda: sm.remap_plan("latlong", "cube", size=4, alpha=alpha),
+    ):
+        with pytest.raises(TypeError, match="`alpha` to be a whole number"):
+            call()
 
 
 def test_fill_must_fit():

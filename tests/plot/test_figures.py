@@ -188,3 +188,30 @@ def test_degrees_stand_beside_the_names_of_axes(ax) -> None:
     plot.show(np.zeros((90, 180)), "latlong", ax=ax, graticule=30)
     offsets = {text.get_text(): text.xyann for text in ax.texts if "°" in text.get_text()}
     assert offsets["60°"] == (3, 3) and offsets["90°"] == (12, 4) == offsets["0°"]
+
+
+@pytest.mark.parametrize(
+    ("draw", "name"),
+    [
+        (lambda: plot.show(np.ones((8, 8, 3)), "latlong"), "image"),
+        (lambda: plot.show(np.ones((8, 8)), "latlong", mask=False), "image"),
+        (lambda: plot.lights(np.ones((8, 8, 3)), "latlong"), "image"),
+        (lambda: plot.chain([np.ones((8, 8))], "latlong"), "image"),
+        (lambda: plot.compare("latlong", "cube", image=np.ones((8, 8, 3))), "image"),
+        (lambda: plot.compare("latlong", "cube", size=(8, 8)), "size"),
+        (lambda: plot.footprints("cube", "latlong", size=(8, 8)), "size"),
+        (lambda: plot.tissot("latlong", size=(8, 8)), "size"),
+        (lambda: plot.density_map("latlong", size=(8, 8)), "size"),
+        (lambda: plot.packing_error("oct16", "latlong", size=(8, 8)), "size"),
+    ],
+)
+def test_another_aspect_is_told_without_a_way_that_no_figure_has(draw, name) -> None:
+    with pytest.raises(ValueError, match=rf"^Expected `{name}` of .* twice as wide") as caught:
+        draw()
+    assert "any_aspect" not in str(caught.value) and str(caught.value).endswith(").")
+
+
+def test_channels_first_are_told() -> None:
+    for image, projection in ((np.ones((3, 32, 64)), "latlong"), (np.ones((6, 3, 8, 8)), "cube")):
+        with pytest.raises(ValueError, match="looks like channels first"):
+            plot.show(image, projection)

@@ -46,6 +46,13 @@ def test_batches_of_faces_go_out_as_faces():
     assert np.array_equal(got[1], sm.convert(batch[1], "cube", "dual_paraboloid", size=10))
 
 
+@pytest.mark.parametrize("alpha", [5, -6])
+def test_any_channel_may_be_the_opacity(alpha):
+    image = np.random.default_rng(6).random((8, 16, 6))
+    plan = sm.remap_plan("latlong", "cube", size=4, alpha=alpha)
+    assert np.array_equal(plan(image), sm.convert(image, "latlong", "cube", size=4, alpha=alpha))
+
+
 def test_plans_are_values():
     plan = sm.remap_plan("latlong", "cube", size=8, rotation=TURN, fill=[0, 1, 2])
     again = pickle.loads(pickle.dumps(plan))
@@ -76,6 +83,8 @@ def test_bad_plans_are_refused_at_once():
         sm.remap_plan("latlong", "cube", size=4, out=np.zeros(3))
     with pytest.raises(ValueError, match="rotation"):
         sm.remap_plan("latlong", "cube", size=4, rotation=np.ones((3, 3)))
+    with pytest.raises(ValueError, match="alpha"):
+        sm.remap_plan("latlong", "cube", size=4, alpha=4, fill=[0, 0, 0])
     plan = sm.remap_plan("latlong", "octahedral", size=4)
     with pytest.raises(ValueError, match="out"):
         plan(np.zeros((2, 4, 8, 3)), out=np.zeros((2, 4, 4, 4)))

@@ -76,6 +76,20 @@ def test_nan_and_bright_texels_stay_where_they_are():
     assert not np.any(changed & ~covered) and np.isnan(got[0, 0]).all()
 
 
+def test_opacity_is_of_the_view_alone():
+    whole = np.random.default_rng(3).random((64, 128, 4)).astype(np.float32)
+    crop = np.ones((20, 30, 4), np.float32)
+    # What is transparent is of another color, which does not bleed.
+    crop[:, :12] = [0, 0, 0, 0]
+    got = sm.embed(crop, CAMERA, whole, "latlong", alpha=-1)
+    plain = sm.embed(crop, CAMERA, whole, "latlong")
+    covered = sm.embed(np.ones_like(crop), CAMERA, whole, "latlong")[..., 3] > 0.999
+    seen = covered & (plain[..., 3] > 0.01) & (plain[..., 3] < 0.99)
+    assert seen.any() and np.array_equal(got[..., 3], plain[..., 3])
+    # Ones, weighed and divided by their weights in float32.
+    assert np.allclose(got[seen][:, :3], 1, atol=1e-6) and plain[seen][:, :3].min() < 0.9
+
+
 def test_bad_views_are_refused():
     whole, crop = panorama(), np.zeros((20, 30, 3), np.float32)
     with pytest.raises(ValueError, match="channels"):
@@ -88,8 +102,9 @@ def test_bad_views_are_refused():
         sm.embed(crop, CAMERA, whole, "latlong", mask=np.full((20, 30), 2.0))
     with pytest.raises(ValueError, match="feather"):
         sm.embed(crop, CAMERA, whole, "latlong", feather=-1)
-    with pytest.raises(TypeError, match="fill"):
-        sm.embed(crop, CAMERA, whole, "latlong", fill=1)
+    for option in ("fill", "size", "window", "axes"):
+        with pytest.raises(TypeError, match=f"`{option}` is no option of `embed`"):
+            sm.embed(crop, CAMERA, whole, "latlong", **{option: 1})
     with pytest.raises(ValueError, match="out"):
         sm.embed(crop, CAMERA, whole, "latlong", out=np.zeros((4, 8, 3), np.float32))
 

@@ -316,6 +316,8 @@ def test_the_manifest_comes_last(
         ({"format": "panellum"}, "did you mean 'pannellum'"),
         ({"extension": "webp"}, "unknown extension 'webp'; there are jpg, png, fits"),
         ({"extension": "fits"}, "`extension` 'fits' is of 'hips' alone"),
+        ({"frame": "galactic"}, "`frame` is of 'hips' alone, got"),
+        ({"properties": {"a": "b"}}, "`properties` is of 'hips' alone, got"),
         ({"tile_size": 8}, "`tile_size` must be in [16, 8192], got 8"),
         ({"format": "hips", "tile_size": 48}, "must be a power of two, got 48"),
         ({"size": 0}, "`size` must be in [1, "),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -82,3 +83,17 @@ def test_bad_files_are_named(data: bytes, says: str, tmp_path: Path) -> None:
 def test_no_file(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="none"):
         read_keyframes(tmp_path / "none.csv")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "error", "says"),
+    [
+        ("a", TypeError, "`seconds` to be a number, got str"),
+        (None, TypeError, "`seconds` to be a number, got NoneType"),
+        (math.nan, ValueError, "`seconds` to be finite, got nan"),
+        (-math.inf, ValueError, "`seconds` to be finite, got -inf"),
+    ],
+)
+def test_a_time_is_a_finite_number(seconds, error, says: str) -> None:
+    with pytest.raises(error, match=says):
+        Keyframes((0, 1), ((0, 0, 0), (90, 0, 0)))(seconds)

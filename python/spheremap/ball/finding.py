@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_image
+from .._arrays import as_array, as_image
 from .._progress import counted, done, part
 from .._show import line
 from .camera import Outline
@@ -43,6 +43,8 @@ _LEAST, _CERTAIN = 0.3, 0.5
 _COMPRESSED = 0.3
 # How far a rim may move, in radii, at half the confidence, if a quarter of it is not asked.
 _SHARP = 0.005
+# More are rows, or columns.
+_MOST_CHANNELS = 4
 # How much of the time has passed when edges are found, and when circles were looked at.
 _OF_EDGES, _OF_CIRCLES = 0.2, 0.8
 
@@ -66,6 +68,11 @@ class Ball:
         toward it, as a mirror's picture is and a fisheye's or a porthole's is not, and how much of
         it there is to be seen: black before black shows no rim. It is no probability. Below 0.7
         look at it. 1 if given by hand.
+
+    Raises
+    ------
+    ValueError
+        For a center or radii that are not two numbers.
     """
 
     center: tuple[float, float]
@@ -75,17 +82,53 @@ class Ball:
 
     __repr__ = line
 
+    def __post_init__(self) -> None:
+        for name, least, above in (("center", -math.inf, ""), ("radii", 0.0, " above 0")):
+            given = getattr(self, name)
+            pair = as_array(given, name)
+            fits = pair.shape == (2,) and pair.dtype.kind in "fiu"
+            if not (fits and np.isfinite(pair).all() and (pair > least).all()):
+                raise ValueError(f"Expected `{name}` to be two finite numbers{above}, got {given}.")
+
     @property
     def radius(self) -> float:
         """The radius of the circle of the same area."""
         return self._outline().mean
 
     def points(self, count: int = 360) -> NDArray[np.float64]:
-        """Return points (x, y) of the rim, to draw it."""
+        """Return points of the rim, to draw it.
+
+        Parameters
+        ----------
+        count : int
+            How many, at even steps around the ellipse from the direction of the first radius on.
+
+        Returns
+        -------
+        points : ndarray, shape (count, 2)
+            (x, y) in pixels, from the upper left corner of the photo.
+
+        Examples
+        --------
+        >>> import spheremap as sm
+        >>> sm.ball.Ball((40, 30), (10, 8), 0, 1).points(4).round(6).tolist()
+        [[50.0, 30.0], [40.0, 38.0], [30.0, 30.0], [40.0, 22.0]]
+        """
         return self._outline().points(count)
 
     def _outline(self) -> Outline:
         return Outline(self.center, *self.radii, math.radians(self.angle))
+
+
+def expect_photo(shape: tuple[int, ...], name: str) -> None:
+    """Raise for the shape of what is no photo."""
+    if len(shape) not in (2, 3) or 0 in shape:
+        raise ValueError(f"Expected {name} to have shape (H, W) or (H, W, C), got {shape}.")
+    if len(shape) == 3 and shape[0] <= _MOST_CHANNELS < shape[2]:
+        raise ValueError(
+            f"Expected {name} to have shape (H, W) or (H, W, C), got {shape}, which looks like "
+            "channels first: move the axis, np.moveaxis(photo, 0, -1)."
+        )
 
 
 def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
@@ -124,8 +167,7 @@ def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     """
     feature, filters = _skimage()
     image = as_image(photo, None, "photo")
-    if image.ndim not in (2, 3) or 0 in image.shape:
-        raise ValueError(f"Expected `photo` to have shape (H, W) or (H, W, C), got {image.shape}.")
+    expect_photo(image.shape, "`photo`")
     gray = _toned(image)
     known = np.isfinite(gray)
     if mask is not None:

@@ -22,10 +22,10 @@ from ..map.variants import pose_matrix
 from ..resample.verbs import sample
 from .camera import view
 from .doubts import warn_of_ideal_camera, warn_of_unknown_distance
-from .finding import Ball, find
+from .finding import Ball, expect_photo, find
 from .joint import LIKELY_ANGLE, Placed, refined
 from .metals import reflectance_of
-from .photo import Shot, fitting_size
+from .photo import Shot, expect_point_filter, fitting_size
 from .supersample import Texels
 
 if TYPE_CHECKING:
@@ -109,7 +109,35 @@ class MergedBalls:
     __repr__ = line
 
     def angle(self, photo: int) -> float:
-        """Return the angle in degrees between the cameras of a photo and the first one."""
+        """Return the angle in degrees between the cameras of a photo and the first one.
+
+        Parameters
+        ----------
+        photo : int
+            The number of the photo, from 0.
+
+        Returns
+        -------
+        angle : float
+            In degrees, 0 to 180.
+
+        Raises
+        ------
+        IndexError
+            For a photo that there is not.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm
+        >>> scene = 1.2 + np.sin(6 * sm.directions("latlong", 32))
+        >>> poses = [np.eye(3), sm.rotation(120, 0, 0)]
+        >>> options = {"fov": 30, "distance": 5}
+        >>> photos = [sm.ball.render(scene, size=160, pose=pose, **options) for pose in poses]
+        >>> ball = sm.ball.Ball((80, 80), (60.95, 60.95), 0, 1)
+        >>> merged = sm.ball.merge(photos, balls=[ball, ball], poses=poses, fov=30, size=32)
+        >>> round(merged.angle(1), 3)
+        120.0
+        """
         turn = self.poses[0].T @ self.poses[photo]
         return math.degrees(math.acos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
 
@@ -196,15 +224,13 @@ def merge(
     >>> bool(np.abs(found.poses[1] - pose).max() < 0.01)
     True
     """
+    _expect_several(photos)
     arrays = [as_image(photo, None, "photos") for photo in as_items(photos, "photos", "images")]
     count = len(arrays)
     if count == 0:
         raise ValueError("Expected `photos` to hold at least one photo, got none.")
     for k, pixels in enumerate(arrays):
-        if pixels.ndim not in (2, 3) or 0 in pixels.shape:
-            raise ValueError(
-                f"Expected photo {k + 1} to have shape (H, W) or (H, W, C), got {pixels.shape}."
-            )
+        expect_photo(pixels.shape, f"photo {k + 1}")
         if pixels.shape[2:] != arrays[0].shape[2:]:
             raise ValueError(
                 f"Expected all photos to have the same channels, got shapes {arrays[0].shape} and "
@@ -212,6 +238,7 @@ def merge(
             )
     if not 0 <= as_number(photographer, "photographer") < 90:
         raise ValueError(f"`photographer` must be in [0, 90) degrees, got {photographer}.")
+    expect_point_filter(filter)
     channels = arrays[0].shape[2:]
     reflects, metal = reflectance_of(reflectance, metal, channels[0] if channels else 1)
     shots, rims, cameras = [], [], []
@@ -313,6 +340,16 @@ def merge(
         doubt=math.degrees(doubt),
         projection=target,
     )
+
+
+def _expect_several(photos: Any) -> None:
+    """Raise for one photo in the place of a list of them."""
+    shape: tuple[int, ...] = photos.shape if isinstance(photos, np.ndarray) else ()
+    # Of an array of gray photos the last axis is their width.
+    if len(shape) == 2 or (len(shape) == 3 and shape[2] <= 4):
+        raise ValueError(
+            f"Expected `photos` to be a sequence of photos, got one of shape {shape}; give [photo]."
+        )
 
 
 def _camera(

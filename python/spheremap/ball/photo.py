@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import _core
 from .._arrays import as_array, as_doubles
 from .._threads import on_all_threads
 from ..map.named import projection
@@ -35,6 +36,14 @@ _SLACK = 0.15
 _DENSE = {"bicubic": 2, "catmull-rom": 2, "lanczos3": 2}
 
 
+def expect_point_filter(filter: object) -> None:
+    """Raise for a filter that goes by how much a lookup sees, which nobody says here."""
+    known = {each["name"]: each["method"] for each in _core.filters()}
+    if isinstance(filter, str) and known.get(filter) == "mipmapped":
+        fit = ", ".join(name for name, method in known.items() if method == "lookup")
+        raise ValueError(f"Expected `filter` to be one of {fit}, got {filter!r}.")
+
+
 class Shot:
     """A photo of a ball whose camera is known."""
 
@@ -47,6 +56,7 @@ class Shot:
         metal: str | None,
         filter: Filter | str = "bilinear",
     ) -> None:
+        expect_point_filter(filter)
         self.view, self.filter = seen_by, filter
         self.reflectance, self.metal = reflectance, metal
         self.pixels = pixels.astype(

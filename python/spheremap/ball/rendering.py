@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arrays import as_array, as_image, expect_room, spatial_shape
-from .._scalars import as_text
+from .._arrays import as_image, as_size, expect_room, spatial_shape
+from .._scalars import as_text, as_whole
 from .._threads import on_all_threads
 from ..map.images import images
 from ..map.named import resolve
@@ -16,7 +16,7 @@ from ..map.variants import pose_matrix
 from ..resample.verbs import sample
 from .camera import Outline, view
 from .metals import fresnel, reflectance_of
-from .photo import as_pair_of_numbers, by_hand
+from .photo import as_pair_of_numbers, by_hand, expect_point_filter
 from .supersample import counts, means
 
 if TYPE_CHECKING:
@@ -109,6 +109,7 @@ def render(
         raise ValueError(
             f"Expected `background` to be 'environment', 'black' or 'alpha', got {background!r}."
         )
+    expect_point_filter(filter)
     source = resolve(projection)
     several = images(image, source, any_aspect=any_aspect, channels_first=channels_first)
     if several is not None:
@@ -198,8 +199,8 @@ def render(
 
 
 def _photo_shape(size: int | tuple[int, int]) -> tuple[int, int]:
-    array = as_array(size, "size")
-    if array.dtype.kind not in "iu" or array.shape not in ((), (2,)) or np.any(array < 1):
+    given = as_size(size)
+    sides = [as_whole(n, "size") for n in (given if isinstance(given, tuple) else (given, given))]
+    if len(sides) != 2 or min(sides) < 1:
         raise ValueError(f"`size` must be one or two whole numbers above 0, got {size}.")
-    height, width = (int(n) for n in np.broadcast_to(array, 2))
-    return height, width
+    return sides[0], sides[1]

@@ -15,7 +15,7 @@ from ..map.named import resolve
 from ..map.variants import pose_matrix
 from .camera import view
 from .doubts import warn_of_ideal_camera
-from .finding import Ball, find
+from .finding import Ball, expect_photo, find
 from .metals import reflectance_of
 from .photo import Shot, as_pair_of_numbers, by_hand, fitting_size
 
@@ -187,8 +187,7 @@ def unwrap(
     True
     """
     pixels, target = as_image(photo, None, "photo"), resolve(dst)
-    if pixels.ndim not in (2, 3) or 0 in pixels.shape:
-        raise ValueError(f"Expected `photo` to have shape (H, W) or (H, W, C), got {pixels.shape}.")
+    expect_photo(pixels.shape, "`photo`")
     ball = None
     if center is None:
         if radius is not None:

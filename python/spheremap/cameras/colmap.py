@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import struct
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -197,27 +198,45 @@ def _described(name: str, width: int, height: int, numbers: list[float]) -> Desc
     return from_model(name, (height, width), numbers), (height, width)
 
 
-def _lines(path: Path) -> list[list[str]]:
-    text = path.read_text(encoding="utf-8").splitlines()
-    return [line.split() for line in text if not line.startswith("#")]
+def _lines(path: Path) -> list[tuple[int, list[str]]]:
+    """Return the number and the words of each line of a text that is no remark."""
+    try:
+        text = path.read_text(encoding="utf-8").splitlines()
+    except UnicodeDecodeError:
+        raise ValueError(f"Expected COLMAP's {path.name}, got a file that holds no text.") from None
+    return [(k, line.split()) for k, line in enumerate(text, 1) if not line.startswith("#")]
+
+
+@contextmanager
+def _reading(path: Path, number: int, what: str, words: list[str]) -> Iterator[None]:
+    """Say which line has a word in the place of a number, or too few of them."""
+    try:
+        yield
+    except (ValueError, IndexError):
+        raise ValueError(
+            f"Expected {what} in line {number} of {path.name}, got {' '.join(words)!r:.60}."
+        ) from None
 
 
 def _text_cameras(path: Path) -> Iterator[tuple[int, Described]]:
-    for words in _lines(path):
+    for number, words in _lines(path):
         if words:
-            key, name, width, height = int(words[0]), words[1], int(words[2]), int(words[3])
-            yield key, _described(name, width, height, [float(x) for x in words[4:]])
+            with _reading(path, number, "a camera's id, model, width, height and numbers", words):
+                key, name, width, height = int(words[0]), words[1], int(words[2]), int(words[3])
+                numbers = [float(x) for x in words[4:]]
+            yield key, _described(name, width, height, numbers)
 
 
 def _text_images(path: Path) -> Iterator[tuple[int, list[float], list[float], str]]:
     # A line of an image, then one of its points, which may be empty.
     lines = _lines(path)
-    while lines and not lines[0]:
+    while lines and not lines[0][1]:
         lines.pop(0)
-    for words in lines[::2]:
+    for number, words in lines[::2]:
         if words:
-            numbers = [float(x) for x in words[1:8]]
-            yield int(words[8]), numbers[:4], numbers[4:], " ".join(words[9:])
+            with _reading(path, number, "an image's id, pose, camera and name", words):
+                numbers, key = [float(x) for x in words[1:8]], int(words[8])
+            yield key, numbers[:4], numbers[4:], " ".join(words[9:])
 
 
 def _binary_cameras(data: bytes) -> Iterator[tuple[int, Described]]:

@@ -43,8 +43,7 @@ def by_rows(pictures: list[tuple[int, int]], shape: tuple[int, ...]) -> bool:
 
 def mixed(
     shape: tuple[int, ...],
-    channels: int,
-    dtype: np.dtype[Any],
+    unseen: NDArray[Any],
     count: int,
     layer: Layer,
     *,
@@ -52,11 +51,13 @@ def mixed(
     parts: bool,
     with_weight: bool,
 ) -> tuple[NDArray[Any], NDArray[np.float32] | None]:
-    """Return `count` views as one image of a dtype, and if asked for the sums of their weights.
+    """Return `count` views as one image, and if asked for the sums of their weights.
 
-    `nearest` takes the view that counts for more than the others. With `parts` layers are asked for
-    in windows of some rows each.
+    `unseen` is a texel that no view sees, with the image's channels and dtype. `nearest` takes the
+    view that counts for more than the others. With `parts` layers are asked for in windows of some
+    rows each.
     """
+    channels, dtype = len(unseen), unseen.dtype
     image = np.empty((*shape, channels), dtype)
     weights = np.empty(shape, np.float32) if with_weight else None
     width = shape[-1]
@@ -71,16 +72,18 @@ def mixed(
             if k:
                 _core.add_layer(total, more, nearest)
         into = image.reshape(-1, width, channels)[rows]
-        into[...] = divided(total, dtype)
+        into[...] = divided(total, unseen)
         if weights is not None:
             weights.reshape(-1, width)[rows] = total[..., -1]
     return image, weights
 
 
-def divided(total: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return weighted sums by their weights, rounded to a dtype."""
-    found = _core.divide_layer(total, np.empty(0, dtype))
-    return found.reshape(*total.shape[:-1], -1)
+def divided(total: NDArray[Any], unseen: NDArray[Any]) -> NDArray[Any]:
+    """Return weighted sums by their weights, in the dtype of what no view sees."""
+    found = _core.divide_layer(total, unseen[:0]).reshape(*total.shape[:-1], -1)
+    # Its own for what has no weight: NaN in floats, and 0 in integers.
+    found[~(total[..., -1] > 0)] = unseen
+    return found
 
 
 def _windows(shape: tuple[int, ...], numbers: int) -> list[tuple[slice, Window]]:

@@ -12,7 +12,7 @@ from .._scalars import as_flag, as_text
 from ..map.images import target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
-from ..resample import convert
+from ..resample import convert, sample
 from .bands import banded
 from .exposure import coded, expect_curve, gains_of
 from .mixing import by_rows, divided, mixed
@@ -48,6 +48,7 @@ def stitch(
     masks: Sequence[ArrayLike | None] | None = None,
     fov: float | Sequence[float] | None = None,
     rotation: Any | None = None,
+    fill: float | Sequence[float] = 0.0,
     world: Worlds = "match",
     any_aspect: bool = False,
     return_weight: Literal[False] = False,
@@ -66,6 +67,7 @@ def stitch(
     masks: Sequence[ArrayLike | None] | None = None,
     fov: float | Sequence[float] | None = None,
     rotation: Any | None = None,
+    fill: float | Sequence[float] = 0.0,
     world: Worlds = "match",
     any_aspect: bool = False,
     return_weight: Literal[True],
@@ -83,6 +85,7 @@ def stitch(
     masks: Sequence[ArrayLike | None] | None = None,
     fov: float | Sequence[float] | None = None,
     rotation: Any | None = None,
+    fill: float | Sequence[float] = 0.0,
     world: Worlds = "match",
     any_aspect: bool = False,
     return_weight: bool = False,
@@ -119,6 +122,9 @@ def stitch(
         count. For calibrations, which say nothing of the dark around a fisheye.
     rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         Turns the content in the cameras' world, to level a horizon.
+    fill : float or sequence of float
+        The value for what no view sees, or one for each channel. Black by default; NaN marks what
+        is missing in an image of floats.
     world, any_aspect
         As for `spheremap.convert`.
     return_weight : bool
@@ -127,7 +133,7 @@ def stitch(
     Returns
     -------
     image : ndarray
-        Of the pictures' dtype and channels. What no view sees is NaN, and 0 in integers.
+        Of the pictures' dtype and channels, `fill` where no view sees.
     weight : ndarray of float32, shape of the image without channels
         With `return_weight`: 0 where no view sees.
 
@@ -192,6 +198,7 @@ def stitch(
         shape = target_shape(target, max(sizes), any_aspect)
     first = pictures[0].pixels
     channels = first.shape[-1]
+    unseen = _unseen(fill, first.dtype, channels)
     parts = blend != "bands" and by_rows([p.pixels.shape[:2] for p in pictures], shape)
     # What is not held is written over by the next one.
     held: dict[int, NDArray[Any]] = {}
@@ -221,13 +228,12 @@ def stitch(
             total: NDArray[Any] = np.empty((*shape, channels + 1), exact(first.dtype))
             banded(target, total, len(pictures), layer)
             held.clear()
-            image = divided(total, first.dtype)
+            image = divided(total, unseen)
             weight: NDArray[np.float32] | None = total[..., -1].astype(np.float32)
         else:
             image, weight = mixed(
                 shape,
-                channels,
-                first.dtype,
+                unseen,
                 len(pictures),
                 layer,
                 nearest=blend == "nearest",
@@ -237,6 +243,12 @@ def stitch(
     if is_gray:
         image = image[..., 0]
     return (image, weight) if weight is not None and with_weight else image
+
+
+def _unseen(fill: float | Sequence[float], dtype: np.dtype[Any], channels: int) -> NDArray[Any]:
+    """Return what no view sees, shape (channels,): what a lookup has that sees nothing."""
+    nowhere = np.full(3, np.nan)
+    return sample(np.zeros((1, 2, channels), dtype), nowhere, "latlong", fill=fill)
 
 
 def _factors(exposure: Any, pictures: list[Picture], curve: str) -> NDArray[np.float64]:

@@ -198,12 +198,18 @@ def _divided(
     chunks: Any, shape: tuple[int, ...], channels: tuple[int, ...], dtype: np.dtype[Any]
 ) -> Lengths:
     """Return the lengths of chunks along each axis without channels."""
+    given = chunks
     if not isinstance(chunks, tuple | list):
         chunks = (*([1] if len(shape) == 3 else []), chunks, chunks)
     if len(chunks) != len(shape):
         raise ValueError(
             f"Expected `chunks` to be one, or one for each axis of {shape}, got {chunks!r}."
         )
+    for length in chunks:
+        if isinstance(length, int | np.integer) and not (length == -1 or length > 0):
+            raise ValueError(
+                f"Expected `chunks` of at least 1 texel, or -1 for whole axes, got {given!r}."
+            )
     whole = (*chunks, *(-1 for _ in channels))
     known: Lengths = da.core.normalize_chunks(whole, (*shape, *channels), dtype=dtype)
     return known[: len(shape)]

@@ -323,9 +323,14 @@ def _filled(values: ArrayLike) -> ArrayLike:
     return values.filled(np.nan)
 
 
+def _data(values: ArrayLike) -> ArrayLike:
+    """Return what lies under a mask as well: of maps of labels the mask goes along by itself."""
+    return values.data if isinstance(values, np.ma.MaskedArray) else values
+
+
 def as_map(values: ArrayLike) -> tuple[NDArray[Any], int]:
     """Return a whole map as an array, and its nside, or raise."""
-    array = as_array(values, "values")
+    array = as_array(_data(values), "values")
     if array.ndim == 0:
         raise ValueError("Expected `values` to have shape (12 nside², ...), got ().")
     try:
@@ -358,7 +363,7 @@ def as_part(
     nside: int, pixels: ArrayLike, values: ArrayLike
 ) -> tuple[NDArray[np.int64], NDArray[Any]]:
     """Return the numbers of pixels, each once, and as many values in native byte order."""
-    numbers, array = as_pixels(nside, pixels), as_array(values, "values")
+    numbers, array = as_pixels(nside, pixels), as_array(_data(values), "values")
     if array.shape[:1] != numbers.shape:
         raise ValueError(
             f"Expected `values` to have shape ({len(numbers)}, ...), one for each of `pixels`, "

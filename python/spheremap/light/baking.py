@@ -69,6 +69,14 @@ class Bake:
         ------
         OSError
             For a place that cannot be written.
+
+        Examples
+        --------
+        >>> import numpy as np, spheremap as sm, tempfile
+        >>> sky = np.ones((8, 16, 3), np.float32)
+        >>> made = sm.light.bake(sky, "latlong", specular=False, diffuse_size=4)
+        >>> [path.name for path, holds in made.write(tempfile.mkdtemp())]
+        ['diffuse.ktx2', 'diffuse.dds', 'sh.json']
         """
         place = Path(folder)
         place.mkdir(parents=True, exist_ok=True)
@@ -171,7 +179,7 @@ def bake(
     )
     if several is not None:
         return several.each(bake, locals(), "object")
-    pixels = checked_image(image, skipna=skipna, negative=negative)
+    pixels = checked_image(image, given, skipna=skipna, negative=negative)
     cube, p = resolve_pair("cube", resolve(given, rotation=rotation), None, world)
     made = Bake(None, None, None, None)
     for kind in counted([kind for kind, wanted in kinds if wanted]):

@@ -29,10 +29,11 @@ def as_light(
     *,
     skipna: bool = False,
     negative: Negative = "keep",
+    skipping: str | None = "counts them as 0",
 ) -> NDArray[np.floating[Any]]:
     """Return an image as contiguous float32 or float64, 0 where it holds no sphere.
 
-    Whether its aspect fits was asked before.
+    Whether its aspect fits was asked before. `skipping` is as for `checked_image`.
     """
     array = as_image(image, None)
     spatial = array.shape[: spatial_axes(projection)]
@@ -52,7 +53,8 @@ def as_light(
         if not held.all():
             channels = (1,) * (array.ndim - len(spatial))
             array = np.where(held.reshape(held.shape + channels), array, array.dtype.type(0))
-    return np.ascontiguousarray(checked_image(array, skipna=skipna, negative=negative))
+    array = checked_image(array, skipna=skipna, negative=negative, skipping=skipping)
+    return np.ascontiguousarray(array)
 
 
 def texel_weights(projection: Projection, shape: tuple[int, ...]) -> NDArray[np.float64]:

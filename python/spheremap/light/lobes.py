@@ -9,9 +9,10 @@ import numpy as np
 
 from .. import _core
 from .._arrays import as_unit_vectors, checked_image, has_channels, result_dtype
-from .._scalars import as_number, as_text
+from .._scalars import as_text
 from ..map.images import images, target_shape
 from ..map.named import resolve, resolve_pair
+from ..sh import LOBES, as_order, lobe_parameter
 from ..sh import convolve as sh_convolve
 from ..sh import evaluate as sh_evaluate
 from ..sh import project as sh_project
@@ -80,7 +81,7 @@ def irradiance(
     Raises
     ------
     ValueError, TypeError
-        As for `integrate`.
+        As for `integrate`, and for an order that is no whole number from 0 to 64.
 
     Notes
     -----
@@ -99,6 +100,7 @@ def irradiance(
     """
     if as_text(method, "method") not in ("exact", "sh"):
         raise ValueError(f"Expected `method` to be 'exact' or 'sh', got {method!r}.")
+    order = as_order(order)
     several = images(
         image,
         resolve(src),
@@ -111,7 +113,7 @@ def irradiance(
         return several.each(irradiance, locals())
     source, target = resolve_pair(src, dst, rotation, world)
     shape = target_shape(target, size, any_aspect)
-    pixels = checked_image(image, skipna=skipna, negative=negative)
+    pixels = checked_image(image, source, skipna=skipna, negative=negative)
     if method == "exact":
         return lobe_image(pixels, source, target, shape, "cosine", 0.0)
     coefficients = sh_project(pixels, source, order=order, any_aspect=True)
@@ -168,7 +170,7 @@ def irradiance_at(
     if several is not None:
         return several.each(irradiance_at, locals(), "values")
     resolved = resolve(resolved, rotation=rotation)
-    pixels = checked_image(image, skipna=skipna, negative=negative)
+    pixels = checked_image(image, resolved, skipna=skipna, negative=negative)
     unit, leading = as_unit_vectors(normals, "normals")
     found = _core.lobe(pixels, resolved, unit, "cosine", 0.0)
     channels = found.shape[1:] if has_channels(pixels, resolved) else ()
@@ -235,24 +237,18 @@ def convolve(
     ((8, 16), True)
     """
     given = {"half_angle": half_angle, "exponent": exponent, "kappa": kappa}
-    names = {"cone": "half_angle", "phong": "exponent", "vmf": "kappa"}
-    if as_text(lobe, "lobe") not in names:
-        raise ValueError(f"unknown lobe {lobe!r}; there are {', '.join(names)}")
-    wanted = names[lobe]
-    value = given.pop(wanted)
-    surplus = [name for name, x in given.items() if x is not None]
-    if surplus:
-        raise ValueError(f"lobe {lobe!r} takes `{wanted}`, got `{surplus[0]}`.")
-    if value is None:
-        raise ValueError(f"lobe {lobe!r} needs `{wanted}`.")
-    parameter = as_number(value, wanted)
+    # Irradiance is no mean.
+    means = {name: wanted for name, wanted in LOBES.items() if wanted is not None}
+    parameter = lobe_parameter(lobe, means, given)
     if lobe == "cone":
         if not 0 < parameter <= 180:
-            raise ValueError(f"`half_angle` must be in (0, 180], got {value}.")
+            raise ValueError(f"`half_angle` must be in (0, 180], got {half_angle}.")
         # The direction opposite is in a full cone whatever its rounding.
         parameter = -2.0 if parameter == 180 else float(_core.rotation(parameter, 0, 0)[0, 0])
     elif not (math.isfinite(parameter) and parameter >= 0):
-        raise ValueError(f"`{wanted}` must be at least 0 and finite, got {value}.")
+        raise ValueError(
+            f"`{means[lobe]}` must be at least 0 and finite, got {given[means[lobe]]}."
+        )
     several = images(
         image,
         resolve(src),
@@ -264,7 +260,7 @@ def convolve(
         target_shape(resolve(dst), size, any_aspect)
         return several.each(convolve, locals())
     source, target = resolve_pair(src, dst, rotation, world)
-    pixels = checked_image(image, skipna=skipna, negative=negative)
+    pixels = checked_image(image, source, skipna=skipna, negative=negative)
     shape = target_shape(target, size, any_aspect)
     return lobe_image(pixels, source, target, shape, lobe, parameter)
 

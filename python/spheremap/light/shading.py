@@ -14,6 +14,7 @@ from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..map.verbs import reflect
 from ..resample.verbs import convert, sample
+from .image import as_light
 from .lobes import irradiance
 from .specular import prefilter
 
@@ -79,7 +80,8 @@ def bake_matcap(
     Raises
     ------
     ValueError, TypeError
-        As for `convert`, `irradiance` and `prefilter`.
+        As for `convert`, `irradiance` and `prefilter`; for values that are not finite, but with
+        "mirror", which shows them.
 
     Notes
     -----
@@ -117,6 +119,9 @@ def bake_matcap(
     # directions of the sphere map. A mirror's pixels are means of what is known, all other light
     # that is not known is none.
     unknown = 0.0 if is_rough or material == "diffuse" else math.nan
+    if unknown == 0:
+        # Looked at before it is turned: an error says where a value lies in what was given.
+        light = as_light(light, source, skipping=None)
     if material != "mirror" or pose is not None:
         seen = convert(light, source, source.turned(turn), size=held, fill=unknown, any_aspect=True)
     else:
@@ -236,6 +241,7 @@ def shade_matcap(
     """
     if (positions is None) != (eye is None):
         raise ValueError("Give both `positions` and `eye`, or neither.")
+    _expect_one_level(lod, mipmaps)
     several = images(matcap, None, any_aspect=True, channels_first=channels_first, name="matcap")
     if several is not None:
         return several.each(shade_matcap, locals(), "values")
@@ -268,7 +274,7 @@ def shade_matcap(
         resolve("matcap"),
         filter=filter,
         lod=lod,
-        derivatives=_derivatives(toward) if as_flag(mipmaps, "mipmaps") else None,
+        derivatives=_derivatives(toward) if mipmaps else None,
     )
 
 
@@ -342,6 +348,7 @@ def shade_environment(
     True
     """
     directions = np.asarray(reflect(_to_eye(positions, eye), _vectors(normals, "normals")))
+    _expect_one_level(lod, mipmaps)
     return sample(
         image,
         directions,
@@ -349,10 +356,16 @@ def shade_environment(
         rotation=rotation,
         filter=filter,
         lod=lod,
-        derivatives=_derivatives(directions) if as_flag(mipmaps, "mipmaps") else None,
+        derivatives=_derivatives(directions) if mipmaps else None,
         any_aspect=any_aspect,
         channels_first=channels_first,
     )
+
+
+def _expect_one_level(lod: ArrayLike | None, mipmaps: object) -> None:
+    """Raise where a level is given and to be found."""
+    if as_flag(mipmaps, "mipmaps") and lod is not None:
+        raise ValueError("Give `lod` or `mipmaps`, which finds a level of each pixel, not both.")
 
 
 def _derivatives(directions: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -10,7 +11,7 @@ import numpy as np
 
 from .. import _core
 from .._arrays import as_doubles, spatial_axes
-from .._scalars import as_number, as_text
+from .._scalars import as_number, as_text, as_whole
 from .._show import line
 from ..map.images import images
 from ..map.named import resolve
@@ -209,7 +210,7 @@ def lights(
     ValueError
         For a count below 1, an unknown method, NaN or infinite texels, or an unfit shape.
     TypeError
-        For an unfit dtype.
+        For an unfit dtype, and a count that is no whole number.
 
     Notes
     -----
@@ -231,7 +232,10 @@ def lights(
     >>> len(four), bool(np.isclose(four.irradiance.sum(), np.pi, rtol=1e-3))
     (4, True)
     """
-    count = _count(count)
+    # There are never as many as the core can count to.
+    count = min(as_whole(count, "count"), sys.maxsize)
+    if count < 1:
+        raise ValueError(f"Expected `count` to be at least 1, got {count}.")
     if as_text(method, "method") not in ("median", "variance"):
         raise ValueError(f"unknown method {method!r}; there are 'median' and 'variance'")
     p = resolve(projection, axes)
@@ -242,16 +246,6 @@ def lights(
         return several.each(lights, locals(), "object")
     light = light_of(image, resolve(p, rotation=rotation), luminance, skipna, negative)
     return Lights(*_core.lights(*light, count, method))
-
-
-def _count(given: object) -> int:
-    try:
-        count = int(np.asarray(given).item()) if np.asarray(given).dtype.kind in "iu" else -1
-    except (TypeError, ValueError):
-        count = -1
-    if count < 1:
-        raise ValueError(f"Expected `count` to be an integer of at least 1, got {given!r}.")
-    return count
 
 
 def as_sun(found: tuple[Any, ...] | None) -> Sun | None:
@@ -391,9 +385,9 @@ def add_sun(
     image, projection, axes, rotation, skipna, negative, any_aspect, channels_first
         As for `lights`.
     sun : Sun or None
-        From `sun` or `remove_sun`, of this image or another. Its `solid_angle` may be anything: a
-        disc narrower than a texel fills the texel that it is in, to the same irradiance. None adds
-        nothing. For a batch it is one, or a sequence with one for each image.
+        From `sun` or `remove_sun`, of this image or another. Its `solid_angle` may be any that is
+        not negative: a disc narrower than a texel fills the texel that it is in, to the same
+        irradiance. None adds nothing. For a batch it is one, or a sequence with one for each image.
 
     Returns
     -------
@@ -403,7 +397,8 @@ def add_sun(
     Raises
     ------
     ValueError
-        As for `lights`, and where the image does not cover the sun or has other channels.
+        As for `lights`, for a solid angle that is none, and where the image does not cover the sun
+        or has other channels.
     TypeError
         As for `lights`.
 
@@ -432,5 +427,9 @@ def add_sun(
     if toward.shape != (3,):
         raise ValueError(f"Expected `sun.direction` to have shape (3,), got {toward.shape}.")
     solid_angle = as_number(sun.solid_angle, "sun.solid_angle")
+    if not 0 <= solid_angle < np.inf:
+        raise ValueError(
+            f"Expected `sun.solid_angle` to be at least 0 and finite, got {solid_angle:g}."
+        )
     irradiance = as_doubles(sun.irradiance, "sun.irradiance").ravel()
     return _core.add_sun(array, p, tuple(toward.tolist()), solid_angle, irradiance.tolist())

@@ -102,7 +102,7 @@ def prefilter(
         target_shape(resolve(dst), size, any_aspect)
         return several.each(prefilter, locals())
     source, target = resolve_pair(src, dst, rotation, world)
-    pixels = checked_image(image, skipna=skipna, negative=negative)
+    pixels = checked_image(image, source, skipna=skipna, negative=negative)
     shape = target_shape(target, size, any_aspect)
     alpha = as_number(roughness, "roughness") ** 2
     if method == "exact" and alpha == 0:
@@ -147,7 +147,8 @@ def prefilter_chain(
     size : int
         Of level 0; each further level has half of it.
     levels : int, optional
-        How many there are: 6 by default, or as many as `size` can be halved.
+        How many there are: by default one for each `roughness`, or 6, or as many as `size` can be
+        halved.
     roughness : sequence of float, optional
         One number a level, in place of k/(levels - 1).
 
@@ -173,8 +174,15 @@ def prefilter_chain(
     size = as_whole(size, "size")
     if size < 1:
         raise ValueError(f"Expected a `size` of at least 1, got {size}.")
+    if roughness is not None:
+        roughness = list(as_items(roughness, "roughness", "numbers"))
     if levels is None:
-        levels = min(6, size.bit_length())
+        levels = min(6, size.bit_length()) if roughness is None else len(roughness)
+        if not 1 <= levels <= size.bit_length():
+            raise ValueError(
+                f"Expected `roughness` to have 1 to {size.bit_length()} numbers, one a level of "
+                f"`size` {size}, got {levels}."
+            )
     if not 1 <= as_whole(levels, "levels") <= size.bit_length():
         raise ValueError(f"Expected `levels` from 1 to {size.bit_length()}, got {levels}.")
     if roughness is None:
@@ -182,7 +190,7 @@ def prefilter_chain(
         if as_text(distribution, "distribution") == "charlie":
             values[0] = 0.5 / max(levels - 1, 1)
     else:
-        values = [as_number(x, "roughness") for x in as_items(roughness, "roughness", "numbers")]
+        values = [as_number(x, "roughness") for x in roughness]
     if len(values) != levels:
         raise ValueError(f"Expected `roughness` to have {levels} numbers, got {len(values)}.")
     for value in values:
@@ -197,7 +205,7 @@ def prefilter_chain(
     if several is not None:
         return several.each(prefilter_chain, locals(), "levels")
     source, target = resolve_pair(src, dst, rotation, world)
-    pixels = checked_image(image, skipna=skipna, negative=negative)
+    pixels = checked_image(image, source, skipna=skipna, negative=negative)
     shapes = [target.shape(size >> k) for k in range(levels)]
     alphas = [value**2 for value in values]
     return _sampled(pixels, source, target, shapes, alphas, distribution, samples)

@@ -119,7 +119,7 @@ def integrate(
     several = images(image, resolved, any_aspect=any_aspect, channels_first=channels_first)
     if several is not None:
         return several.each(integrate, locals(), "numbers")
-    pixels = checked_image(image, skipna=skipna, negative=negative)
+    pixels = checked_image(image, resolved, skipna=skipna, negative=negative)
     return _shaped(_core.integrals(pixels, resolved)[:-1], pixels, resolved)
 
 
@@ -164,7 +164,9 @@ def mean(
     several = images(image, resolved, any_aspect=any_aspect, channels_first=channels_first)
     if several is not None:
         return several.each(mean, locals(), "numbers")
-    pixels = checked_image(image, skipna=skipna, negative=negative)
+    pixels = checked_image(
+        image, resolved, skipna=skipna, negative=negative, skipping="leaves them out"
+    )
     integrals = _core.integrals(pixels, resolved)
     total: Any = integrals[-1]
     if skipna and pixels.dtype.kind == "f":
@@ -220,7 +222,7 @@ def average_direction(
     if several is not None:
         return several.each(average_direction, locals(), "numbers")
     resolved = resolve(resolved, rotation=rotation)
-    pixels = checked_image(image, skipna=skipna, negative=negative)
+    pixels = checked_image(image, resolved, skipna=skipna, negative=negative)
     moments = _core.moments(pixels, resolved)[:-1]
     with np.errstate(invalid="ignore", divide="ignore"):
         vectors: NDArray[np.float64] = moments[:, 1:] / moments[:, :1]
@@ -246,7 +248,7 @@ def ws_psnr(
     projection : Projection or str
         Of both.
     peak : float, optional
-        The largest possible value: by default that of the integer type, or 1 for floats.
+        The largest possible value of both: by default that of the integer type, or 1 for floats.
     any_aspect, channels_first : bool
         As for `convert`.
 
@@ -259,7 +261,8 @@ def ws_psnr(
     Raises
     ------
     ValueError, TypeError
-        As for `integrate`, and for two shapes.
+        As for `integrate`, and for two shapes, or two dtypes whose largest values differ without
+        `peak`.
 
     Notes
     -----
@@ -281,10 +284,11 @@ def ws_psnr(
         own = {"reference": against} if several.is_many else {}
         reference = against
         return several.each(ws_psnr, locals(), "numbers", **own)
-    a, b = checked_image(image), checked_image(reference, name="reference")
+    a = checked_image(image, p, skipping=None)
+    b = checked_image(reference, p, name="reference", skipping=None)
     _expect_one_shape(a, b)
     if peak is None:
-        peak = float(np.iinfo(a.dtype).max) if a.dtype.kind == "u" else 1.0
+        peak = _common_peak(a.dtype, b.dtype)
     elif not (0 < as_number(peak, "peak") < math.inf):
         raise ValueError(f"`peak` must be above 0 and finite, got {peak}.")
     # Differences beyond the squares that float64 holds are infinite.
@@ -292,6 +296,17 @@ def ws_psnr(
         squared = np.square(a.astype(np.float64) - b.astype(np.float64))
     error = float(np.mean(mean(squared, p, any_aspect=True)))
     return math.inf if error == 0 else 20.0 * math.log10(peak) - 10.0 * math.log10(error)
+
+
+def _common_peak(a: np.dtype[Any], b: np.dtype[Any]) -> float:
+    """Return the largest value of two images, or raise where they have two."""
+    first, second = (float(np.iinfo(t).max) if t.kind == "u" else 1.0 for t in (a, b))
+    if first != second:
+        raise TypeError(
+            "Expected `image` and `reference` of one dtype, or `peak`, the largest value of both, "
+            f"got {a} and {b}."
+        )
+    return first
 
 
 def _expect_one_shape(a: NDArray[Any], b: NDArray[Any]) -> None:

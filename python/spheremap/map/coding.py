@@ -59,7 +59,7 @@ def code(
         arctangent 4096 units in the last place.
     dtype : {"float32", "float64"}
         The width of numbers; float64 in languages that have it.
-    rotation : array_like or str, optional
+    rotation : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
         As for `convert`: turns the map in the world.
 
     Returns

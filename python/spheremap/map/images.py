@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 from inspect import signature
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
@@ -89,14 +90,21 @@ def expect_aspect(
         )
 
 
-def target_shape(p: Projection, size: Size, any_aspect: object) -> tuple[int, ...]:
+def target_shape(
+    p: Projection, size: Size, any_aspect: object, name: str = "size"
+) -> tuple[int, ...]:
     """Return the shape that a size stands for; one of another aspect is an error."""
-    # The core itself looks how long an array is before it is read.
-    shape = _Core.shape(p, size if isinstance(size, np.ndarray) else as_size(size))
+    try:
+        # The core itself looks how long an array is before it is read.
+        shape = _Core.shape(p, size if isinstance(size, np.ndarray) else as_size(size, name))
+    except ValueError as error:
+        # The core takes a shape for an image's.
+        text = str(error).replace("Expected an image of", f"Expected `{name}` of an image of")
+        raise ValueError(text) from None
     if isinstance(size, int | np.integer):
         as_flag(any_aspect, "any_aspect")
     else:
-        expect_aspect(p, shape, any_aspect, "size")
+        expect_aspect(p, shape, any_aspect, name)
     return shape
 
 
@@ -118,7 +126,8 @@ def images(
     turns = _rotations(rotation)
     axes = 2 if p is None else spatial_axes(p)
     is_batch = len(shape) == axes + 2
-    if not (is_batch or turns is not None or (first and len(shape) > axes)):
+    masked = isinstance(image, np.ma.MaskedArray)
+    if not (is_batch or masked or turns is not None or (first and len(shape) > axes)):
         if p is not None:
             expect_aspect(p, shape, any_aspect, name)
         return None
@@ -305,6 +314,12 @@ def _shape(image: Any, name: str) -> tuple[int, ...]:
         return shape
     if is_chain(image):
         return tuple(image[0].shape)
+    if isinstance(image, str | PathLike):
+        raise TypeError(
+            f"Expected `{name}` to be an array, got the name of a file: `sm.io.read` reads it."
+        )
+    if image is None:
+        raise TypeError(f"Expected `{name}` to be an array, got None.")
     return as_array(image, name).shape
 
 

@@ -129,7 +129,7 @@ def projection(  # type: ignore[misc]
     world: str | None = None,
     **parameters: float,
 ) -> Projection:
-    """Return a projection: a frozen, hashable, picklable value with the verbs as methods.
+    """Return a projection: a frozen, hashable, picklable value with verbs as methods.
 
     Parameters
     ----------
@@ -146,8 +146,10 @@ def projection(  # type: ignore[misc]
     grid : {"centers", "corners", "corners-v"}, optional
         Where the texels lie: at (i + 1/2)/n, at i/(n - 1), or the latter in v alone.
     layout : str, optional
-        How several faces lie in an image: ``"faces"`` (an array of faces), ``"strip"``,
-        ``"column"``, ``"cross"``, ``"vertical_cross"`` or ``"dice"``.
+        How several faces lie in an image: ``"faces"`` (an array of faces), ``"strip"`` or
+        ``"column"``; of cubes also ``"cross"``, ``"vertical_cross"``, ``"vertical_cross_upright"``,
+        ``"dice"``, ``"tee"`` or ``"3x2"``. ``"healpix"`` has ``"faces"`` and ``"4x3"``,
+        ``"icosahedral"`` has ``"faces"`` and ``"5x2"``.
     world : str, optional
         Which axes of its world point to the right, up and ahead of a person who stands in it, as
         in ``"+x +z +y"``; by default those of the convention's program, else ``"+x +y -z"``. It

@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import packing
 from ..map.named import resolve
+from .drawing import drawn_shape
 from .image import show
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def packing_error(
     'oct16: mean 0.317°, largest 0.602°, never above 0.638°'
     """
     about, p = packing.packing(name), resolve(projection)
-    shape = p.shape(size)
+    shape = drawn_shape(p, size)
     d = p.directions(shape, dtype=np.float64)
     held = np.isfinite(d[..., 0]) & ((d[..., 2] >= 0) | (not about.hemisphere))
     rounding = rounding or next(

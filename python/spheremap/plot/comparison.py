@@ -10,7 +10,7 @@ from ..align.comparison import compare as told
 from ..map.named import resolve_pair
 from ..map.picture import colors
 from ..resample.verbs import convert
-from .drawing import AXES, axis, new_figure, places
+from .drawing import AXES, axis, drawn_shape, expect_image, new_figure, places
 from .image import show
 
 if TYPE_CHECKING:
@@ -79,7 +79,8 @@ def compare(
 
     found = told(a, b)
     p, q = resolve_pair(found.a, found.b, None, world)
-    pixels = colors(p, p.shape(size))[..., :3] if image is None else np.asarray(image)
+    pixels = colors(p, drawn_shape(p, size))[..., :3] if image is None else np.asarray(image)
+    expect_image(p, pixels.shape)
     pictures = (pixels, convert(pixels, found.a, found.b, world=world))
 
     def extent(k: int) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..map.named import resolve
-from .drawing import OUTSIDE, bare, label, mark_valid, new_axes
+from .drawing import OUTSIDE, bare, drawn_shape, label, mark_valid, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,8 +48,8 @@ def tissot(
 
     Raises
     ------
-    ValueError
-        For a radius or step that is not positive.
+    ValueError, TypeError
+        For a radius or step that is not positive, and a size that the projection cannot have.
     ImportError
         If matplotlib is missing.
 
@@ -66,7 +66,7 @@ def tissot(
     from matplotlib.collections import PolyCollection
 
     p = resolve(projection)
-    height, width = p.shape(size)[-2:]
+    height, width = drawn_shape(p, size)[-2:]
     uv = p.encode(_lattice(step))
     uv = uv[np.isfinite(uv).all(axis=-1)]
     jacobian = p.jacobian(uv)
@@ -113,6 +113,8 @@ def density_map(
 
     Raises
     ------
+    ValueError, TypeError
+        For a size that the projection cannot have.
     ImportError
         If matplotlib is missing.
 
@@ -127,7 +129,7 @@ def density_map(
     from matplotlib.colors import LogNorm
 
     p = resolve(projection)
-    uv = texel_uv(p, p.shape(size))
+    uv = texel_uv(p, drawn_shape(p, size))
     density = np.asarray(p.density(uv), dtype=np.float64)
     if p.faces > 1:
         density = np.concatenate(list(density), axis=1)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..io.tonemap import tonemap
+from ..map.images import expect_aspect, target_shape
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
     from numpy.typing import NDArray
 
+    from .._arrays import Size
     from .._projection import Projection
 
 __all__ = [
@@ -20,6 +25,8 @@ __all__ = [
     "OUTSIDE",
     "axis",
     "bare",
+    "drawn_shape",
+    "expect_image",
     "label",
     "mark_valid",
     "new_axes",
@@ -95,6 +102,27 @@ def pieces(line: NDArray[np.float64], width: float, height: float) -> list[NDArr
     broken = jump.any(-1) | (np.diff(line[:, 2]) != 0) | ~np.isfinite(line[1:, 0])
     parts = np.split(line[:, :2], np.flatnonzero(broken) + 1)
     return [part for part in parts if len(part) > 1 and np.isfinite(part).all()]
+
+
+def expect_image(p: Projection, shape: tuple[int, ...]) -> None:
+    """Raise for the shape of an image, channels and all, whose aspect is not its map's."""
+    with _not_stretched():
+        expect_aspect(p, shape, False)
+
+
+def drawn_shape(p: Projection, size: Size) -> tuple[int, ...]:
+    """Return the shape that a size stands for, or raise."""
+    with _not_stretched():
+        return target_shape(p, size, False)
+
+
+@contextmanager
+def _not_stretched() -> Iterator[None]:
+    """Take the way out from errors about aspects: no figure has `any_aspect`."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(str(error).partition(" any_aspect=True takes")[0]) from None
 
 
 def label(ax: Axes, p: Projection, width: float, height: float) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..map.named import resolve_pair
 from .distortion import texel_uv
-from .drawing import bare, label, mark_valid, new_axes, pieces, places
+from .drawing import bare, drawn_shape, label, mark_valid, new_axes, pieces, places
 from .image import show
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def footprints(
     12
     """
     source, target = resolve_pair(src, dst, rotation, world)
-    shape = target.shape(size)
+    shape = drawn_shape(target, size)
     if image is None:
         ax = new_axes(ax)
         rows, columns = source.shape(256)[-2:]

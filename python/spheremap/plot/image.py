@@ -9,7 +9,7 @@ import numpy as np
 
 from .._scalars import as_number
 from ..map.named import resolve
-from .drawing import OUTSIDE, bare, label, new_axes, rgb
+from .drawing import OUTSIDE, bare, expect_image, label, new_axes, rgb
 from .graticule import draw_graticule
 
 if TYPE_CHECKING:
@@ -102,6 +102,7 @@ def show(
             f"Expected `image` to have {spatial} or {spatial + 1} dimensions for "
             f"{p.name!r}, got shape {pixels.shape}."
         )
+    expect_image(p, pixels.shape)
     if graticule is not None:
         graticule = as_number(graticule, "graticule")
         if not 0 < graticule <= 90:

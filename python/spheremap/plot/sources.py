@@ -14,7 +14,7 @@ from ..light.sources import Light, Lights, Sun
 from ..light.sources import lights as found_lights
 from ..light.sources import sun as found_sun
 from ..map.named import resolve
-from .drawing import places
+from .drawing import expect_image, places
 from .image import show
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ def lights(
     5
     """
     p = resolve(projection)
+    expect_image(p, np.shape(image))
     if lights is None:
         sun = found_sun(image, p)
         drawn = [*found_lights(image, p, count=count), *([] if sun is None else [sun])]

@@ -75,6 +75,9 @@ def pad(
       beyond its edge. A cube's border texel is what the face would show if its picture were
       larger; texels of neighbors do not lie there, so it is looked up.
     - ``rim-opposite``: across the rim of the disk, the other side of it.
+    - ``rim-other-face-flipped``: across the rim of a disk, the other one, left and right exchanged.
+    - ``rim-mirrored``: across the rim, where it is as high on the other side.
+    - ``cuts``: across an edge of the net, the edge that it was cut from.
     - ``ends``: nothing lies there, so the texels at the edge (or the rim of the disk) are repeated.
 
     The first three are exact permutations of texels (on a latlong with an odd number of columns,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from .._arrays import as_array, spatial_axes
-from .._scalars import as_float_dtype, as_items
+from .._scalars import as_float_dtype, as_items, as_whole
 from ..map.grid import cells, on_corners, row_blocks, texel
 from ..map.images import target_shape
 from ..map.named import resolve
@@ -36,7 +36,8 @@ class RemapPlan:
     src, dst : Projection
         What images come in, and what comes out.
     shape : tuple of int
-        The shape of the result, without channels.
+        The shape of the whole result, without channels, and of `maps`. With the option ``window``,
+        what a call returns has the window's rows and columns.
     source_shape : tuple of int or None
         The shape that images must have, without channels; None for any.
     options : tuple of (str, object)
@@ -117,7 +118,8 @@ class RemapPlan:
         map_x, map_y : ndarray, shape as the plan's
             Column and row in texels. **The center of the first texel is 0**, as OpenCV counts:
             on a grid of centers x = u·W - ½, and the image spans -½ to W - ½. NaN where the
-            result has no sphere, or the source does not hold the direction.
+            result has no sphere, or the source does not hold the direction. A ``window`` of the
+            plan does not count.
         face : ndarray
             The number of the face, for a source that is an array of faces; else it is not there.
 
@@ -153,7 +155,8 @@ class RemapPlan:
             raise ValueError("Expected the shape of the source: the plan was made for any.")
         dtype = as_float_dtype(dtype)
         options = dict(self.options)
-        shape = target_shape(self.src, tuple(source_shape), options.get("any_aspect", False))
+        any_aspect = options.get("any_aspect", False)
+        shape = target_shape(self.src, source_shape, any_aspect, "source_shape")
         height, width = shape[-2:]
         (cells_v, cells_u), (corners_v, corners_u) = (
             cells(self.src),
@@ -229,7 +232,7 @@ def remap_plan(
     known = None
     if source_shape is not None:
         sides = tuple(as_items(source_shape, "source_shape", "whole numbers"))
-        known = target_shape(source, sides, any_aspect)
+        known = target_shape(source, sides, any_aspect, "source_shape")
     if size is None:
         if known is None:
             raise TypeError("Expected `size`, or the `source_shape` that gives it.")
@@ -249,11 +252,19 @@ def _is_list(value: object) -> bool:
     return isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
+def _reached(channel: object) -> int:
+    """Return how many channels there are at least where there is one of this number."""
+    if channel is None:
+        return 0
+    number = as_whole(channel, "alpha")
+    return -number if number < 0 else number + 1
+
+
 def _try(plan: RemapPlan) -> None:
     """Convert a tiny image: `convert` itself checks the options."""
     options = dict(plan.options)
     fill = options.get("fill")
-    channels = len(fill) if isinstance(fill, tuple) else 4
+    channels = len(fill) if isinstance(fill, tuple) else max(4, _reached(options.get("alpha")))
     tiny = np.zeros((*plan.src.shape(2), channels), np.float32)
     if options.get("channels_first") is True:
         tiny = np.moveaxis(tiny, -1, -3)

@@ -140,8 +140,8 @@ def points_to_depth(
         the texel.
     axes, rotation
         As for `encode`.
-    fill : float or sequence of float
-        What texels have in which no point lies: one number.
+    fill : float, or a sequence of one
+        What texels have in which no point lies.
     any_aspect : bool
         As for `convert`, of a size with all its sides.
 

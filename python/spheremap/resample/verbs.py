@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import _core
 from .._arrays import IMAGE_DTYPES, keeps_dtype, spatial_axes
+from .._scalars import as_whole
 from ..map.images import images, is_chain, target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
@@ -152,6 +153,8 @@ def sample(
     if several is not None:
         return several.each(sample, locals(), "values")
     p = resolve(p, axes, rotation)
+    if alpha is not None:
+        alpha = as_whole(alpha, "alpha")
 
     def looked_up(image: Any, fill: Any, out: Any) -> NDArray[Any]:
         return _core.Projection.sample(
@@ -263,7 +266,8 @@ def convert(
     -----
     An image that is not C-contiguous, or not of native byte order, is copied for the call.
 
-    With ``"area"``, Σ L·dω is kept to 1e-6 for any pair of projections, sizes and rotations, and no
+    With ``"area"``, Σ L·dω is kept to 1e-6 for any pair of projections, sizes and rotations, but
+    where both lenses of a ``dual_fisheye`` of more than 180° see the same, and no
     texel is darker or brighter than the source. A texel that the source covers in part is the mean
     over that part. Texels cut by a disk's rim hold a value even where their center lies outside;
     in a source, such texels hold none (credits are printed there), and what they cover is given
@@ -329,6 +333,8 @@ def convert(
     shape = target.shape(size)
     source = resolve(source, rotation=rotation)
     part = None if window is None else stored_part(window, shape)
+    if alpha is not None:
+        alpha = as_whole(alpha, "alpha")
 
     def converted(image: Any, fill: Any, out: Any) -> NDArray[Any]:
         return _core.convert(

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 
 __all__ = ["embed"]
 
+# Options of lookups; and those that texels have and their shares, which are one number, have not.
+_OF_SHARES = {"filter", "antialias", "world"}
+_OF_TEXELS = {"skipna", "alpha"}
+
 
 @keeps_dtype
 def embed(
@@ -65,7 +69,8 @@ def embed(
     any_aspect, channels_first : bool
         As for `convert`, for both images.
     **options
-        ``filter``, ``world`` and what else `convert` takes to look the view up.
+        ``filter``, ``antialias``, ``skipna``, ``alpha`` and ``world``, by which `convert` looks the
+        view up.
 
     Returns
     -------
@@ -78,7 +83,7 @@ def embed(
         For images whose shapes do not fit, a mask of another shape or with numbers outside 0 to 1,
         or a negative `feather`.
     TypeError
-        For images of different dtypes.
+        For images of different dtypes, of labels, and for another option.
 
     Notes
     -----
@@ -99,6 +104,11 @@ def embed(
     >>> edited.max(), (edited > 0).mean().round(2)
     (np.uint8(200), np.float64(0.05))
     """
+    known = _OF_SHARES | _OF_TEXELS
+    for name in options.keys() - known:
+        raise TypeError(
+            f"`{name}` is no option of `embed`; it takes {', '.join(sorted(known))} of `convert`'s."
+        )
     small, large = resolve(src), resolve(dst)
     views = images(
         view,
@@ -146,11 +156,12 @@ def embed(
     # Filtering in float, so that the blend is what is rounded.
     exact = np.float64 if crop.dtype == np.float64 else np.float32
 
-    def seen_from_there(texels: NDArray[Any]) -> NDArray[Any]:
+    def seen_from_there(texels: NDArray[Any], options: dict[str, Any]) -> NDArray[Any]:
         return convert(texels, small, large, size=target, fill=0.0, any_aspect=True, **options)
 
-    weight = seen_from_there(_fade(small, shape, feather) * mask_weights(mask, shape))
-    value = seen_from_there(crop.astype(exact, copy=False))
+    shares = _fade(small, shape, feather) * mask_weights(mask, shape)
+    weight = seen_from_there(shares, {k: v for k, v in options.items() if k in _OF_SHARES})
+    value = seen_from_there(crop.astype(exact, copy=False), options)
     # Row by row, or face by face.
     for old, new, w in zip(out, value, weight, strict=True):
         seen = w > 0

@@ -107,6 +107,10 @@ def written(
     page: bool,
 ) -> Pyramid:
     """Write a pyramid of what was taken of an image; see `spheremap.tiles.write`."""
+    frame, lines = _word("frame", frame, list(FRAMES)), _properties(properties)
+    if kind.format != "hips" and (lines or frame != "equatorial"):
+        name = "properties" if lines else "frame"
+        raise ValueError(f"`{name}` is of 'hips' alone, got {kind.format!r}.")
     job = Job(
         image=image,
         src=kind.src,
@@ -118,8 +122,8 @@ def written(
         filter=filter,
         world=world,
         title=_line(_name(folder) if title is None else as_text(title, "title"), "title"),
-        frame=_word("frame", frame, list(FRAMES)),
-        properties=_properties(properties),
+        frame=frame,
+        properties=lines,
         page=as_flag(page, "page"),
     )
     if job.extension == "fits":

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._scalars import as_number
 from ..cameras.quaternions import from_matrix, to_matrix
 from ..io.whole import as_path
 from ..map.verbs import rotation
@@ -93,7 +94,15 @@ class Keyframes:
         Returns
         -------
         matrix : ndarray of float64, shape (3, 3)
+
+        Raises
+        ------
+        ValueError, TypeError
+            For what is no finite number.
         """
+        seconds = as_number(seconds, "seconds")
+        if not math.isfinite(seconds):
+            raise ValueError(f"Expected `seconds` to be finite, got {seconds:g}.")
         last = len(self.times) - 1
         k = int(np.searchsorted(self.times, seconds, side="right")) - 1
         if k < 0 or k >= last:

@@ -202,8 +202,6 @@ ahead, and are right-handed.
 NOT_YET = """\
 ## What has no row, and why
 
-- **ffmpeg `eac`** and **pbrt-v4's equal-area square** are other projections, not other axes. They
-  get their rows with these projections.
 - **skylibs `skylatlong`** is the upper half of a panorama over the whole height of the image. A
   latlong has no parameter for a part of the sphere.
 - **three.js MatCap** is looked up at 0.495 of the radius instead of 0.5. A matcap has no

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from spheremap import io
+from spheremap.cli.picture import straightened
 from test_cli import bad, good
 
 SAME = ("--from", "latlong", "--to", "latlong", "--filter", "nearest")
@@ -135,3 +136,90 @@ def test_other_primaries_stay_among_floats_and_are_turned_for_a_picture(tmp_path
     red = 1.705051 * 0.5 - 0.621792 * 0.25 - 0.083259 * 0.25
     encoded = 1.055 * red ** (1 / 2.4) - 0.055
     assert abs(int(io.read(png)[0, 0, 0]) - 255 * encoded) <= 1
+
+
+AP0 = (0.7347, 0.2653, 0, 1, 0.0001, -0.077, 0.32168, 0.33767)
+
+
+def test_a_picture_heeds_the_primaries_that_a_file_says(tmp_path: Path) -> None:
+    source, out, png, shown = (tmp_path / name for name in ("a.exr", "b.exr", "c.png", "d.png"))
+    image = np.full((8, 16, 3), 0.25, np.float32)
+    image[..., 0] = 0.5
+    io.write(source, image, metadata={"chromaticities": AP0})
+    good("convert", source, out, *SAME)
+    assert np.array_equal(io.read(out), image)
+    # The file has them in float32.
+    assert io.header(out).metadata["chromaticities"] == pytest.approx(AP0, rel=1e-6)
+    # AP0 to Rec. 709 (D60 to D65, Bradford), as published by the Academy: its first row.
+    red = 2.521686 * 0.5 - 1.134131 * 0.25 - 0.387555 * 0.25
+    for place in (source, out):
+        good("convert", place, png, *SAME, "--preview", shown)
+        assert abs(int(io.read(png)[0, 0, 0]) - 255 * (1.055 * red ** (1 / 2.4) - 0.055)) <= 1
+        expected = io.tonemap(np.full((1, 1, 3), red, np.float32))
+        assert abs(int(io.read(shown)[0, 0, 0]) - int(expected[0, 0, 0])) <= 1
+    assert "chromaticities" not in io.header(png).metadata
+    good("convert", source, png, *SAME, "--colorspace", "lin_rec709_scene")
+    assert io.read(png)[0, 0].tolist() == [188, 137, 137]
+
+
+def test_a_preview_heeds_the_color_space(tmp_path: Path) -> None:
+    source, out, shown = (tmp_path / name for name in ("a.exr", "b.exr", "c.png"))
+    image = np.full((8, 16, 3), (0.5, 0.25, 0.125), np.float32)
+    io.write(source, image)
+    good("convert", source, out, *SAME, "--colorspace", "ACEScg", "--preview", shown)
+    expected = io.tonemap(io.to_linear(image, color_space="ACEScg"))
+    assert np.array_equal(io.read(shown), expected)
+    assert not np.array_equal(expected, io.tonemap(image))
+    picture = tmp_path / "d.png"
+    io.write(picture, np.full((8, 16, 3), 128, np.uint8))
+    out = tmp_path / "e.png"
+    good("convert", picture, out, *SAME, "--colorspace", "lin_rec709_scene", "--preview", shown)
+    # Linear 128/255 as sRGB: 187.6.
+    assert np.all(io.read(shown) == 188) and np.all(io.read(out) == 128)
+
+
+def test_a_preview_of_integers_heeds_the_exposure(tmp_path: Path) -> None:
+    source, out, shown = (tmp_path / name for name in ("a.png", "b.png", "c.png"))
+    io.write(source, np.full((8, 16, 3), 100, np.uint8))
+    good("convert", source, out, *SAME, "--preview", shown)
+    assert np.array_equal(io.read(shown), io.read(source))
+    good("convert", source, out, *SAME, "--preview", shown, "--exposure", 1)
+    light = 2 * float(srgb_to_linear(np.array(100 / 255)))
+    assert np.all(np.abs(io.read(shown) - 255 * (1.055 * light ** (1 / 2.4) - 0.055)) <= 1)
+    assert np.all(io.read(out) == 100)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+@pytest.mark.parametrize("suffix", ["png", "jpg"])
+def test_any_image_has_a_preview(count: int, suffix: str, tmp_path: Path) -> None:
+    source, out, shown = (tmp_path / name for name in ("a.png", "b.png", f"c.{suffix}"))
+    io.write(source, np.full((8, 16, count), 100, np.uint8))
+    good("convert", source, out, *SAME, "--preview", shown)
+    colors = 1 if count < 3 else 3
+    assert io.read(shown).shape[-1] == (count if suffix == "png" else colors)
+
+
+def test_alpha_is_of_colors_alone(tmp_path: Path) -> None:
+    source, out, back = (tmp_path / name for name in ("a.exr", "b.tif", "c.exr"))
+    image = np.full((8, 16, 5), (0.5, 1, 2, 0.5, 7), np.float32)
+    io.write(source, image, channels=("R", "G", "B", "A", "Z"))
+    good("convert", source, out, *SAME)
+    assert io.read(out)[0, 0].tolist() == [1, 2, 4, 0.5, 7]
+    good("convert", out, back, *SAME)
+    assert np.array_equal(io.read(back), image)
+
+
+def test_integers_beside_colors_keep_their_values(tmp_path: Path) -> None:
+    image = np.full((8, 16, 5), (100, 50, 25, 128, 77), np.uint8)
+    assert straightened(image, 3)[0, 0].tolist() == [199, 100, 50, 128, 77]
+    turned = straightened(image[..., [3, 0, 1, 2, 4]], 0)
+    assert turned[0, 0].tolist() == [128, 199, 100, 50, 77]
+
+
+def test_other_channels_are_not_tone_mapped(tmp_path: Path) -> None:
+    source, out = tmp_path / "a.exr", tmp_path / "b.tif"
+    image = np.full((8, 16, 5), (0.5, 1, 2, 1, 0.25), np.float32)
+    io.write(source, image, channels=("R", "G", "B", "A", "Z"))
+    good("convert", source, out, *SAME, "--tonemap", "reinhard", "--bits", 8)
+    assert np.array_equal(io.read(out)[..., :3], io.tonemap(image[..., :3]))
+    assert io.read(out)[0, 0, 3:].tolist() == [255, 64]

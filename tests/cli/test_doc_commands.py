@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import shlex
@@ -16,10 +17,15 @@ import pytest
 import spheremap as sm
 from conftest import some_fast
 from spheremap import io
+from spheremap.cli.app import parser_of
 from test_cli import smooth
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+PAGES = (
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted((ROOT / "docs" / "start").glob("*.md")),
+)
 # A line of a block, or words within a sentence: with something to do.
 SHOWN = re.compile(r"^(?: {4})?(spheremap [^\s`]+ .+)$|`(spheremap [^\s`]+ [^`\n]+)`", re.MULTILINE)
 # Each once, with the first page that has it.
@@ -41,6 +47,17 @@ def test_the_lines_are_found() -> None:
     assert LINES["spheremap explain latlong:mitsuba"] == "README.md"
     assert LINES["spheremap conventions unity"] == "README.md"
     assert sum(page == "files.md" for page in LINES.values()) >= 7
+    assert sum(page == "artist.md" for page in LINES.values()) >= 7
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_it_parses(line: str) -> None:
+    """Options are those of the command, with as many words as they take; names are known."""
+    command, *words = itertools.takewhile(lambda word: word != "|", shlex.split(line)[1:])
+    parser_of([command]).commands[command].make_context(command, words)
+    for option, name in itertools.pairwise(words):
+        if option in ("--from", "--to"):
+            sm.projection(name)
 
 
 def prepare(folder: Path, line: str) -> None:
@@ -53,7 +70,7 @@ def prepare(folder: Path, line: str) -> None:
         io.write(folder / name, np.full((64, 128, 3), 99, np.uint8))
     io.write(folder / "probe.hdr", sm.convert(sky, "latlong", "angular", size=64))
     # Two photos of a ball, from two sides, or two maps of a scene that say what they are.
-    for k, name in enumerate(("a.exr", "b.exr")):
+    for k, name in enumerate(re.findall(r"\b(?:a|b|left|right|theirs|mine)\.exr\b", line)):
         if " ball " in line:
             turn = sm.rotation(90 * k, 0, 0)
             photo = sm.ball.render(sky, "latlong", size=128, fov=24, distance=8, pose=turn)

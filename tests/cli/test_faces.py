@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 import spheremap as sm
 from spheremap import io
+from spheremap.cli.files import noted, of_file
+from spheremap.cli.targets import face_names
+from spheremap.map.flat import layouts
 from test_cli import bad, good, smooth
 
 
@@ -115,3 +118,54 @@ def test_a_profile_travels_while_values_are_what_it_says(tmp_path: Path) -> None
     # As light, values are no longer those that the profile is about.
     good("convert", source, exr, *same)
     assert "ICCProfile" not in io.header(exr).metadata
+
+
+# What lies toward an axis, by the name of the file that the program loads for it.
+EXCHANGED = {"threejs": ("px", "nx"), "playcanvas": ("px", "nx"), "bevy": ("pz", "nz")}
+
+
+@pytest.mark.parametrize("row", [row["name"] for row in sm.conventions("cube")])
+def test_faces_have_the_names_by_which_the_program_loads_them(row: str) -> None:
+    p = sm.projection(f"cube:{row}", layout="faces")
+    axes = {"px": (1, 0, 0), "py": (0, 1, 0), "pz": (0, 0, 1)}
+    axes |= {f"n{name[1]}": tuple(-np.array(axis)) for name, axis in axes.items()}
+    exchanged = EXCHANGED.get(row, ("px", "px"))
+    swap = dict([exchanged, exchanged[::-1]])
+    for k, name in enumerate(face_names(p, "px")):
+        axis = axes[swap.get(name, name)]
+        assert np.array_equal(np.round(p.decode([0.5, 0.5, k]), 12), axis)
+
+
+@pytest.mark.parametrize("row", ["threejs", "bevy"])
+def test_faces_of_other_names_come_back(row: str, sky: Path, tmp_path: Path) -> None:
+    faces, back = tmp_path / "f_{face}.exr", tmp_path / "back.exr"
+    name = f"cube:{row}"
+    good("convert", sky, faces, "--from", "latlong", "--to", name, "--size", 16,
+        "--layout", "faces", "--world", "literal")  # fmt: skip
+    toward = {"threejs": ("px", (-1, 0, 0)), "bevy": ("pz", (0, 0, -1))}[row]
+    face = io.read(tmp_path / f"f_{toward[0]}.exr")
+    # Four texels of 6 degrees meet at the center; the light changes by 2 in a radian.
+    assert face[7:9, 7:9].mean((0, 1)) == pytest.approx(smooth(np.array(toward[1])), abs=0.05)
+    good("convert", faces, back, "--from", name, "--to", "latlong", "--size", 32,
+        "--world", "literal")  # fmt: skip
+    cube = sm.convert(io.read(sky), "latlong", name, size=16, world="literal")
+    expected = sm.convert(cube, name, "latlong", size=32, world="literal")
+    assert np.array_equal(io.read(back), expected)
+
+
+@pytest.mark.parametrize("name", ["cube", "cube:opengl", "cube:directxtex-h-tee"])
+@pytest.mark.parametrize("layout", layouts("cube"))
+def test_a_file_is_read_in_the_layout_that_it_was_written_in(name: str, layout: str) -> None:
+    p = sm.projection(name, layout=layout)
+    said = noted(name, p)
+    if said is not None:
+        assert of_file(said, None, *p.shape(32)) == p
+    is_first = layout in ("cross", "vertical_cross", "strip", "column", "3x2")
+    assert (said is not None) == (layout == "tee" if name.endswith("tee") else is_first)
+
+
+def test_a_tee_says_nothing_of_itself(sky: Path, tmp_path: Path) -> None:
+    tee, back = tmp_path / "tee.exr", tmp_path / "back.exr"
+    good("convert", sky, tee, *CUBE, "--layout", "tee")
+    bad("convert", tee, back, "--to", "latlong", code=2, says="--from is needed")
+    good("convert", tee, back, "--from", "cube", "--from-layout", "tee", "--to", "latlong")

@@ -10,6 +10,7 @@ import pytest
 import spheremap as sm
 from other_files import oiio, put, put_parts
 from spheremap import io
+from spheremap.io.images import write_copy
 
 WORDS = {
     "Artist": "Ada",
@@ -167,6 +168,54 @@ def test_a_projection_is_noted(suffix: str, name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("projection", "name"),
+    [
+        (sm.projection("latlong"), "latlong"),
+        (sm.projection("latlong:blender"), "latlong:blender"),
+        (sm.projection("angular", fov=200), "angular(fov=200.0)"),
+        (sm.projection("angular(fov=180):openimageio"), "angular(fov=180.0):openimageio"),
+        (sm.projection("cube", layout="cross"), "cube"),
+        (sm.projection("cube:openexr"), "cube:openexr"),
+        ("angular(fov=200)", "angular(fov=200)"),
+    ],
+)
+def test_a_projection_is_noted_by_its_name(projection, name: str, tmp_path: Path) -> None:
+    io.write(tmp_path / "a.exr", numbered(8, 8), projection=projection)
+    assert io.header(tmp_path / "a.exr").projection == name
+
+
+def test_what_is_no_projection_is_not_noted(tmp_path: Path) -> None:
+    place = tmp_path / "a.exr"
+    with pytest.raises(ValueError, match="did you mean 'latlong'"):
+        io.write(place, numbered(8, 16), projection="latlog")
+    turned = sm.projection("latlong").turned(sm.rotation(10))
+    with pytest.raises(ValueError, match="`projection` to be a map that has a name, got proj"):
+        io.write(place, numbered(8, 16), projection=turned)
+    # Of its aspect a cross is read.
+    with pytest.raises(ValueError, match=r"a map that has a name, got .*tee"):
+        io.write(place, numbered(6, 8), projection=sm.projection("cube", layout="tee"))
+    with pytest.raises(TypeError, match="name of one, got int"):
+        io.write(place, numbered(8, 16), projection=3)
+    with pytest.raises(ValueError, match="did you mean 'latlong'"):
+        io.write(tmp_path / "b.exr", numbered(8, 16))
+        io.convert_file(tmp_path / "b.exr", place, "latlong", "latlong", noted="latlog")
+    assert not place.exists()
+
+
+def test_color_spaces_are_those_that_are_known(tmp_path: Path) -> None:
+    place = tmp_path / "a.exr"
+    with pytest.raises(ValueError, match="unknown color space 'nonsense'"):
+        io.write(place, numbered(8, 16), color_space="nonsense")
+    with pytest.raises(TypeError, match="`color_space` to be a str, got int"):
+        io.write(place, numbered(8, 16), color_space=3)
+    assert not place.exists()
+    for name in ("sRGB", "ACEScg", "lin_rec709_scene", "Linear Rec.2020"):
+        io.write(place, numbered(8, 16), color_space=name)
+    # A copy of a file says what that says.
+    write_copy(place, numbered(8, 16), compression=None, color_space="KodakLog")
+
+
+@pytest.mark.parametrize(
     ("name", "said"), [("latlong:openexr", "LatLong"), ("cube:openexr", "CubeFace")]
 )
 def test_envmap_is_written_and_read(name: str, said: str, tmp_path: Path) -> None:
@@ -183,16 +232,10 @@ def test_openexr_own_files_say_what_they_are(data_folder: Path) -> None:
     assert io.header(data_folder / "OrientationCube.exr").projection == "cube:openexr"
 
 
-def test_a_part_of_a_panorama_is_placed(tmp_path: Path) -> None:
-    words = {
-        "ProjectionType": "equirectangular",
-        "FullPanoWidthPixels": 16,
-        "FullPanoHeightPixels": 8,
-        "CroppedAreaLeftPixels": 4,
-        "CroppedAreaTopPixels": 2,
-    }
-    image = numbered(3, 5, "uint8") + np.uint8(1)
-    put(tmp_path / "a.png", image)
+def put_panorama(path: Path, image: np.ndarray, **words: int) -> None:
+    """Write a .png file with words of GPano."""
+    put(path, image)
+    words = {"ProjectionType": "equirectangular", **words}
     xmp = (
         '<x:xmpmeta xmlns:x="adobe:ns:meta/">'
         '<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">'
@@ -200,12 +243,123 @@ def test_a_part_of_a_panorama_is_placed(tmp_path: Path) -> None:
         + " ".join(f'GPano:{name}="{value}"' for name, value in words.items())
         + "/></rdf:RDF></x:xmpmeta>"
     )
-    data = (tmp_path / "a.png").read_bytes()
+    data = path.read_bytes()
     chunk = b"iTXtXML:com.adobe.xmp\0\0\0\0\0" + xmp.encode()
     size, check = ((len(chunk) - 4).to_bytes(4, "big"), zlib.crc32(chunk).to_bytes(4, "big"))
     # After the signature and the header chunk.
-    (tmp_path / "a.png").write_bytes(data[:33] + size + chunk + check + data[33:])
+    path.write_bytes(data[:33] + size + chunk + check + data[33:])
+
+
+def test_a_part_of_a_panorama_is_placed(tmp_path: Path) -> None:
+    image = numbered(3, 5, "uint8") + np.uint8(1)
+    put_panorama(
+        tmp_path / "a.png",
+        image,
+        FullPanoWidthPixels=16,
+        FullPanoHeightPixels=8,
+        CroppedAreaLeftPixels=4,
+        CroppedAreaTopPixels=2,
+    )
     read = io.read(tmp_path / "a.png")
     assert read.shape == (8, 16, 3) and np.array_equal(read[2:5, 4:9], image)
     assert np.count_nonzero(read) == image.size
     assert io.header(tmp_path / "a.png").projection == "latlong"
+
+
+def test_a_panorama_that_was_resized_is_the_whole_still(tmp_path: Path) -> None:
+    image = numbered(8, 16, "uint8") + np.uint8(1)
+    before = {
+        "FullPanoWidthPixels": 64,
+        "FullPanoHeightPixels": 32,
+        "CroppedAreaImageWidthPixels": 64,
+        "CroppedAreaImageHeightPixels": 32,
+    }
+    put_panorama(tmp_path / "a.png", image, **before)
+    assert np.array_equal(io.read(tmp_path / "a.png"), image)
+
+
+@pytest.mark.parametrize("factor", [1, 4, 0.5])
+def test_a_resized_part_of_a_panorama_is_placed(factor: float, tmp_path: Path) -> None:
+    image = numbered(4, 6, "uint8") + np.uint8(1)
+    before = {
+        "FullPanoWidthPixels": 16,
+        "FullPanoHeightPixels": 8,
+        "CroppedAreaLeftPixels": 4,
+        "CroppedAreaTopPixels": 2,
+        "CroppedAreaImageWidthPixels": 6,
+        "CroppedAreaImageHeightPixels": 4,
+    }
+    sizes = {name: int(length * factor) for name, length in before.items()}
+    put_panorama(tmp_path / "a.png", image, **sizes)
+    head = io.header(tmp_path / "a.png")
+    assert (head.height, head.width) == (8, 16) and head.window == (2, 4, 6, 10)
+
+
+def test_a_tiled_cube_has_all_its_faces(tmp_path: Path) -> None:
+    image = np.repeat(np.arange(6, dtype=np.float32), 64)[:, None, None] + np.zeros((64, 3))
+    tiles = {"tile_width": 64, "tile_height": 64, "full_width": 64, "full_height": 64}
+    words = {"textureformat": "CubeFace Environment"}
+    put(tmp_path / "a.exr", image.astype(np.float32), **tiles, **words)
+    assert io.header(tmp_path / "a.exr").window == (0, 0, 384, 64)
+    assert np.array_equal(io.read(tmp_path / "a.exr"), image)
+
+
+def test_openexr_own_cube_is_read_whole(data_folder: Path) -> None:
+    path = data_folder / "OrientationCube.exr"
+    head = io.header(path)
+    assert io.read(path).shape[:2] == (head.height, head.width) == (3072, 512)
+
+
+@pytest.mark.parametrize(("suffix", "name"), [("tx", "openimageio"), ("exr", "openexr")])
+def test_maketx_says_where_texels_lie(suffix: str, name: str, tmp_path: Path) -> None:
+    path = str(tmp_path / f"a.{suffix}")
+    image = oiio.ImageBuf(numbered(8, 16))
+    assert oiio.ImageBufAlgo.make_texture(oiio.MakeTxEnvLatl, image, path)
+    assert io.header(path).projection == f"latlong:{name}"
+
+
+@pytest.mark.parametrize(
+    ("numbers", "name"),
+    [
+        ((0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329), "lin_rec709_scene"),
+        ((0.7347, 0.2653, 0, 1, 0.0001, -0.077, 0.32168, 0.33767), "lin_ap0_scene"),
+        ((0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767), "lin_ap1_scene"),
+        ((0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329), "lin_rec2020_scene"),
+        ((0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.329), "lin_p3d65_scene"),
+    ],
+)
+def test_chromaticities_are_a_color_space(
+    numbers: tuple[float, ...], name: str, tmp_path: Path
+) -> None:
+    io.write(tmp_path / "a.exr", numbered(8, 16), metadata={"chromaticities": numbers})
+    assert io.header(tmp_path / "a.exr").color_space == name
+    io.write(
+        tmp_path / "a.exr",
+        numbered(8, 16),
+        metadata={"chromaticities": numbers},
+        color_space="lin_rec709_scene",
+    )
+    assert io.header(tmp_path / "a.exr").color_space == "lin_rec709_scene"
+    # White is white, to the digits that white points are given to.
+    assert io.to_linear(np.ones((1, 1, 3)), color_space=name) == pytest.approx(1, abs=1e-3)
+
+
+def test_a_jpeg_that_ends_early_is_no_image(tmp_path: Path) -> None:
+    path = tmp_path / "a.jpg"
+    noise = np.random.default_rng(5).integers(0, 255, (64, 128, 3), np.uint8)
+    io.write(path, noise)
+    io.read(path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(OSError, match=r"cannot read .*a\.jpg': JPEG error: Premature end"):
+        io.read(path)
+    with pytest.raises(OSError, match="Premature end"):
+        io.convert_file(path, tmp_path / "b.png", "latlong", "latlong", memory=1 << 28)
+    assert not (tmp_path / "b.png").exists()
+
+
+def test_formats_of_textures_are_named_where_they_are_written(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match=r"use one of .*\.jpeg, \.ktx2, \.dds$"):
+        io.check_target(tmp_path / "a.xyz")
+    with pytest.raises(OSError, match=r"use one of .*\.jpeg$"):
+        io.write(tmp_path / "a.xyz", numbered(8, 16))

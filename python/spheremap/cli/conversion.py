@@ -272,10 +272,8 @@ def _save(place: Path, image: Picture, projection: str | None, options: Options)
 
 
 def _write_preview(place: Path, result: Picture, options: Options) -> None:
-    light = _tall(result).pixels
-    if light.dtype.kind == "f":
-        light = io.tonemap(light, exposure=options.exposure)
-    io.write(place, light)
+    shown = picture.as_shown(_tall(result), place.suffix.lower(), exposure=options.exposure)
+    io.write(place, shown)
 
 
 def _write_texture(out: Path, result: Picture, options: Options, step: Step) -> list[str]:

@@ -116,8 +116,11 @@ def taken(name: str | None, said: str | None, height: int, width: int) -> sm.Pro
 
 def noted(name: str, projection: sm.Projection) -> str | None:
     """Return what an image of the named projection may say of itself."""
-    # Another layout than the convention's own is not what its name says.
     own = sm.projection(name).layout
+    if own == "faces" and projection.layout != "faces":
+        # A reader takes the first layout of the image's aspect.
+        own = of_file(name, None, *projection.shape(_UNIT)).layout
+    # Another layout than the convention's own is not what its name says.
     return name if own in (None, "faces", projection.layout) else None
 
 

@@ -15,8 +15,9 @@ import numpy as np
 
 from spheremap import io
 from spheremap.cli.terminal import UsageError, read
-from spheremap.io.color import cut
+from spheremap.io.color import color_channels, cut
 from spheremap.io.header import is_linear
+from spheremap.io.images import write_copy
 from spheremap.io.tonemap import Curve
 
 if TYPE_CHECKING:
@@ -153,19 +154,36 @@ def as_stored(
 
 
 def _tonemapped(light: NDArray[np.float32], alpha: int | None, exposure: float) -> NDArray[Any]:
-    """Return 8-bit colors by the curve of `io.tonemap`, and alpha as it is."""
-    if alpha is None:
-        return io.tonemap(light, exposure=exposure)
-    colors = io.tonemap(np.delete(light, alpha, axis=-1), exposure=exposure)
-    cover = np.clip(np.nan_to_num(light[..., alpha]), 0.0, 1.0) * np.float32(255)
-    return np.insert(colors, alpha, np.rint(cover).astype(np.uint8), axis=-1)
+    """Return 8-bit colors by the curve of `io.tonemap`, and other channels as they are."""
+    colors = color_channels(light.shape[-1], alpha)
+    whole = np.clip(np.nan_to_num(light), 0.0, 1.0) * np.float32(255)
+    stored: NDArray[np.uint8] = np.rint(whole).astype(np.uint8)
+    stored[..., colors] = io.tonemap(light[..., colors], exposure=exposure)
+    return stored
+
+
+def as_shown(picture: Picture, suffix: str, *, exposure: float) -> NDArray[Any]:
+    """Return what a preview shows: light by the curve of `io.tonemap`, integers as they look."""
+    alpha = picture.alpha_channel
+    if picture.is_light:
+        light = io.to_linear(picture.pixels, color_space=picture.color_space, alpha=alpha)
+        return io.tonemap(without_alpha(replace(picture, pixels=light)).pixels, exposure=exposure)
+    kept = color_channels(len(picture.names), alpha)
+    if alpha is not None and suffix == ".png":
+        kept.append(alpha)
+    shown = with_channels(picture, [picture.names[k] for k in kept])
+    if shown.color_space == SRGB and not exposure:
+        return shown.pixels
+    alpha = shown.alpha_channel
+    light = io.to_linear(shown.pixels, color_space=shown.color_space, alpha=alpha)
+    return cut(light, shown.pixels.dtype.name, exposure=exposure, alpha=alpha)
 
 
 def save(
     path: Path, picture: Picture, *, compression: str | None, projection: str | None = None
 ) -> None:
     """Write a picture, with what there is to know of it."""
-    io.write(
+    write_copy(
         path,
         picture.pixels,
         compression=compression,
@@ -176,18 +194,17 @@ def save(
     )
 
 
-def _cover(pixels: NDArray[Any], alpha: int) -> NDArray[Any]:
-    """Return what each channel is to be multiplied with: alpha, and 1 for alpha itself."""
-    cover = np.repeat(pixels[..., alpha : alpha + 1], pixels.shape[-1], axis=-1)
-    cover[..., alpha] = 1
+def _cover(pixels: NDArray[Any], alpha: int, whole: int = 1) -> NDArray[Any]:
+    """Return what each channel is to be multiplied with: colors with alpha, others with `whole`."""
+    cover = np.full_like(pixels, whole)
+    cover[..., color_channels(pixels.shape[-1], alpha)] = pixels[..., alpha : alpha + 1]
     return cover
 
 
 def straightened(pixels: NDArray[Any], alpha: int) -> NDArray[Any]:
     """Return integers with colors that are divided by alpha; what is transparent stays."""
     largest = np.iinfo(pixels.dtype).max
-    cover = _cover(pixels, alpha).astype(np.uint64)
-    cover[..., alpha] = largest
+    cover = _cover(pixels, alpha, largest).astype(np.uint64)
     wide = (pixels.astype(np.uint64) * largest + cover // 2) // np.maximum(cover, 1)
     return np.where(cover > 0, np.minimum(wide, largest), pixels).astype(pixels.dtype)
 

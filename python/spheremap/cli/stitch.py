@@ -126,7 +126,7 @@ def stitch(
                 return_weight=True,
             )
         step(f"writing {target.name}")
-        joined = replace(loaded[0], pixels=np.nan_to_num(image, copy=False), metadata={})
+        joined = replace(loaded[0], pixels=image, metadata={})
         stored = picture.as_stored(joined, depth, suffix, tonemap=tonemap, exposure=exposure)
         picture.save(target, stored, compression=None, projection=files.noted(to, dst))
     height, width = image.shape[:2]

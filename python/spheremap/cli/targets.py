@@ -22,6 +22,9 @@ FACES = {
     "posx": ("posx", "negx", "posy", "negy", "posz", "negz"),
     "0": ("0", "1", "2", "3", "4", "5"),
 }
+# Programs that look up a face with an axis negated, and give files and layers the names that they
+# look up: theirs are in the order of the hardware's table, and `px` or `pz` shows the other side.
+_NEGATING = ("threejs", "playcanvas", "bevy")
 
 
 def check_apart(pairs: Sequence[tuple[Path, Path]]) -> None:
@@ -91,10 +94,12 @@ def places(path: Path, projection: sm.Projection, style: str) -> list[Path]:
 
 
 def face_names(projection: sm.Projection, style: str) -> tuple[str, ...]:
-    """Return the name of each face: by the axis at its center, or its number."""
+    """Return the name of each face: its program's, by the axis at its center, or its number."""
     count = projection.faces
     if style == "0" or count != 6:
         return tuple(str(k) for k in range(count))
+    if projection.convention in _NEGATING:
+        return FACES[style]
     places = np.array([(0.5, 0.5, k) for k in range(count)])
     directions = projection.decode(places)
     axes = np.abs(directions).argmax(axis=-1)

@@ -110,10 +110,22 @@ def _fractions(image: NDArray[Any]) -> NDArray[np.float32]:
         return np.array(as_real(image, "image"), np.float32)
 
 
+def color_channels(count: int, alpha: int | None) -> list[int]:
+    """Return which channels are colors: the first three but alpha, or the first of fewer."""
+    others = [k for k in range(count) if k != alpha]
+    return others[:3] if len(others) >= 3 else others[:1]
+
+
 @cache
 def _config() -> Any:
     """Return what knows color spaces: a new one reads all of them again, in 80 ms."""
     return library().ColorConfig()
+
+
+def is_color_space(name: str) -> bool:
+    """Tell whether OpenImageIO knows a color space by this name."""
+    config = _config()
+    return bool(config.getColorSpaceIndex(config.resolve(name)) >= 0)
 
 
 def _converted(
@@ -124,8 +136,7 @@ def _converted(
         as_text(name, "color_space")
     if alpha is not None:
         as_whole(alpha, "alpha")
-    count = image.shape[-1]
-    colors = [k for k in range(min(count, 3) if count >= 3 else 1) if k != alpha]
+    colors = color_channels(image.shape[-1], alpha)
     config = _config()
     if config.resolve(source) == config.resolve(target) or not colors:
         return image

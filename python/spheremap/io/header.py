@@ -34,6 +34,13 @@ TRAVELS = {
 }
 # The dtypes of images, and OpenImageIO's words for them.
 KINDS = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
+# Linear color spaces by their chromaticities: x and y of red, green, blue and white.
+_PRIMARIES = {
+    "lin_ap0_scene": (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767),
+    "lin_ap1_scene": (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767),
+    "lin_rec2020_scene": (0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329),
+    "lin_p3d65_scene": (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.329),
+}
 # Formats of straight alpha whose readers do not say so.
 _STRAIGHT = ("png", "bmp", "gif")
 # Our own word for a projection, where a file can hold any.
@@ -54,7 +61,8 @@ class Header:
         What `read` returns: uint8, uint16, float16 or float32.
     color_space : str
         As OpenImageIO names it: ``"lin_rec709_scene"`` for linear light, ``"srgb_rec709_scene"``
-        for sRGB. Where the file does not say, floats are linear and integers sRGB.
+        for sRGB. Where the file does not say, floats are linear, of the primaries that the
+        chromaticities of an .exr are, and integers sRGB.
     alpha : {"none", "straight", "premultiplied"}
         How colors and alpha are stored.
     alpha_channel : int or None
@@ -154,7 +162,7 @@ def header_of(source: Any) -> Header:
         alpha = "straight" if straight else "premultiplied"
     space = spec.get_string_attribute("oiio:ColorSpace")
     if not space:
-        space = "srgb_rec709_scene" if dtype.startswith("uint") else "lin_rec709_scene"
+        space = "srgb_rec709_scene" if dtype.startswith("uint") else _linear_space(spec)
     return Header(
         height=height,
         width=width,
@@ -187,30 +195,62 @@ def upright(image: NDArray[Any], orientation: int) -> NDArray[Any]:
 
 def _windows(spec: Any) -> tuple[tuple[int, int, int, int], tuple[int, int]]:
     """Return the data window in the display window, and the size of that."""
+    if spec.tile_width and _environment(spec) == "cubeface":
+        # Of such files OpenImageIO gives one face's size as that of the display window.
+        return (0, 0, spec.height, spec.width), (spec.height, spec.width)
     top, left = spec.y - spec.full_y, spec.x - spec.full_x
     height, width = spec.full_height, spec.full_width
-    # A part of a panorama, as telephones make it, says where in the whole it lies.
-    whole = spec.get_int_attribute("GPano:FullPanoHeightPixels")
-    across = spec.get_int_attribute("GPano:FullPanoWidthPixels")
+    whole, from_top = _panorama_side(spec, "Height", "Top", spec.height)
+    across, from_left = _panorama_side(spec, "Width", "Left", spec.width)
     is_plain = (height, width) == (spec.height, spec.width)
     if is_plain and whole >= spec.height and across >= spec.width:
-        top = spec.get_int_attribute("GPano:CroppedAreaTopPixels")
-        left = spec.get_int_attribute("GPano:CroppedAreaLeftPixels")
-        height, width = whole, across
+        top, left, height, width = from_top, from_left, whole, across
     return (top, left, top + spec.height, left + spec.width), (height, width)
+
+
+def _panorama_side(spec: Any, side: str, edge: str, texels: int) -> tuple[int, int]:
+    """Return how long a side of the panorama is that an image is a part of, and where that begins.
+
+    Telephones make such parts. They are told in texels that the image had before it was resized.
+    """
+    before = int(spec.get_int_attribute(f"GPano:CroppedAreaImage{side}Pixels"))
+    if before <= 0:
+        before = texels
+
+    def resized(length: int) -> int:
+        return (2 * length * texels + before) // (2 * before)
+
+    start = spec.get_int_attribute(f"GPano:CroppedArea{edge}Pixels")
+    return resized(spec.get_int_attribute(f"GPano:FullPano{side}Pixels")), resized(start)
 
 
 def _projection(spec: Any) -> str | None:
     own = spec.get_string_attribute(PROJECTION)
     if own:
         return str(own)
-    environment = spec.get_string_attribute("textureformat").lower()
-    if environment.startswith("latlong"):
-        return "latlong:openexr"
-    if environment.startswith("cubeface"):
+    environment = _environment(spec)
+    if environment == "latlong":
+        # The textures of maketx lie on texel centers, unless they say that they do not.
+        is_of_corners = spec.get_int_attribute("oiio:sampleborder")
+        return "latlong:openexr" if is_of_corners else "latlong:openimageio"
+    if environment == "cubeface":
         return "cube:openexr"
     panorama = spec.get_string_attribute("GPano:ProjectionType").lower()
     return {"equirectangular": "latlong", "cylindrical": "cylindrical"}.get(panorama)
+
+
+def _linear_space(spec: Any) -> str:
+    """Return the color space of linear light by its primaries: sRGB's where none are known."""
+    said = spec.get("chromaticities")
+    for name, primaries in _PRIMARIES.items():
+        if said is not None and np.allclose(said, primaries, rtol=0, atol=1e-3):
+            return name
+    return "lin_rec709_scene"
+
+
+def _environment(spec: Any) -> str:
+    """Return the first word of what kind of texture a file is, as ``"latlong"``."""
+    return str(spec.get_string_attribute("textureformat")).lower().partition(" ")[0]
 
 
 def _metadata(spec: Any) -> dict[str, Any]:

@@ -12,14 +12,25 @@ import numpy as np
 from .._arrays import as_array, as_doubles, expect_room
 from .._scalars import as_items, as_number, as_text
 from .header import KINDS, PROJECTION, TRAVELS, header_of, upright
-from .opened import expect_whole_room, library, one_line, opened, said_by
+from .noted import as_noted, expect_color_space
+from .opened import expect_complete, expect_whole_room, library, one_line, opened, said_by
 from .packets import with_panorama
 from .whole import as_path, check_place, written_among, written_whole
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["as_stored", "channel_names", "check_target", "read", "write", "write_among"]
+    from .._projection import Projection
+
+__all__ = [
+    "as_stored",
+    "channel_names",
+    "check_target",
+    "read",
+    "write",
+    "write_among",
+    "write_copy",
+]
 
 # What each format stores, the widest last. A float image must not pass for 8 bits unnoticed.
 STORED: dict[str, tuple[str, ...]] = {
@@ -87,6 +98,7 @@ def read(
         )
         if image is None:
             raise OSError(f"cannot read {os.fspath(path)!r}: {said_by(source)}")
+        expect_complete(source, os.fspath(path))
         pixels: NDArray[Any] = image.reshape(spec.height, spec.width, spec.nchannels)
     size = (head.height, head.width) if head.orientation < 5 else (head.width, head.height)
     return upright(_placed(pixels, head.window, size, fill), head.orientation)
@@ -144,6 +156,14 @@ def channel_names(
     ------
     OSError, ValueError, TypeError, ImportError
         As for `header`.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm, tempfile, pathlib
+    >>> place = pathlib.Path(tempfile.mkdtemp()) / "a.exr"
+    >>> sm.io.write(place, np.zeros((2, 4, 2), np.float32), channels=["Y", "Z"])
+    >>> sm.io.channel_names(place)
+    ('Y', 'Z')
     """
     with opened(path, part) as source:
         return tuple(source.spec().channelnames)
@@ -156,7 +176,7 @@ def write(
     compression: str | None = None,
     channels: Sequence[str] | None = None,
     color_space: str | None = None,
-    projection: str | None = None,
+    projection: Projection | str | None = None,
     metadata: Mapping[str, Any] | None = None,
 ) -> None:
     """Write an image file: whole or not at all.
@@ -178,8 +198,9 @@ def write(
     channels : sequence of str, optional
         Names of the channels, for formats that keep them.
     color_space : str, optional
-        Of the colors, as `Header` has it. It is noted, nothing is changed.
-    projection : str, optional
+        Of the colors, as `Header` or OpenImageIO's ``ColorConfig`` names it. It is noted, nothing
+        is changed.
+    projection : Projection or str, optional
         How the image maps the sphere, as ``"latlong"``: noted where the format can say it, as
         GPano for ``"latlong"`` in .jpg and .png, as ``envmap`` for ``"latlong:openexr"`` and
         ``"cube:openexr"`` in .exr, and in our own words in .exr and .png.
@@ -191,21 +212,39 @@ def write(
     OSError
         For a place that cannot be written, an unknown format, or more channels than it holds.
     ValueError
-        For a shape that is no image, floats for a format of integers, or a compression that the
-        format does not have.
+        For a shape that is no image, floats for a format of integers, a compression that the
+        format does not have, an unknown projection or color space, or a projection without a name:
+        one whose axes, grid, world or pose were changed, or in a layout that its image's size does
+        not tell.
     ImportError
         If OpenImageIO is missing.
+
+    Examples
+    --------
+    >>> import numpy as np, spheremap as sm, tempfile, pathlib
+    >>> place = pathlib.Path(tempfile.mkdtemp()) / "sky.exr"
+    >>> sm.io.write(place, np.ones((4, 8, 3), np.float32), compression="piz", projection="latlong")
+    >>> sm.io.read(place).shape, sm.io.header(place).projection
+    ((4, 8, 3), 'latlong')
     """
-    _write(
+    if color_space is not None:
+        expect_color_space(color_space)
+    write_copy(
         path,
         image,
-        written_whole,
-        compression,
+        compression=compression,
         channels=channels,
         color_space=color_space,
-        projection=projection,
+        projection=None if projection is None else as_noted(projection),
         metadata=metadata,
     )
+
+
+def write_copy(
+    path: str | os.PathLike[str], image: ArrayLike, *, compression: str | None, **said: Any
+) -> None:
+    """Do as `write` with what another file says, whose color space may have a name of its own."""
+    _write(path, image, written_whole, compression, **said)
 
 
 def write_among(
@@ -289,7 +328,7 @@ def _note(
     if color_space is not None:
         spec.attribute("oiio:ColorSpace", as_text(color_space, "color_space"))
     if projection is not None:
-        spec.attribute(PROJECTION, as_text(projection, "projection"))
+        spec.attribute(PROJECTION, projection)
         environment = {"latlong:openexr": "LatLong", "cube:openexr": "CubeFace"}.get(projection)
         if extension == ".exr" and environment:
             spec.attribute("textureformat", f"{environment} Environment")
@@ -310,11 +349,19 @@ def check_target(path: str | os.PathLike[str], *, compression: str | None = None
         For a place that cannot be written, or an unknown format.
     ValueError
         For a compression that the format does not have.
+
+    Examples
+    --------
+    >>> import spheremap as sm, tempfile, pathlib
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> sm.io.check_target(folder / "a.exr", compression="zip")
+    >>> sm.io.check_target(folder / "a.png", compression="zip")
+    Traceback (most recent call last):
+    ValueError: .png has no choice of `compression`, got 'zip'.
     """
     name = as_path(path)
     target = Path(os.path.realpath(name))
-    if target.suffix.lower() not in TEXTURES:
-        _check_format(target.suffix.lower(), name)
+    _check_format(target.suffix.lower(), name, (*STORED, *TEXTURES))
     if compression is not None:
         _check_compression(compression, target.suffix.lower())
     check_place(target, name)
@@ -333,7 +380,7 @@ def _check_compression(compression: str, extension: str) -> None:
 
 def as_stored(image: NDArray[Any], extension: str, name: str) -> NDArray[Any]:
     """Return the image as (H, W, C) in the dtype that the format will hold."""
-    _check_format(extension, name)
+    _check_format(extension, name, tuple(STORED))
     if image.ndim not in (2, 3) or 0 in image.shape:
         raise ValueError(f"Expected `image` to have shape (H, W) or (H, W, C), got {image.shape}.")
     pixels = image if image.ndim == 3 else image[..., np.newaxis]
@@ -363,10 +410,10 @@ def as_stored(image: NDArray[Any], extension: str, name: str) -> NDArray[Any]:
     return np.ascontiguousarray((pixels.astype(np.uint32) + 128) // 257, dtype=np.uint8)
 
 
-def _check_format(extension: str, name: str) -> None:
-    if extension not in STORED:
+def _check_format(extension: str, name: str, known: Sequence[str]) -> None:
+    if extension not in known:
         raise OSError(
-            f"cannot write {name!r}: unknown format {extension!r}; use one of {', '.join(STORED)}"
+            f"cannot write {name!r}: unknown format {extension!r}; use one of {', '.join(known)}"
         )
 
 

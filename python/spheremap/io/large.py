@@ -15,7 +15,8 @@ from ..map.named import resolve
 from ..map.size import matching_size
 from ..resample.conversion import Conversion
 from .header import Header, header, header_of
-from .images import as_stored, check_target, write
+from .images import as_stored, check_target, write_copy
+from .noted import as_noted
 from .opened import opened
 from .parts import convert_parts
 from .reading import Source
@@ -52,7 +53,7 @@ def convert_file(
     any_aspect: bool = False,
     part: int | str | None = None,
     compression: str | None = None,
-    noted: str | None = None,
+    noted: ProjectionLike | None = None,
     resume: bool = False,
 ) -> Header:
     """Convert an image file that may be larger than memory into another.
@@ -70,7 +71,7 @@ def convert_file(
         How many bytes the call may take beyond what is there: at least 64 MiB.
     part, compression
         As for `read` and `write`.
-    noted : str, optional
+    noted : Projection or str, optional
         The `projection` that `write` notes in the target; by default `dst`, where that is a name.
     resume : bool
         Whether to go on with what a call with the same arguments, which was cut off, left behind,
@@ -116,6 +117,9 @@ def convert_file(
     """
     memory, keep = as_whole(memory, "memory"), as_flag(resume, "resume")
     here, there = resolve(src), resolve(dst)
+    if noted is None and isinstance(dst, str):
+        noted = dst
+    said = None if noted is None else as_noted(noted)
     for p in (here, there):
         if spatial_axes(p) > 2:
             raise ValueError(
@@ -158,13 +162,13 @@ def convert_file(
         return as_stored(texels, place.suffix.lower(), name)
 
     def put(texels: NDArray[Any]) -> None:
-        write(
+        write_copy(
             target,
             texels,
             compression=compression,
             channels=head.channels,
             color_space=head.color_space,
-            projection=dst if noted is None and isinstance(dst, str) else noted,
+            projection=said,
             metadata=head.metadata,
         )
 

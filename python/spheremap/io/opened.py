@@ -10,7 +10,15 @@ from typing import Any
 
 from .whole import as_path
 
-__all__ = ["expect_whole_room", "library", "one_line", "opened", "part_names", "said_by"]
+__all__ = [
+    "expect_complete",
+    "expect_whole_room",
+    "library",
+    "one_line",
+    "opened",
+    "part_names",
+    "said_by",
+]
 
 
 def library() -> Any:
@@ -47,6 +55,14 @@ def expect_whole_room(spec: Any, name: str) -> None:
             f"{_most() / 1e9:.1f} that there may be at once; io.convert_file, and `spheremap "
             "convert --memory`, read part by part"
         )
+
+
+def expect_complete(handle: Any, name: str) -> None:
+    """Raise where a reader filled up what an image lacks: of a .jpg it only warns."""
+    said = handle.geterror()
+    if "premature end" in said.lower():
+        # Its name follows.
+        raise OSError(f"cannot read {name!r}: {one_line(said.partition(' (')[0])}")
 
 
 @contextmanager

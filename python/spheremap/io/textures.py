@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import struct
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._scalars import as_items
-from .whole import write_bytes
+from .whole import as_path, write_bytes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,10 +27,12 @@ def write_ktx2(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> 
     Parameters
     ----------
     path : path-like
+        Ending in .ktx2.
     levels : sequence of ndarray, shape (6, N, N, C) or (H, W, C)
         The mips, the largest first, of up to four channels. Missing colors are 0 (one channel is
-        gray), a missing alpha is 1. Faces are in the order +x -x +y -y +z -z of OpenGL, Direct3D
-        and Vulkan, each with its first row on top.
+        gray), a missing alpha is 1. uint8 and uint16 become fractions of the largest, as by
+        `write`. Faces are in the order +x -x +y -y +z -z of OpenGL, Direct3D and Vulkan, each with
+        its first row on top.
 
     Returns
     -------
@@ -38,10 +41,10 @@ def write_ktx2(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> 
 
     Raises
     ------
-    ValueError
-        For levels that make no texture.
+    ValueError, TypeError
+        For levels that make no texture, or of other integers.
     OSError
-        For a place that cannot be written.
+        For a place that cannot be written, or another format.
 
     Notes
     -----
@@ -56,6 +59,7 @@ def write_ktx2(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> 
     >>> place.stat().st_size
     1232
     """
+    _expect_suffix(path, ".ktx2")
     mips, clipped = _halves(levels)
     faces, height, width, _ = mips[0].shape
     # Basic data format descriptor: linear RGBA, BT.709, one signed float sample a channel.
@@ -95,7 +99,9 @@ def write_dds(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> i
 
     Parameters
     ----------
-    path, levels
+    path : path-like
+        Ending in .dds.
+    levels
         As for `write_ktx2`.
 
     Returns
@@ -105,13 +111,14 @@ def write_dds(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> i
 
     Raises
     ------
-    ValueError, OSError
+    ValueError, TypeError, OSError
         As for `write_ktx2`.
 
     Notes
     -----
     Microsoft's DDS programming guide: the format is D3DFMT_A16B16G16R16F (113), which readers of
-    both generations know; faces one after the other, each with all of its mips.
+    Direct3D 9 and of later ones know (OpenImageIO 3.2 does not); faces one after the other, each
+    with all of its mips.
 
     Examples
     --------
@@ -122,6 +129,7 @@ def write_dds(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> i
     >>> place.stat().st_size == 128 + 6 * (16 + 4) * 8
     True
     """
+    _expect_suffix(path, ".dds")
     mips, clipped = _halves(levels)
     faces, height, width, _ = mips[0].shape
     # Caps, height, width, pixel format and pitch are always there.
@@ -137,6 +145,15 @@ def write_dds(path: str | os.PathLike[str], levels: Sequence[NDArray[Any]]) -> i
     return clipped
 
 
+def _expect_suffix(path: str | os.PathLike[str], suffix: str) -> None:
+    """Raise for a name whose readers would expect another format."""
+    name = as_path(path)
+    # A symbolic link is the file behind it.
+    got = Path(os.path.realpath(name)).suffix
+    if got.lower() != suffix:
+        raise OSError(f"cannot write {name!r}: it ends in {got!r}; use {suffix}")
+
+
 def _halves(levels: Sequence[NDArray[Any]]) -> tuple[list[NDArray[np.float16]], int]:
     """Return the levels as (faces, H, W, 4) half floats, and how many values were too large."""
     given = [np.asarray(level) for level in as_items(levels, "levels", "arrays")]
@@ -145,8 +162,10 @@ def _halves(levels: Sequence[NDArray[Any]]) -> tuple[list[NDArray[np.float16]], 
     mips: list[NDArray[np.float16]] = []
     clipped = 0
     for k, level in enumerate(given):
-        if level.dtype.kind not in "fiub":
-            raise TypeError(f"Expected `levels` to be real numbers, got dtype {level.dtype}.")
+        if level.dtype.kind != "f" and level.dtype not in (np.uint8, np.uint16):
+            raise TypeError(
+                f"Expected `levels` to be uint8, uint16 or floats, got dtype {level.dtype}."
+            )
         array = level[np.newaxis] if level.ndim == 3 else level
         if array.ndim != 4:
             raise ValueError(
@@ -160,6 +179,8 @@ def _halves(levels: Sequence[NDArray[Any]]) -> tuple[list[NDArray[np.float16]], 
                 f"Expected level {k} to have shape {wanted[1:]} or (6, N, N), each half of the one "
                 f"before, with 1 to 4 channels, got {level.shape}."
             )
+        if array.dtype.kind == "u":
+            array = array / np.float32(np.iinfo(array.dtype).max)
         channels = array.shape[-1]
         wide = np.zeros((*array.shape[:3], 4), np.result_type(array.dtype, np.float32))
         wide[..., 3] = 1.0

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from .._progress import counted, done
 from .header import KINDS
-from .opened import library, one_line, opened, said_by
+from .opened import expect_complete, library, one_line, opened, said_by
 
 if TYPE_CHECKING:
     from .reading import Source
@@ -89,6 +89,7 @@ def _copy(file: str, source: Source, place: Path, memory: int) -> None:
             if not out.write_tiles(*band, texels):
                 raise _unwritten(place, out)
             done((end - spec.y) / spec.height)
+        expect_complete(handle, file)
     if not out.close():
         raise _unwritten(place, out)
     # What a power cut leaves under this name is whole.

@@ -424,12 +424,12 @@ def checked_image(
     # No mask of the image's size where all is well.
     if not _core.all_finite(array):
         bad = ~np.isfinite(array)
-        if not skipna and (held := bad & _held(array, projection)).any():
+        if not skipna and (held := bad & held_texels(array, projection)).any():
             advice = "" if skipping is None else f"; `skipna=True` {skipping}"
             raise ValueError(f"`{name}` has {_described(held, 'NaN or infinite', origin)}{advice}.")
         array = np.where(bad, array.dtype.type(0), array)
     if negative != "keep" and array.size and array.min() < 0:
-        below = (array < 0) & _held(array, projection)
+        below = (array < 0) & held_texels(array, projection)
         if negative == "raise" and below.any():
             raise ValueError(
                 f"`{name}` has {_described(below, 'negative', origin)}; "
@@ -439,7 +439,7 @@ def checked_image(
     return array
 
 
-def _held(image: NDArray[Any], projection: Projection | None) -> NDArray[np.bool_] | np.bool_:
+def held_texels(image: NDArray[Any], projection: Projection | None) -> NDArray[np.bool_] | np.bool_:
     """Return which numbers of an image are of texels that hold a value."""
     if projection is None or projection.used_part >= 1:
         return np.bool_(True)

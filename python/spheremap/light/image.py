@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .._arrays import as_doubles, as_image, checked_image, spatial_axes
+from .._arrays import as_doubles, as_image, checked_image, held_texels, spatial_axes
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -48,11 +48,9 @@ def as_light(
         # A signaling NaN would warn.
         with np.errstate(invalid="ignore"):
             array = array.astype(np.float32)
-    if projection.used_part < 1:
-        held = _core.texels_held(projection, spatial).view(np.bool_)
-        if not held.all():
-            channels = (1,) * (array.ndim - len(spatial))
-            array = np.where(held.reshape(held.shape + channels), array, array.dtype.type(0))
+    held = held_texels(array, projection)
+    if not held.all():
+        array = np.where(held, array, array.dtype.type(0))
     array = checked_image(array, skipna=skipna, negative=negative, skipping=skipping)
     return np.ascontiguousarray(array)
 

@@ -296,9 +296,10 @@ fn overlaps(u: &mut Unstructured<'_>) -> Result<()> {
     };
     let constant = flat.iter().all(|x| x.is_nan() || *x == value);
     assert!(constant, "{} {value} {flat:?}", name());
-    // Two fisheyes that overlap show some directions twice: a texel's mean is then of more than what it counts with.
-    let once = |map: &Map| map.coverage() == Coverage::Sphere && map.info().name != "dual_fisheye";
-    if !once(&source) || !once(&target) {
+    if [&source, &target]
+        .iter()
+        .any(|map| map.coverage() != Coverage::Sphere)
+    {
         return Ok(());
     }
     let light: Vec<f64> = (0..texels).map(|_| share(u)).collect::<Result<_>>()?;

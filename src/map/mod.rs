@@ -427,16 +427,21 @@ impl Map {
         self.visit_canonical(Get)
     }
 
-    /// Whether faces show some of the sphere twice.
-    pub(crate) fn overlaps(&self) -> bool {
+    /// The radius about the middle of a face within which what it shows is its own: less than ½ where faces show some of the sphere twice.
+    pub(crate) fn own_radius(&self) -> f64 {
         struct Get;
         impl Visitor for Get {
-            type Output = bool;
-            fn visit<P: Projection>(self, p: P) -> bool {
-                p.overlaps()
+            type Output = f64;
+            fn visit<P: Projection>(self, p: P) -> f64 {
+                p.own_radius()
             }
         }
         self.visit_canonical(Get)
+    }
+
+    /// Whether faces show some of the sphere twice.
+    pub(crate) fn overlaps(&self) -> bool {
+        self.own_radius() < 0.5
     }
 
     /// The smallest and largest dω/(du dv) over the valid image.

@@ -82,13 +82,13 @@ impl Projection for DualFisheye {
         [x.negated_if(behind), y, z.negated_if(behind)]
     }
 
-    fn overlaps(self) -> bool {
-        self.lens.rim > 0.5
+    fn own_radius(self) -> f64 {
+        (0.25 / self.lens.rim).min(0.5)
     }
 
     fn solid_angle(self, rect: Rect) -> f64 {
         // Above 180° the own hemisphere is the disk of a lens of 180°, within the square by this factor.
-        let grow = (2.0 * self.lens.rim).max(1.0);
+        let grow = 0.5 / self.own_radius();
         let own = |x: f64| (0.5 + (x - 0.5) * grow).clamp(0.0, 1.0);
         let rect = Rect {
             u0: own(rect.u0),

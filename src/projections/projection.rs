@@ -440,9 +440,10 @@ pub trait Projection: Copy + Send + Sync + 'static {
         quadrature(rect, &|u, v| one::held_density(self, Uv::flat(u, v)))
     }
 
-    /// Whether faces show some of the sphere twice. A solid angle is then of what counts as that face's own, and no integral of the density.
-    fn overlaps(self) -> bool {
-        false
+    /// The radius about the middle of a face within which what it shows is its own. What lies beyond counts on another face, and a solid
+    /// angle is no integral of the density. ½: no face shows anything of another's.
+    fn own_radius(self) -> f64 {
+        0.5
     }
 
     /// Whether the solid angle of a rectangle is the density's by [`solid_angle::smooth`]: those of many are then found at once.

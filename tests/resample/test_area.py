@@ -83,6 +83,46 @@ def test_nothing_that_a_source_sees_is_left_out(case):
     assert np.all(seen[covered])
 
 
+TWICE = "dual_fisheye(fov=200)"
+
+
+@pytest.mark.parametrize(
+    ("src", "n", "dst", "m"),
+    [
+        (TWICE, 40, "latlong", 24),
+        (TWICE, 9, "cube", 8),
+        ("latlong", 32, TWICE, 40),
+        ("octahedral", 20, TWICE, 9),
+        (TWICE, 60, "dual_fisheye(fov=260)", 21),
+        ("dual_fisheye", 20, TWICE, 30),
+        (TWICE, 50, TWICE, 20),
+    ],
+)
+def test_what_two_lenses_see_counts_once(src, n, dst, m):
+    a, b = sm.projection(src), sm.projection(dst)
+    shape = a.shape(n)
+    weights = a.solid_angle(shape)
+    # Beside where the one lens begins to count, and anywhere.
+    z = a.directions(shape)[..., 2 if a.name == "dual_fisheye" else 1]
+    anywhere = np.flatnonzero(weights)
+    beside = anywhere[np.argsort(np.abs(z.flat[anywhere]))[:40]]
+    rng = np.random.default_rng(n)
+    suns = np.r_[rng.choice(beside, 20), rng.choice(anywhere, 20)]
+    image = np.zeros((weights.size, 41))
+    image[suns, np.arange(40)] = 1e5
+    image[:, 40] = 0.7
+    image = image.reshape(*shape, 41)
+    for rotation in (None, TURN):
+        got = area(image, src, dst, m, rotation=rotation, fill=np.nan)
+        seen = b.solid_angle(got.shape[:-1])
+        kept = np.nansum(got[..., :40] * seen[..., None], axis=tuple(range(seen.ndim)))
+        want = [energy(image[..., k], src, shape) for k in range(40)]
+        assert np.all(np.abs(kept / want - 1) < KEPT)
+        # What a lens sees of the other's half has a value as well.
+        held = ~np.isnan(b.directions(got.shape[:-1])[..., 0])
+        assert np.all(got[held][:, 40] == 0.7)
+
+
 def test_a_thousand_suns():
     """One texel each, anywhere: each a channel of an image of 100 channels."""
     rng = np.random.default_rng(1000)
@@ -383,7 +423,13 @@ def test_a_copy_in_another_size_keeps_its_light(case):
         got = area(image, p, p, size)
         weights = p.solid_angle(got.shape[:-1])
         assert abs((got[..., 0] * weights).sum() / want - 1) <= KEPT, size
-        assert np.all(got[weights > 0][:, 1] == 0.7) and np.all(got[weights == 0] == 0)
+        held = weights > 0
+        if case.name == "dual_fisheye":
+            # A lens that sees some of the other's half has values there as well, and no light.
+            edges = np.linspace(-1, 1, size + 1)
+            nearest = np.clip(0, edges[:-1], edges[1:])
+            held |= np.hypot(nearest, nearest[:, None]) < 1
+        assert np.all(got[held][:, 1] == 0.7) and np.all(got[~held] == 0)
 
 
 def test_copies_in_other_layouts_and_grids():

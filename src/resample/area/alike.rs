@@ -28,10 +28,11 @@ const CLOSE: f64 = 1e-8;
 /// Cells of the source along the side of a cell of the target, at most; and parts of two more where edges do not lie on each other.
 pub(super) const MOST: f64 = 16.0;
 
-/// Whether both images are of one map and none is turned.
+/// Whether both images are of one map and none is turned, and solid angles are integrals of the density: in a lens of more than 180° a
+/// texel beyond its own half sees something, and has none.
 pub(super) fn serves<T: Texel>(request: Request<'_, T>) -> bool {
     let unturned = request.rotation.is_none_or(|r| r == DMat3::IDENTITY);
-    unturned && request.image.map().same_formula(request.map)
+    unturned && request.image.map().same_formula(request.map) && !request.map.overlaps()
 }
 
 /// What a row or column of the source and one of the target have in common.

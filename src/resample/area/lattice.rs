@@ -8,9 +8,13 @@
 //! Small images are refined, so that no cell spans more than a fraction of the sphere; a cell then is a
 //! part of its texel. The valid image is taken as convex, and its rim is found by bisection of
 //! [`Projection::contains`], but for disks: whatever the outline is, no formula of it is needed.
+//!
+//! Where faces show some of the sphere twice, as lenses of more than 180° do, all of it counts once: a cell ends where what another face
+//! counts begins, as it would at a rim. Texels of a target that show nothing of their own are whole: they hold a value, and no light.
 
 use crate::error::Error;
-use crate::geometry::vector::{dot, normalized, sub};
+use crate::geometry::solid_angle::Rect;
+use crate::geometry::vector::{cross, dot, normalized, sub};
 use crate::image::raster::Raster;
 use crate::image::rim::nearest_valid_texel;
 use crate::map::Map;
@@ -19,7 +23,7 @@ use crate::projections::projection::Visitor;
 use crate::projections::projection::one;
 use crate::projections::projection::{Coverage, Outline, Projection, Uv};
 use crate::resample::area::sphere::{Curve, Direction, triangle};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
 /// Overlaps below this part of the smaller cell are no overlaps: it is what rounding and the hair's breadth
@@ -28,6 +32,9 @@ pub(super) const NOTHING: f64 = 3e-8;
 
 /// Cells along a side of a face, at least.
 const FEWEST: usize = 16;
+
+/// What a texel shows of its own is none below this, in steradians a unit of its area on the face.
+const SLIVER: f64 = 1e-7;
 
 /// The image of a map, in a frame that two images share.
 pub(super) struct Lattice<'a> {
@@ -41,6 +48,8 @@ pub(super) struct Lattice<'a> {
     pub rows: usize,
     /// For each face, +1 where (u, v) turn as seen from outside, else -1.
     sense: Vec<f64>,
+    /// The radius about the middle of a face within which what it shows counts, and whether texels that lie beyond it hold nothing.
+    own: (f64, bool),
     /// The angle from the view axis within which all of the valid image lies.
     reach: OnceLock<f64>,
 }
@@ -97,6 +106,8 @@ pub(super) struct LatticeCell {
     pub at: [usize; 2],
     parts: [Part; 8],
     count: usize,
+    /// It ends at this distance from the middle of its face.
+    limit: f64,
     /// A place inside, which sees the whole border.
     pub inside: [f64; 2],
 }
@@ -132,12 +143,16 @@ impl Visitor for Encode {
     }
 }
 
-struct Contains(Uv<f64>);
+/// Whether a face holds a place, and that within a distance from its middle.
+struct Contains(Uv<f64>, f64);
 
 impl Visitor for Contains {
     type Output = bool;
     fn visit<P: Projection>(self, p: P) -> bool {
-        one::contains(p, self.0)
+        let Contains(uv, limit) = self;
+        let [x, y] = [uv.u - 0.5, uv.v - 0.5];
+        // As far out as `contains` lets rims.
+        x * x + y * y <= limit * limit * (1.0 + 8.0 * f64::EPSILON) && one::contains(p, uv)
     }
 }
 
@@ -147,20 +162,23 @@ struct LastValid {
     from: [f64; 2],
     through: [f64; 2],
     /// How far it goes, in distances between the two.
+    farthest: f64,
+    /// Nothing is valid beyond this distance from the middle of the face.
     limit: f64,
 }
 
 impl LastValid {
-    /// How far the circle of radius ½ about the middle is, in distances between the two places: a little beyond it,
-    /// where `contains` lets rims out, for beside a rim of infinite density a hair is a square root's.
+    /// How far the circle that ends the disk, or what of it is valid, is about the middle, in distances between the two places: a little
+    /// beyond it, where `contains` lets rims out, for beside a rim of infinite density a hair is a square root's.
     fn on_circle(&self) -> Option<f64> {
-        let from = self.from.map(|x| 2.0 * x - 1.0);
-        let way = [0, 1].map(|k| 2.0 * (self.through[k] - self.from[k]));
+        let from = self.from.map(|x| x - 0.5);
+        let way = [0, 1].map(|k| self.through[k] - self.from[k]);
+        let radius = self.limit.min(0.5);
         let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
         let (a, b, c) = (
             product(way, way),
             product(from, way),
-            product(from, from) - (1.0 + 6.0 * f64::EPSILON),
+            product(from, from) - radius * radius * (1.0 + 6.0 * f64::EPSILON),
         );
         let root = (b * b - a * c).sqrt();
         // Of two forms of the larger root the one that does not cancel.
@@ -169,7 +187,7 @@ impl LastValid {
         } else {
             (root - b) / a
         };
-        (r > 0.0 && r < self.limit).then_some(r)
+        (r > 0.0 && r < self.farthest).then_some(r)
     }
 }
 
@@ -180,9 +198,9 @@ impl Visitor for LastValid {
         let valid = |r: f64| {
             let [u, v] = at(r);
             let face = self.face as f64;
-            one::contains(p, Uv { u, v, face })
+            Contains(Uv { u, v, face }, self.limit).visit(p)
         };
-        let (mut low, mut high) = (0.0, self.limit);
+        let (mut low, mut high) = (0.0, self.farthest);
         if valid(high) {
             return at(high);
         }
@@ -226,7 +244,7 @@ fn sampled_reach(map: &Map, face: usize) -> f64 {
             v: at(j),
             face: face as f64,
         };
-        map.visit_canonical(Contains(uv))
+        map.visit_canonical(Contains(uv, f64::INFINITY))
             .then(|| map.visit_canonical(Decode(uv)))
     };
     let (mut reach, mut step) = (0.0_f64, 0.0_f64);
@@ -246,6 +264,11 @@ fn sampled_reach(map: &Map, face: usize) -> f64 {
     }
     // What lies between samples is nearer to one than they are to each other.
     reach + 2.0 * step
+}
+
+/// The corners of a rectangle, in the order of the sides that begin there.
+fn corners([(u0, u1), (v0, v1)]: [(f64, f64); 2]) -> [[f64; 2]; 4] {
+    [[u0, v0], [u1, v0], [u1, v1], [u0, v1]]
 }
 
 fn times(m: &[[f64; 3]; 3], d: Direction) -> Direction {
@@ -273,6 +296,7 @@ impl<'a> Lattice<'a> {
             columns: raster.width * refined,
             rows: raster.height * refined,
             sense: Vec::new(),
+            own: (map.own_radius(), false),
             reach: OnceLock::new(),
         };
         lattice.sense = (0..map.face_layout().faces)
@@ -282,6 +306,12 @@ impl<'a> Lattice<'a> {
             })
             .collect();
         Ok(lattice)
+    }
+
+    /// The same image, of which nothing is that another face counts: a source.
+    pub fn counted_once(mut self) -> Self {
+        self.own.1 = true;
+        self
     }
 
     /// The same image, each texel as `refined` × `refined` cells.
@@ -422,18 +452,97 @@ impl<'a> Lattice<'a> {
         ]
     }
 
-    pub fn contains(&self, face: usize, [u, v]: [f64; 2]) -> bool {
+    fn contains(&self, (face, limit): (usize, f64), [u, v]: [f64; 2]) -> bool {
         let face = face as f64;
-        self.map.visit_canonical(Contains(Uv { u, v, face }))
+        self.map.visit_canonical(Contains(Uv { u, v, face }, limit))
     }
 
-    fn last_valid(&self, face: usize, from: [f64; 2], through: [f64; 2], limit: f64) -> [f64; 2] {
+    fn last_valid(
+        &self,
+        (face, limit): (usize, f64),
+        [from, through]: [[f64; 2]; 2],
+        farthest: f64,
+    ) -> [f64; 2] {
         self.map.visit_canonical(LastValid {
             face,
             from,
             through,
+            farthest,
             limit,
         })
+    }
+
+    /// How far from the middle of its face a cell ends.
+    fn limit(&self, at: [usize; 2]) -> f64 {
+        let (own, once) = self.own;
+        if own >= 0.5 {
+            return f64::INFINITY;
+        }
+        if once {
+            return own;
+        }
+        let texel = at.map(|k| k / self.refined);
+        let [(u0, u1), (v0, v1)] = [
+            self.raster.along_u.cell(texel[0]),
+            self.raster.along_v.cell(texel[1]),
+        ];
+        // A sliver is as good as nothing: the rest of its light is lost, and it is found by no rounding.
+        let area = (u1 - u0) * (v1 - v0);
+        if self.map.solid_angle(Rect { u0, u1, v0, v1 }) > SLIVER * area {
+            own
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// Whether all of a cell's rectangle lies in what it may cover of its face.
+    pub fn is_whole(&self, face: usize, at: [usize; 2]) -> bool {
+        if self.map.outline() == Outline::Square {
+            return true;
+        }
+        let corners = corners(self.rectangle(at));
+        let near = |uv: &[f64; 2]| {
+            let [x, y] = uv.map(|x| x - 0.5);
+            x * x + y * y < 0.996 * self.own.0 * self.own.0
+        };
+        // Far inside a disk there is no need to ask.
+        if self.map.outline() == Outline::Disk && corners.iter().all(near) {
+            return true;
+        }
+        let within = (face, self.limit(at));
+        corners.iter().all(|uv| self.contains(within, *uv))
+    }
+
+    /// Whether a direction lies in a cell.
+    pub fn holds(&self, cell: &LatticeCell, d: Direction) -> bool {
+        if self.own.0 < 0.5 && cell.limit.is_infinite() {
+            return self.winds_about(cell, d);
+        }
+        let spot = self.locate(d);
+        spot.is_some_and(|spot| spot.face == cell.face && spot.at == cell.at)
+    }
+
+    /// The same of one that [`Lattice::locate`] finds on another face: whether the border goes around the direction.
+    fn winds_about(&self, cell: &LatticeCell, d: Direction) -> bool {
+        const STEPS: usize = 8;
+        let mut border = cell.parts().iter().flat_map(|part| {
+            (0..STEPS).map(|k| {
+                let t = k as f64 / STEPS as f64;
+                self.decode(cell.face, self.place(cell, part, t))
+            })
+        });
+        let Some(first) = border.next() else {
+            return false;
+        };
+        let (mut turned, mut from) = (0.0, first);
+        for to in border.chain([first]) {
+            let across = dot(d, cross(from, to));
+            let along = dot(from, to) - dot(d, from) * dot(d, to);
+            turned += angle::atan2(across, along);
+            from = to;
+        }
+        // The border of what lies opposite goes around as well.
+        turned.abs() > PI && dot(d, first) > 0.0
     }
 
     /// A cell; none where it holds no sphere.
@@ -442,24 +551,27 @@ impl<'a> Lattice<'a> {
         if u1 <= u0 || v1 <= v0 {
             return None;
         }
-        let corners = [[u0, v0], [u1, v0], [u1, v1], [u0, v1]];
+        let corners = corners([(u0, u1), (v0, v1)]);
         let center = [0.5 * (u0 + u1), 0.5 * (v0 + v1)];
         let mut cell = LatticeCell {
             face,
             at,
             parts: [Part::default(); 8],
             count: 0,
+            limit: self.limit(at),
             inside: center,
         };
         let whole = self.map.outline() == Outline::Square
-            || corners.iter().all(|uv| self.contains(face, *uv));
+            || corners
+                .iter()
+                .all(|uv| self.contains((face, cell.limit), *uv));
         let mut sides = [None; 4];
         for (side, slot) in sides.iter_mut().enumerate() {
             let (from, to) = (corners[side], corners[(side + 1) % 4]);
             let ends = if whole {
                 Some((from, to))
             } else {
-                self.valid_part(face, from, to)
+                self.valid_part((face, cell.limit), from, to)
             };
             *slot = ends.map(|(from, to)| Part {
                 from,
@@ -492,7 +604,7 @@ impl<'a> Lattice<'a> {
             let mean = [0, 1].map(|k| parts.iter().map(|p| p.from[k] + p.to[k]).sum::<f64>() / n);
             // The center might lie between the rim and its chord. Where there is one side only, the mean
             // lies on it: half way from there to the rim.
-            let far = self.last_valid(face, mean, center, 1.0);
+            let far = self.last_valid((face, cell.limit), [mean, center], 1.0);
             cell.inside = if parts.len() == 1 {
                 [0.5 * (mean[0] + far[0]), 0.5 * (mean[1] + far[1])]
             } else {
@@ -505,16 +617,16 @@ impl<'a> Lattice<'a> {
     /// What of a side lies in the valid image.
     fn valid_part(
         &self,
-        face: usize,
+        within: (usize, f64),
         from: [f64; 2],
         to: [f64; 2],
     ) -> Option<([f64; 2], [f64; 2])> {
-        let valid = |uv: [f64; 2]| self.contains(face, uv);
+        let valid = |uv: [f64; 2]| self.contains(within, uv);
         let cut = |inside: [f64; 2], end: [f64; 2]| {
             if valid(end) {
                 end
             } else {
-                self.last_valid(face, inside, end, 1.0)
+                self.last_valid(within, [inside, end], 1.0)
             }
         };
         // The side's place nearest to the image's center is valid if any is.
@@ -551,7 +663,7 @@ impl<'a> Lattice<'a> {
         if part.side != RIM {
             return chord;
         }
-        self.last_valid(cell.face, cell.inside, chord, 16.0)
+        self.last_valid((cell.face, cell.limit), [cell.inside, chord], 16.0)
     }
 }
 

@@ -165,7 +165,8 @@ fn convert_by<T: Texel>(
     }
     let alike = path == Path::Best && alike::serves(request);
     let frame = frame(image.map(), map, rotation);
-    let mut from = Lattice::new(image.map(), image.shape(), None)?;
+    let source = || Ok(Lattice::new(image.map(), image.shape(), None)?.counted_once());
+    let mut from = source()?;
     let mut into = Lattice::new(map, shape, Some(frame))?;
     let channels = image.channels();
     let texels = into.raster.texels();
@@ -194,7 +195,6 @@ fn convert_by<T: Texel>(
     } else if fast {
         // The general path has texels as they are: around a blind spot it is the less exact the finer cells are.
         coarse = Some(from);
-        let source = || Lattice::new(image.map(), image.shape(), None);
         followed = Some(finer(source()?, traced::density::FEWEST));
         (from, into) = refined(source()?, into);
         varies = [Density::varies(&from), Density::varies(&into)];

@@ -325,7 +325,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
                 self.outlines.areas[above + lane],
                 self.outlines.wrong[above + lane],
             );
-            if area.is_nan() || !(square || self.whole(face, at)) {
+            if area.is_nan() || !(square || self.into.is_whole(face, at)) {
                 self.any(face, at, add);
                 continue;
             }
@@ -520,22 +520,6 @@ impl<'l, 'a> Sweep<'l, 'a> {
         }
     }
 
-    fn whole(&self, face: usize, at: [usize; 2]) -> bool {
-        let into = self.into;
-        if into.map.outline() == Outline::Square {
-            return true;
-        }
-        let [(u0, u1), (v0, v1)] = into.rectangle(at);
-        let corners = [[u0, v0], [u1, v0], [u1, v1], [u0, v1]];
-        let near = |uv: &[f64; 2]| {
-            let [x, y] = uv.map(|x| x - 0.5);
-            x * x + y * y < 0.249
-        };
-        // Far inside a disk there is no need to ask.
-        into.map.outline() == Outline::Disk && corners.iter().all(near)
-            || corners.iter().all(|uv| into.contains(face, *uv))
-    }
-
     /// A cell that is not smooth.
     #[inline(never)]
     fn any(&mut self, face: usize, at: [usize; 2], add: Add<'_>) {
@@ -552,7 +536,7 @@ impl<'l, 'a> Sweep<'l, 'a> {
     /// A cell whose border crosses seams, or is not smooth; false if that cannot be done.
     fn follow(&mut self, face: usize, at: [usize; 2]) -> bool {
         let from = self.followed;
-        if from.map.outline() == Outline::Shape || !self.whole(face, at) {
+        if from.map.outline() == Outline::Shape || !self.into.is_whole(face, at) {
             return false;
         }
         let [(u0, u1), (v0, v1)] = self.into.rectangle(at);

@@ -158,10 +158,9 @@ fn worst_sun(a: &str, n: usize, b: &str, m: usize, rotation: Option<DMat3>) -> (
     let (source, target) = (map(a), map(b));
     let (from_shape, into_shape) = (shape_of_size(&source, n), shape_of_size(&target, m));
     let matrix = frame(&source, &target, rotation);
-    let from = Lattice::new(&source, &from_shape, None).unwrap();
     let into = Lattice::new(&target, &into_shape, Some(matrix)).unwrap();
-    let coarse = Lattice::new(&source, &from_shape, None).unwrap();
-    let followed = Lattice::new(&source, &from_shape, None).unwrap();
+    let [from, coarse, followed] =
+        [(); 3].map(|()| (Lattice::new(&source, &from_shape, None).unwrap()).counted_once());
     let followed = finer(followed, traced::density::FEWEST);
     let (from, into) = refined(from, into);
     let varies = [Density::varies(&from), Density::varies(&into)];
@@ -236,6 +235,22 @@ fn no_sun_loses_light() {
             );
             assert!(worst < 1e-6, "{a} {b} {} {worst:e}", rotation.is_some());
             assert!(counts[0] + counts[1] > 8 * counts[2], "{a} {b} {counts:?}");
+        }
+    }
+}
+
+#[test]
+fn lenses_that_see_some_of_the_sphere_twice_count_it_once() {
+    for (a, n, b, m) in [
+        ("dual_fisheye(fov=200)", 90, "latlong", 40),
+        ("dual_fisheye(fov=190)", 40, "cube", 70),
+        ("latlong", 60, "dual_fisheye(fov=220)", 50),
+        ("cube", 30, "dual_fisheye(fov=200)", 9),
+        ("dual_fisheye(fov=200)", 70, "dual_fisheye(fov=270)", 50),
+    ] {
+        for rotation in [None, Some(turn())] {
+            let (worst, counts) = worst_sun(a, n, b, m, rotation);
+            assert!(worst < 1e-6, "{a} {b} {worst:e} {counts:?}");
         }
     }
 }

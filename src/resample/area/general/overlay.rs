@@ -546,8 +546,7 @@ impl<'l, 'a> Overlay<'l, 'a> {
             .unwrap_or(parts.len() - 1);
         let t = (longest.1 - lengths[k]) / (lengths[k + 1] - lengths[k]);
         let uv = self.source.place(cell, &parts[k], t);
-        let spot = self.target.locate(self.source.decode(cell.face, uv));
-        let holds = spot.is_some_and(|spot| spot.face == target.face && spot.at == target.at);
+        let holds = self.target.holds(target, self.source.decode(cell.face, uv));
         (f64::from(u8::from(holds)), f64::NAN)
     }
 
@@ -564,8 +563,7 @@ impl<'l, 'a> Overlay<'l, 'a> {
     }
 
     fn holds(&self, target: &LatticeCell, number: usize) -> bool {
-        let spot = self.target.locate(self.touched[number].anchor);
-        spot.is_some_and(|spot| spot.face == target.face && spot.at == target.at)
+        self.target.holds(target, self.touched[number].anchor)
     }
 
     /// Takes in the neighbors across those places of a cell's border that lie in the target cell.

@@ -1,14 +1,19 @@
 //! Environments seen in rough mirrors: the first factor of the split sum.
 //!
 //! For every direction n, with v = n, the mean of L(l) weighted by D(h) (n·l), h halfway between n and l (Karis
-//! 2013). It is a lobe about n like any other, so that [`crate::light::lobe`] gives the exact sum; this module samples
-//! it, for images too large for that.
+//! 2013). It is a lobe about n like any other, so that [`crate::light::lobe`] gives the exact sum; this module is for images too large
+//! for that.
+//!
+//! A wide lobe is summed over a level of a mip chain whose texels are small beside it, if there are not too many ([`SUMMED`]): that takes
+//! as long as samples would, and is fifty times as near, for a sample of a wide lobe looks up large texels, and a sun in one of
+//! these might be anywhere in it. Narrow lobes are sampled, and so are those narrower than the target's texels.
 //!
 //! Half vectors follow D(h) (n·h): for v = n that *is* the distribution of visible normals. GGX: cos²θ =
-//! (1 - ξ)/(1 + (α² - 1) ξ); Charlie: sin θ = ξ^(α/(2α + 1)). Both leave the weight n·l. The points (ξ, φ) are
+//! (1 - ξ)/(1 + (α² - 1) ξ); Charlie: sin θ = ξ^(α/(2α + 1)). Both leave the weight n·l. Beyond 45° from n light would come from below
+//! the horizon, where most of a narrow Charlie points: ξ ends there. The points (ξ, φ) are
 //! Hammersley's, the same for every texel. Each looks up the level of a mip chain whose texels are as large as
 //! what the sample stands for (filtered importance sampling, Křivánek & Colbert 2008): Ω = [`WIDENED`]/(N pdf),
-//! and not less than the target's own texel.
+//! and, of a lobe narrower than that, not less than the target's own texel.
 //!
 //! A sample has one level for the whole image, so texels are taken in runs, sample by sample: lookups of
 //! neighbors meet in the cache, and all but the four loads is packed arithmetic.
@@ -19,8 +24,8 @@ use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::texels::directions;
 use crate::kernel::{interrupt, threads};
-use crate::light::lobe;
-use crate::light::pyramid::{Pyramid, Rows};
+use crate::light::lobe::{self, Lobe};
+use crate::light::pyramid::{Pyramid, PyramidLevel, Rows};
 use crate::map::Map;
 use crate::number::real::Real;
 use crate::resample::lod::lod;
@@ -28,6 +33,16 @@ use std::f64::consts::PI;
 
 /// How much larger than 1/(N pdf) a sample's footprint is, so that footprints overlap.
 const WIDENED: f64 = 4.0;
+
+/// Texels that are summed up at most, for each sample: they take as long together.
+const SUMMED: usize = 24;
+
+/// Texels along a face, times α, from which on a level is as good as the image: a sum over it is within 1e-3 of that over the image, for a lone
+/// sun of one texel.
+const FINE: f64 = 32.0;
+
+/// The least with which it is nearer than samples are: the error falls with the square, and is 1 % at 10.
+const LEAST: f64 = 4.0;
 
 /// Which distribution of normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +69,13 @@ impl Distribution {
             "ggx" => Ok(Distribution::Ggx),
             "charlie" => Ok(Distribution::Charlie),
             _ => Err(Error::unknown("distribution", name, &["ggx", "charlie"])),
+        }
+    }
+
+    fn lobe(self, alpha: f64) -> Lobe {
+        match self {
+            Distribution::Ggx => Lobe::Ggx(alpha),
+            Distribution::Charlie => Lobe::Charlie(alpha),
         }
     }
 }
@@ -101,7 +123,8 @@ impl Source {
         Ok(Source { channels, pyramids })
     }
 
-    /// Fills an image of `map` with the light under the distribution of roughness `alpha`; black outside its valid part.
+    /// Fills an image of `map` with the light under the distribution of roughness `alpha`; black outside its valid part. `samples` are what
+    /// a texel may take: so many lookups, or the sum over as many texels of a small image as take as long.
     ///
     /// # Errors
     /// The shape is none of the map's, or `out` does not hold a number for each texel and channel.
@@ -129,10 +152,16 @@ impl Source {
         expect_length("out", out.len(), raster.texels() * self.channels)?;
         let mut normals = vec![0.0; 3 * raster.texels()];
         directions(map, shape, None, &mut normals)?;
+        let own = map.coverage().solid_angle() / raster.texels() as f64;
+        // Between texels that are wider than the lobe, light would be missed.
+        let is_wide = PI * alpha * alpha > 4.0 * own;
+        if is_wide && let Some(level) = self.summed(alpha, samples) {
+            return self.sum(level, distribution.lobe(alpha), &normals, out);
+        }
         let normals = normals.as_chunks::<3>().0;
         let samples = spread(distribution, alpha, samples);
         let total: f64 = samples.iter().map(|s| s.local[2]).sum();
-        let own = map.coverage().solid_angle() / raster.texels() as f64;
+        let own = if is_wide { 0.0 } else { own };
         const RUN: usize = 256;
         let channels = self.channels;
         let work = normals.len() * samples.len();
@@ -162,6 +191,41 @@ impl Source {
         });
         Ok(())
     }
+
+    /// The level over which a lobe is summed; none where it is sampled.
+    fn summed(&self, alpha: f64, samples: usize) -> Option<usize> {
+        let levels = &self.pyramids.first()?.levels;
+        let few = |level: &PyramidLevel| 6 * level.n * level.n <= SUMMED * samples;
+        let first = levels.iter().position(few)?;
+        let wide = |number: &usize| levels[*number].n as f64 * alpha;
+        (first..levels.len())
+            .rev()
+            .find(|number| wide(number) >= FINE)
+            .or(Some(first))
+            .filter(|number| wide(number) >= LEAST)
+    }
+
+    /// The sums over a level under a lobe about each direction; black about none.
+    fn sum(&self, level: usize, lobe: Lobe, normals: &[f64], out: &mut [f32]) -> Result<(), Error> {
+        let (channels, groups) = (self.channels, self.pyramids.len() as f64);
+        let cube = Map::new("cube")?;
+        for (group, pyramid) in self.pyramids.iter().enumerate() {
+            let (first, level) = (4 * group, &pyramid.levels[level]);
+            let count = (channels - first).min(4);
+            let (shape, texels) = ([6, level.n, level.n], level.texels(count));
+            let view = ImageView::new(&cube, &shape, count, &texels)?;
+            let mut sums = vec![0.0; normals.len() / 3 * count];
+            let [start, end] = [group, group + 1].map(|k| k as f64 / groups);
+            interrupt::part(start, end, || lobe::under(&view, lobe, normals, &mut sums))?;
+            let texels = out.chunks_exact_mut(channels).zip(sums.chunks_exact(count));
+            for ((out, sums), n) in texels.zip(normals.as_chunks::<3>().0) {
+                for (out, sum) in out[first..].iter_mut().zip(sums) {
+                    *out = if n[0].is_nan() { 0.0 } else { *sum as f32 };
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The samples above the horizon.
@@ -174,41 +238,41 @@ fn spread(distribution: Distribution, alpha: f64, count: usize) -> Vec<Sample> {
     }
     let n = count.max(1) as f64;
     let numbers: Vec<f64> = (0..count.max(1)).map(|i| (i as f64 + 0.5) / n).collect();
-    let cos2: Vec<f64> = match distribution {
-        Distribution::Ggx => numbers
-            .iter()
-            .map(|x| (1.0 - x) / (1.0 + (alpha * alpha - 1.0) * x))
-            .collect(),
-        Distribution::Charlie => lobe::power(&numbers, 2.0 * alpha / (2.0 * alpha + 1.0))
-            .iter()
-            .map(|sin2| 1.0 - sin2)
-            .collect(),
-    };
-    let sin2: Vec<f64> = cos2.iter().map(|c| (1.0 - c).max(0.0)).collect();
-    // Charlie's density needs a power of its own.
-    let powers = match distribution {
-        Distribution::Ggx => Vec::new(),
-        Distribution::Charlie => lobe::power(&sin2, 0.5 / alpha),
+    // Twice sin²θ, from 0 to 1, and Charlie's power of it.
+    let (twice, powers) = match distribution {
+        Distribution::Ggx => {
+            let sin2 = |x: &f64| {
+                let x = x / (1.0 + alpha * alpha);
+                alpha * alpha * x / (1.0 + (alpha * alpha - 1.0) * x)
+            };
+            (numbers.iter().map(|x| 2.0 * sin2(x)).collect(), Vec::new())
+        }
+        Distribution::Charlie => {
+            let twice = lobe::power(&numbers, 2.0 * alpha / (2.0 * alpha + 1.0));
+            let powers = lobe::power(&twice, 0.5 / alpha);
+            (twice, powers)
+        }
     };
     let sample = |i: usize| {
-        let (cos2, sin2) = (cos2[i], sin2[i]);
+        let sin2 = 0.5 * twice[i];
+        let cos2 = 1.0 - sin2;
         let radical = (i as u32).reverse_bits() as f64 / 4_294_967_296.0;
         let (sin_phi, cos_phi) = f64::sin_cos_half_turns(2.0 * radical);
         let aside = 2.0 * (cos2 * sin2).sqrt();
-        // D(h) (n·h)/(4 v·h), where v·h = n·h.
+        // D(h) (n·h)/(4 v·h), where v·h = n·h, over the share of all h that is within 45°.
         let pdf = match distribution {
             Distribution::Ggx => {
                 let d = cos2 * (alpha * alpha - 1.0) + 1.0;
-                alpha * alpha / (PI * d * d) / 4.0
+                alpha * alpha * (1.0 + alpha * alpha) / (PI * d * d) / 4.0
             }
-            Distribution::Charlie => (2.0 + 1.0 / alpha) / (2.0 * PI) * powers[i] / 4.0,
+            Distribution::Charlie => (2.0 + 1.0 / alpha) / PI * powers[i] / 4.0,
         };
         Sample {
-            local: [aside * cos_phi, aside * sin_phi, 2.0 * cos2 - 1.0],
+            local: [aside * cos_phi, aside * sin_phi, 1.0 - twice[i]],
             footprint: WIDENED / (n * pdf),
         }
     };
-    (0..cos2.len())
+    (0..twice.len())
         .map(sample)
         .filter(|sample| sample.local[2] > 0.0)
         .collect()

@@ -239,6 +239,18 @@ impl PyramidLevel {
         (children, areas.map(|area| area / total))
     }
 
+    /// So many channels of its texels, as an image of the `cube`.
+    pub fn texels(&self, channels: usize) -> Vec<f32> {
+        let rows = (0..6).flat_map(|face| (1..=self.n).map(move |j| (face, j)));
+        let mut texels = Vec::with_capacity(6 * self.n * self.n * channels);
+        for (face, j) in rows {
+            let row = &self.faces[self.index(face, 1, j)..][..self.n];
+            row.iter()
+                .for_each(|texel| texels.extend_from_slice(&texel[..channels]));
+        }
+        texels
+    }
+
     /// The texels' mean solid angle.
     pub fn texel_area(&self) -> f64 {
         4.0 * std::f64::consts::PI / (6 * self.n * self.n) as f64

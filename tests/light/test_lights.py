@@ -288,6 +288,19 @@ def test_no_sun():
     assert none is None and np.array_equal(same, image) and same is not image
 
 
+def test_what_lies_around_a_disk_stays_as_it_was():
+    image = np.full((32, 32, 4), 0.5)
+    image[12, 10, :3] = 1000
+    for name in ("angular", "sphere", "mollweide"):
+        p = sm.projection(name, layout=None)
+        given = image if name != "mollweide" else np.repeat(image, 2, axis=1)
+        outside = np.isnan(p.directions(given.shape[:2])[..., 0])
+        dull, sun = sm.light.remove_sun(given, p)
+        assert sun is not None and np.all(dull[outside] == 0.5)
+        assert np.all(sm.light.add_sun(dull, sun, p)[outside] == 0.5)
+        assert np.all(sm.light.add_sun(dull, None, p) == dull)
+
+
 def test_sun_with_rotation_and_layouts():
     turn = sm.rotation(30, 20, 10)
     d = np.array([0.0, 0.6, -0.8])

@@ -55,6 +55,15 @@ def as_light(
     return np.ascontiguousarray(array)
 
 
+def as_given_outside(
+    light: NDArray[np.floating[Any]], image: ArrayLike, projection: Projection
+) -> NDArray[np.floating[Any]]:
+    """Return light made of an image, with that image's own texels where it holds no sphere."""
+    given = as_image(image, None)
+    held = held_texels(given, projection)
+    return light if held.all() else np.where(held, light, given.astype(light.dtype, copy=False))
+
+
 def texel_weights(projection: Projection, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Return the solid angle that each texel stands for.
 

@@ -117,7 +117,7 @@ def irradiance(
     if method == "exact":
         return lobe_image(pixels, source, target, shape, "cosine", 0.0)
     coefficients = sh_project(pixels, source, order=order, any_aspect=True)
-    return seen_by(coefficients, target, shape).astype(result_dtype(pixels))
+    return _as_result(seen_by(coefficients, target, shape), pixels)
 
 
 def irradiance_at(
@@ -174,7 +174,7 @@ def irradiance_at(
     unit, leading = as_unit_vectors(normals, "normals")
     found = _core.lobe(pixels, resolved, unit, "cosine", 0.0)
     channels = found.shape[1:] if has_channels(pixels, resolved) else ()
-    return found.reshape((*leading, *channels)).astype(result_dtype(pixels))
+    return _as_result(found.reshape((*leading, *channels)), pixels)
 
 
 def convolve(
@@ -311,4 +311,10 @@ def lobe_image(
         found[empty] = values.reshape(len(values), -1)
     found = placed(found, inside)
     channels = found.shape[1:] if has_channels(pixels, source) else ()
-    return found.reshape(*shape, *channels).astype(result_dtype(pixels), copy=False)
+    return _as_result(found.reshape(*shape, *channels), pixels)
+
+
+def _as_result(found: NDArray[np.float64], pixels: NDArray[Any]) -> NDArray[np.floating[Any]]:
+    # What float32 does not hold becomes infinite.
+    with np.errstate(over="ignore"):
+        return found.astype(result_dtype(pixels), copy=False)

@@ -113,28 +113,23 @@ def bake_matcap(
     held = spatial_shape(light, source, "image")
     if light.dtype not in (np.float32, np.float64):
         light = light.astype(np.float32)
-    turn = pose_matrix(pose)
-    is_rough = material == "rough" and as_number(roughness, "roughness") > 0
     # In the camera's frame; the mirror's ball has the normals of the MatCap where it shows the
     # directions of the sphere map. A mirror's pixels are means of what is known, all other light
     # that is not known is none.
-    unknown = 0.0 if is_rough or material == "diffuse" else math.nan
-    if unknown == 0:
-        # Looked at before it is turned: an error says where a value lies in what was given.
+    turn = pose_matrix(pose)
+    normals, mirror = resolve("matcap").turned(turn), resolve("sphere").turned(turn)
+    is_rough = material == "rough" and as_number(roughness, "roughness") > 0
+    if is_rough or material == "diffuse":
         light = as_light(light, source, skipping=None)
-    if material != "mirror" or pose is not None:
-        seen = convert(light, source, source.turned(turn), size=held, fill=unknown, any_aspect=True)
-    else:
-        seen = light
     if material == "diffuse":
-        diffuse = irradiance(seen, source, "matcap", size=size, world="literal", any_aspect=True)
+        diffuse = irradiance(light, source, normals, size=size, world="literal", any_aspect=True)
         baked = np.asarray(diffuse) / math.pi
     elif is_rough:
         baked = np.asarray(
             prefilter(
-                seen,
+                light,
                 source,
-                "sphere",
+                mirror,
                 size=size,
                 roughness=roughness,
                 world="literal",
@@ -143,9 +138,9 @@ def bake_matcap(
         )
     else:
         fine = convert(
-            seen,
+            light,
             source,
-            "sphere",
+            mirror,
             size=size * _DETAIL,
             fill=math.nan,
             world="literal",

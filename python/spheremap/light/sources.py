@@ -16,7 +16,7 @@ from .._show import line
 from ..map.images import images
 from ..map.named import resolve
 from ..map.picture import figure
-from .image import as_light, coefficients
+from .image import as_given_outside, as_light, coefficients
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -362,7 +362,7 @@ def remove_sun(
         return several.each(remove_sun, locals(), ("image", "object"))
     light = light_of(image, resolve(p, rotation=rotation), luminance, skipna, negative)
     result, found = _core.remove_sun(*light)
-    return result, as_sun(found)
+    return as_given_outside(result, image, p), as_sun(found)
 
 
 def add_sun(
@@ -420,7 +420,7 @@ def add_sun(
     p = resolve(p, rotation=rotation)
     array = as_light(image, p, skipna=skipna, negative=negative)
     if sun is None:
-        return np.array(array)
+        return as_given_outside(np.array(array), image, p)
     if not isinstance(sun, Sun):
         raise TypeError(f"Expected `sun` to be a Sun, got {type(sun).__name__}.")
     toward = as_doubles(sun.direction, "sun.direction")
@@ -432,4 +432,5 @@ def add_sun(
             f"Expected `sun.solid_angle` to be at least 0 and finite, got {solid_angle:g}."
         )
     irradiance = as_doubles(sun.irradiance, "sun.irradiance").ravel()
-    return _core.add_sun(array, p, tuple(toward.tolist()), solid_angle, irradiance.tolist())
+    result = _core.add_sun(array, p, tuple(toward.tolist()), solid_angle, irradiance.tolist())
+    return as_given_outside(result, image, p)

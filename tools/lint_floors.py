@@ -71,10 +71,13 @@ PYTHON: Floors = [
         "packing": "codes",
         "healpix": "pixel numbers",
         "align": "which map is it",
-        "cameras": "calibrations",
     },
     {"io": "image files"},
-    {"light": "what a renderer needs", "ball": "photos of mirror balls"},
+    {
+        "light": "what a renderer needs",
+        "ball": "photos of mirror balls",
+        "cameras": "calibrations",
+    },
     {
         "plot": "figures",
         "viewer": "pages",

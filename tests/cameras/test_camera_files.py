@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import cv2
 import numpy as np
 import pycolmap
@@ -53,6 +55,62 @@ def test_opencv(tmp_path, suffix):
     store(path, camera_matrix=K)
     with pytest.raises(ValueError, match="image_width"):
         sm.cameras.read(path)
+
+
+@pytest.mark.parametrize("suffix", [".yml", ".xml", ".json"])
+@pytest.mark.parametrize("matrix", ["camera_matrix", "Camera_Matrix", "cameraMatrix", "K"])
+@pytest.mark.parametrize(
+    "distortion", ["distortion_coefficients", "distCoeffs", "dist_coeffs", "dist", "D"]
+)
+def test_any_name_of_a_matrix_goes_with_any_of_a_distortion(tmp_path, suffix, matrix, distortion):
+    path = tmp_path / f"out{suffix}"
+    store(path, image_width=1280, image_height=720, **{matrix: K, distortion: D.reshape(1, 5)})
+    (view,) = sm.cameras.read(path)
+    is_camera(view, D, "brown_conrady")
+
+
+@pytest.mark.parametrize("suffix", [".yml", ".xml", ".json"])
+def test_two_distortions_are_an_error(tmp_path, suffix):
+    path = tmp_path / f"out{suffix}"
+    both = {"image_width": 1280, "image_height": 720, "camera_matrix": K}
+    store(path, **both, dist_coeffs=D, D=D)
+    with pytest.raises(ValueError, match=rf"one of dist_coeffs and D in 'out{suffix}', got both"):
+        sm.cameras.read(path)
+    store(path, **both, K=K, D=D)
+    with pytest.raises(ValueError, match="one of camera_matrix and K"):
+        sm.cameras.read(path)
+    # As in a file whose list is written one number a line, which is not read.
+    store(path, **both, dist_coeffs="none")
+    with pytest.raises(ValueError, match="numbers of 'dist_coeffs'"):
+        sm.cameras.read(path)
+
+
+@pytest.mark.parametrize("suffix", [".yml", ".xml", ".json"])
+def test_the_interactive_calibration_has_a_resolution(tmp_path, suffix):
+    path = tmp_path / f"out{suffix}"
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    # As cv::Size is written.
+    storage.startWriteStruct("cameraResolution", cv2.FileNode_SEQ + cv2.FileNode_FLOW)
+    storage.write("", 1280)
+    storage.write("", 720)
+    storage.endWriteStruct()
+    storage.write("camera_matrix", K)
+    storage.write("camera_matrix_std_dev", np.zeros((4, 1)))
+    storage.write("dist_coeffs", D.reshape(1, 5))
+    storage.write("dist_coeffs_std_dev", np.zeros((5, 1)))
+    storage.write("avg_reprojection_error", 0.2)
+    storage.release()
+    is_camera(sm.cameras.read(path, format="opencv")[0], D, "brown_conrady")
+
+
+def test_json_of_others_is_read_where_its_format_is_said(tmp_path):
+    path = tmp_path / "out.json"
+    fields = {"image_width": 1280, "image_height": 720, "model": "x", "K": K.tolist()}
+    path.write_text(json.dumps({**fields, "dist": [D.tolist()]}))
+    is_camera(sm.cameras.read(path, format="opencv")[0], D, "brown_conrady")
+    path.write_text("{")
+    with pytest.raises(ValueError, match="Expected OpenCV's JSON"):
+        sm.cameras.read(path, format="opencv")
 
 
 @pytest.mark.parametrize("binary", [False, True])
@@ -230,7 +288,10 @@ def test_kalibr(tmp_path):
         # A dozen roundings of numbers below 4.
         assert np.abs((point - view.position) @ view.pose - want).max() < 1e-14
     path.write_text(CHAIN.replace("omni", "spherical"))
-    with pytest.raises(ValueError, match="spherical-radtan"):
+    with pytest.raises(ValueError, match=r"'camchain.yaml', cam2: .*spherical-radtan"):
+        sm.cameras.read(path)
+    path.write_text(CHAIN.replace("[0.0, 0.0, 1.0, 0.3]", "[0.0, 0.0, -1.0, 0.3]"))
+    with pytest.raises(ValueError, match=r"'camchain.yaml', cam1: `pose` is no rotation"):
         sm.cameras.read(path)
     path.write_text(
         CHAIN.replace("radtan", "fov").replace("[-0.1, 0.03, 0.001, -0.002]", "[0.9]")
@@ -263,6 +324,26 @@ def test_ros(tmp_path):
     is_camera(view, D, "brown_conrady")
     path.write_text(ROS.replace("plumb_bob", "thin_prism"))
     with pytest.raises(ValueError, match="thin_prism"):
+        sm.cameras.read(path)
+
+
+def test_ros_has_lenses_without_distortion_and_zeros_to_fill(tmp_path):
+    path = tmp_path / "head_camera.yaml"
+    data = "data: [-0.1, 0.03, 0.001, -0.002, 0.01]"
+    for name in ("''", "none", "None"):
+        for given in ("data: []", "data: [0, 0, 0, 0, 0]"):
+            path.write_text(ROS.replace("plumb_bob", name).replace(data, given))
+            is_camera(sm.cameras.read(path)[0], None, "pinhole")
+        path.write_text(ROS.replace("plumb_bob", name))
+        with pytest.raises(ValueError, match=r"'head_camera.yaml': .* 'pinhole'"):
+            sm.cameras.read(path)
+    path.write_text(ROS.replace("plumb_bob", "PLUMB_BOB"))
+    is_camera(sm.cameras.read(path)[0], D, "brown_conrady")
+    fisheye = ROS.replace("plumb_bob", "equidistant")
+    path.write_text(fisheye.replace("0.01]", "0.0]"))
+    is_camera(sm.cameras.read(path)[0], D[:4], "kannala_brandt")
+    path.write_text(fisheye)
+    with pytest.raises(ValueError, match=r"'head_camera.yaml': .* got 5"):
         sm.cameras.read(path)
 
 
@@ -299,6 +380,109 @@ def test_ros_messages(tmp_path):
     path.write_text(MESSAGE.replace("K:", "L:"))
     with pytest.raises(ValueError, match="CameraInfo"):
         sm.cameras.read(path)
+
+
+# As nerfstudio's documentation has it.
+SPLATS = {
+    "fl_x": 700.5,
+    "fl_y": 701.5,
+    "cx": 639.75,
+    "cy": 359.25,
+    "w": 1280,
+    "h": 720,
+    "frames": [{"file_path": "images/a.png", "transform_matrix": np.eye(4).tolist()}],
+}
+
+
+def splats(path, frame=None, **fields):
+    """Write a transforms.json, without the fields that are None."""
+    scene = {key: value for key, value in (SPLATS | fields).items() if value is not None}
+    scene["frames"] = [SPLATS["frames"][0] | (frame or {})]
+    path.write_text(json.dumps(scene))
+
+
+@pytest.mark.parametrize(
+    "model", [None, "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"]
+)
+def test_perspectives_of_nerfstudio_have_its_coefficients(tmp_path, model):
+    """Its CAMERA_MODEL_TO_TYPE makes one kind of all of them."""
+    path = tmp_path / "transforms.json"
+    given = dict(zip(("k1", "k2", "p1", "p2"), D[:4].tolist(), strict=True))
+    for frame in ({}, {"camera_model": "OPENCV"}):
+        splats(path, frame, camera_model=model, **given)
+        is_camera(sm.cameras.read(path)[0], D[:4], "brown_conrady")
+        splats(path, {**frame, **given}, camera_model=model)
+        is_camera(sm.cameras.read(tmp_path)[0], D[:4], "brown_conrady")
+    splats(path, camera_model=model, **given, k3=0.01)
+    is_camera(sm.cameras.read(path)[0], [*D, 0, 0, 0], "brown_conrady")
+    splats(path, camera_model=model, k1=0.0)
+    is_camera(sm.cameras.read(path)[0], None, "pinhole")
+
+
+@pytest.mark.parametrize(
+    ("frame", "fields", "says"),
+    [
+        ({"transform_matrix": [[1, 0], [0, 1]]}, {}, r"shape \(4, 4\), got \(2, 2\)"),
+        ({"transform_matrix": [[1, 0], [0]]}, {}, "`transform_matrix` to be an array of numbers"),
+        ({"transform_matrix": "x"}, {}, "`transform_matrix` to be real numbers"),
+        ({"fl_x": "abc"}, {}, "`fl_x` to be a number, got 'abc'"),
+        ({}, {"fl_x": None}, "`fl_x` to be a number, got None"),
+        ({}, {"h": None}, "Expected `w` and `h`, or a picture"),
+        ({"w": [3]}, {}, r"`w` to be a number, got \[3\]"),
+        ({}, {"k4": 0.1}, "k4 of OPENCV to be 0"),
+        ({}, {"camera_model": "VR180_L"}, "`camera_model` to be one of .* got 'VR180_L'"),
+    ],
+)
+def test_what_is_wrong_in_a_frame_is_named(tmp_path, frame, fields, says):
+    path = tmp_path / "transforms.json"
+    splats(path, frame, **fields)
+    with pytest.raises(ValueError, match=f"'transforms.json', frame 'images/a.png': .*{says}"):
+        sm.cameras.read(path)
+
+
+def test_poses_of_a_few_digits_are_rotations(tmp_path):
+    turn = np.eye(4)
+    turn[:3, :3] = sm.rotation(33, -20, 71)
+    path = tmp_path / "transforms.json"
+    splats(path, {"transform_matrix": turn.round(4).tolist()})
+    pose = sm.cameras.read(path)[0].pose
+    assert np.abs(pose @ pose.T - np.eye(3)).max() < 1e-14  # a few roundings of float64
+    splats(path, {"transform_matrix": (1.01 * turn).tolist()})
+    with pytest.raises(ValueError, match="is no rotation"):
+        sm.cameras.read(path)
+
+
+def test_nerfs_synthetic_scenes(tmp_path):
+    """As its load_blender.py has it: .5 W / tan(.5 camera_angle_x), .png, the middle."""
+    path = tmp_path / "transforms_train.json"
+    frame = {"file_path": "./train/r_0", "transform_matrix": np.eye(4).tolist()}
+    path.write_text(json.dumps({"camera_angle_x": 0.7, "frames": [frame, 3]}))
+    with pytest.raises(ValueError, match=r"frame './train/r_0': .* or a picture .*r_0.png' that"):
+        sm.cameras.read(path)
+    (tmp_path / "train").mkdir()
+    sm.io.write(tmp_path / "train" / "r_0.png", np.zeros((40, 60, 4), np.uint8))
+    with pytest.raises(ValueError, match=r"_train.json', frame '1': Expected fields, got 3"):
+        sm.cameras.read(path)
+    path.write_text(json.dumps({"camera_angle_x": 0.7, "frames": [frame]}))
+    (view,) = sm.cameras.read(path)
+    focal = 0.5 * 60 / np.tan(0.5 * 0.7)
+    assert view.size == (40, 60)
+    assert view.camera == sm.camera((focal, focal, 29.5, 19.5), (40, 60))
+
+
+def test_a_folder_without_cameras_says_what_is_there(tmp_path):
+    with pytest.raises(ValueError, match=r"cameras.bin in .*, got nothing"):
+        sm.cameras.read(tmp_path)
+    rig = sm.cameras.rig(16, fov=90)
+    sm.cameras.write(rig, tmp_path, format="colmap", frame=["a.jpg", "b.jpg"])
+    with pytest.raises(ValueError, match=r"got rig_config.json; .* read the folder of its model"):
+        sm.cameras.read(tmp_path)
+    # A folder of both programs' files is COLMAP's: so it was before nerfstudio's was found.
+    sm.cameras.write(rig, tmp_path, format="nerfstudio")
+    assert sm.cameras.read(tmp_path)[0].name == "images/view00/0001.png"
+    assert sm.cameras.read(tmp_path, format="nerfstudio")[0].name == "images/view00/0001.png"
+    sm.cameras.write(rig, tmp_path, format="colmap")
+    assert sm.cameras.read(tmp_path)[0].name == "view00/0001.png"
 
 
 def test_files_that_are_none_of_these(tmp_path):

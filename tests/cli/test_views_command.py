@@ -110,6 +110,58 @@ def test_there_and_back(panorama: Path, tmp_path: Path) -> None:
     assert np.array_equal(io.read(again), io.read(back))
 
 
+def test_splats_go_back(panorama: Path, tmp_path: Path) -> None:
+    out, back = tmp_path / "ns", tmp_path / "back.png"
+    good("views", panorama, "-o", out, "--n", 6, "--size", 16, "--format", "nerfstudio")
+    files = sorted((out / "images").rglob("*.png"), reverse=True)
+    cameras = ["--cameras", out / "transforms.json", "--size", 32]
+    good("stitch", out, "-o", back, *cameras)
+    want = io.read(back)
+    moved = tmp_path / "elsewhere"
+    (out / "images").rename(moved)
+    for sources in ([moved], [moved / path.relative_to(out / "images") for path in files]):
+        good("stitch", *sources, "-o", back, *cameras)
+        assert np.array_equal(io.read(back), want)
+    # Of the file's own name alone there are six.
+    (moved / "view03").rename(moved / "other")
+    bad("stitch", moved, "-o", back, *cameras, code=1, says="view03")
+
+
+@pytest.fixture
+def two(tmp_path: Path) -> Path:
+    """COLMAP's cameras of two pictures; the name of one ends with that of the other."""
+    folder = tmp_path / "sw"
+    folder.mkdir()
+    (folder / "cameras.txt").write_text("1 PINHOLE 16 16 8 8 8 8\n")
+    (folder / "images.txt").write_text("1 1 0 0 0 0 0 0 1 1.png\n\n2 0 0 1 0 0 0 0 1 11.png\n\n")
+    for name, value in (("1.png", 50), ("11.png", 200)):
+        io.write(folder / name, np.full((16, 16), value, np.uint8))
+    return folder
+
+
+def test_pictures_are_matched_by_whole_names(two: Path, tmp_path: Path) -> None:
+    out = tmp_path / "o.png"
+    names = ["11.png", "1.png"]
+    cameras = ["-o", out, "--cameras", two, "--size", 32]
+    for some in (names, names[::-1]):
+        good("stitch", *[two / name for name in some], *cameras)
+        pixels = io.read(out)
+        # Ahead and behind.
+        assert (pixels[16, 32].flat[0], pixels[16, 0].flat[0]) == (50, 200)
+    other = tmp_path / "x1.png"
+    io.write(other, np.zeros((16, 16), np.uint8))
+    bad("stitch", two / "11.png", other, *cameras, code=2, says="none that of '1.png'")
+    io.write(tmp_path / "1.png", np.zeros((16, 16), np.uint8))
+    both = [two / "1.png", tmp_path / "1.png", two / "11.png"]
+    bad("stitch", *both, *cameras, code=2, says="'1.png' is the name of 2 pictures")
+    # No name is that of a view: by order, as many as there are.
+    last = tmp_path / "x2.png"
+    io.write(last, np.full((16, 16), 90, np.uint8))
+    good("stitch", last, other, *cameras)
+    assert io.read(out)[16, 32].flat[0] == 90
+    bad("stitch", last, *cameras, code=2, says="2 cameras and 1 pictures")
+
+
 @pytest.fixture
 def raw(tmp_path: Path) -> Path:
     path = tmp_path / "raw.png"

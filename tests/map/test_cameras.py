@@ -348,6 +348,16 @@ def test_a_camera_looks_ahead_in_every_world():
         assert (np.diff(picture[18]) > 0).all()
 
 
+def test_a_skew_that_is_rounding_is_none():
+    exact = sm.camera([[300, 0, 319.5], [0, 300, 239.5], [0, 0, 1]], (480, 640))
+    for skew in (1e-14, -1e-14, 2e-7):
+        assert sm.camera([[300, skew, 319.5], [0, 300, 239.5], [0, 0, 1]], (480, 640)) == exact
+    # A ten-millionth of the focal length is one that somebody wrote, and NaN is none.
+    for skew in (3e-5, np.nan):
+        with pytest.raises(ValueError, match="`K`"):
+            sm.camera([[300, skew, 319.5], [0, 300, 239.5], [0, 0, 1]], (480, 640))
+
+
 @pytest.mark.parametrize(
     ("arguments", "options", "text"),
     [

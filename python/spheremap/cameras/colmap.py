@@ -16,7 +16,7 @@ import numpy as np
 from ..map.cameras import COEFFICIENTS, PIXEL_CENTER, camera, matrix
 from ..map.named import projection
 from .quaternions import from_matrix, to_matrix
-from .views import Rig, View
+from .views import LATLONG, Rig, View, where
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from .._projection import Projection
 
-__all__ = ["from_model", "read", "to_model", "write"]
+__all__ = ["FILES", "from_model", "read", "to_model", "write"]
 
 # COLMAP's name, how many focal lengths it has, our model, and our coefficients in COLMAP's order.
 MODELS: dict[str, tuple[int, str, tuple[str, ...]]] = {
@@ -56,9 +56,12 @@ MODELS: dict[str, tuple[int, str, tuple[str, ...]]] = {
     "SIMPLE_DIVISION": (1, "division", ("k",)),
     "DIVISION": (2, "division", ("k",)),
 }
+# Of a folder with both, the first is read.
+FILES = ("cameras.bin", "cameras.txt")
+# What its rig_configurator reads.
+RIG = "rig_config.json"
 # Its numbers are a width and a height.
 PANORAMA = "EQUIRECTANGULAR"
-LATLONG = "latlong:colmap"
 # By the number that stands for them in cameras.bin.
 NUMBERS = (
     "SIMPLE_PINHOLE",
@@ -167,9 +170,11 @@ def to_model(made: Projection, size: tuple[int, int]) -> tuple[str, list[float]]
 def read(path: Path) -> Rig:
     """Read cameras.txt or .bin, and images.txt or .bin beside it."""
     if path.is_dir():
-        found = [path / name for name in ("cameras.bin", "cameras.txt") if (path / name).is_file()]
+        found = [path / name for name in FILES if (path / name).is_file()]
         if not found:
-            raise ValueError(f"Expected a cameras.txt or a cameras.bin in {path.name!r}, got none.")
+            raise ValueError(
+                f"Expected a cameras.txt or a cameras.bin in {path.name!r}, got {_listed(path)}."
+            )
         path = found[0]
     binary = path.suffix == ".bin"
     try:
@@ -186,9 +191,21 @@ def read(path: Path) -> Rig:
     for key, q, t, name in sorted(poses, key=lambda image: image[3]):
         if key not in cameras:
             raise ValueError(f"Expected images of cameras in {path.name}, got camera {key}.")
-        turn = to_matrix(q)
-        views.append(View(name, *cameras[key], turn.T, -turn.T @ np.asarray(t)))
+        with where(f"{images.name!r}, image {name!r}"):
+            turn = to_matrix(q)
+            views.append(View(name, *cameras[key], turn.T, -turn.T @ np.asarray(t)))
     return Rig(tuple(views))
+
+
+def _listed(folder: Path) -> str:
+    """Say what is in a folder without cameras, and what to do with a rig's."""
+    names = sorted(path.name for path in folder.iterdir())
+    listed = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "") if names else "nothing"
+    if RIG in names:
+        listed += (
+            f"; {RIG} has no sizes and no places, which COLMAP finds: read the folder of its model"
+        )
+    return listed
 
 
 Described = tuple["Projection", tuple[int, int]]
@@ -269,10 +286,13 @@ def _binary_images(data: bytes) -> Iterator[tuple[int, list[float], list[float],
         yield key, pose[:4], pose[4:], name
 
 
-def write(rig: Rig, folder: Path, frames: Sequence[str]) -> None:
-    """Write rig_config.json and, of one frame, cameras.txt, images.txt and points3D.txt."""
-    _write(folder / "rig_config.json", [json.dumps([{"cameras": _sensors(rig)}], indent=2)])
-    if len(frames) > 1:
+def write(rig: Rig, folder: Path, names: Sequence[Sequence[str]]) -> None:
+    """Write rig_config.json and, of one frame, cameras.txt, images.txt and points3D.txt.
+
+    `names` are those of each frame's pictures.
+    """
+    _write(folder / RIG, [json.dumps([{"cameras": _sensors(rig, names[0])}], indent=2)])
+    if len(names) > 1:
         return
     cameras: dict[str, int] = {}
     numbers = []
@@ -290,20 +310,20 @@ def write(rig: Rig, folder: Path, frames: Sequence[str]) -> None:
         "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME",
         "# POINTS2D[] as (X, Y, POINT3D_ID)",
     ]
-    for k, (view, number) in enumerate(zip(rig, numbers, strict=True), 1):
+    for k, (view, number, name) in enumerate(zip(rig, numbers, names[0], strict=True), 1):
         turn, shift = _world_to_camera(view)
         pose = " ".join(map(repr, [*from_matrix(turn), *shift.tolist()]))
-        images += [f"{k} {pose} {number} {view.name}/{frames[0]}", ""]
+        images += [f"{k} {pose} {number} {name}", ""]
     _write(folder / "images.txt", images)
     _write(folder / "points3D.txt", ["# POINT3D_ID X Y Z R G B ERROR TRACK[]"])
 
 
-def _sensors(rig: Rig) -> list[dict[str, object]]:
+def _sensors(rig: Rig, pictures: Sequence[str]) -> list[dict[str, object]]:
     """Return the rig as COLMAP's rig_configurator takes it: the first view is the reference."""
     sensors: list[dict[str, object]] = []
-    for k, view in enumerate(rig):
+    for k, (view, prefix) in enumerate(zip(rig, _prefixes(pictures), strict=True)):
         name, values = to_model(view.camera, view.size)
-        sensor: dict[str, object] = {"image_prefix": f"{view.name}/"}
+        sensor: dict[str, object] = {"image_prefix": prefix}
         if k == 0:
             first, origin = _world_to_camera(view)
             sensor["ref_sensor"] = True
@@ -318,10 +338,17 @@ def _sensors(rig: Rig) -> list[dict[str, object]]:
     return sensors
 
 
+def _prefixes(names: Sequence[str]) -> list[str]:
+    """Return what tells the pictures of a camera: its folder, or else the name of its only one."""
+    parts = [name.rpartition("/") for name in names]
+    folders = [folder + slash for folder, slash, _ in parts]
+    alike = len({file for *_, file in parts}) == 1
+    return folders if alike and len(set(folders)) == len(names) else list(names)
+
+
 def _world_to_camera(view: View) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    assert view.pose is not None
-    position = np.zeros(3) if view.position is None else view.position
-    return view.pose.T, -view.pose.T @ position + 0.0
+    assert view.pose is not None and view.position is not None
+    return view.pose.T, -view.pose.T @ view.position + 0.0
 
 
 def _write(path: Path, lines: list[str]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -20,8 +19,14 @@ if TYPE_CHECKING:
 
 __all__ = ["rig"]
 
-# Places that must be seen, and so many rows of cameras are tried.
-PLACES = 1500
+# Sides that lie on each other, as a cube's, do so to rounding, some 1e-15: parts reach so far, in
+# radians, over their sides, and what must be held lies a little farther out, so that no part holds
+# its own sides. A hole as narrow is a tenth of the finest pixel, 1 degree in a million of them.
+TOUCHING = 1e-9
+OUTSIDE = 2e-9
+# So many pairs of sides are looked at in one go: 1 MiB.
+BLOCK = 1 << 17
+# So many rows of cameras are tried.
 MOST_ROWS = 14
 WIDEST = 170.0
 MOST_VIEWS = 500
@@ -133,9 +138,14 @@ def _pose(yaw: float, pitch: float) -> NDArray[np.float64]:
     (sy, cy), (sp, cp) = (
         (math.sin(a), math.cos(a)) for a in (math.radians(yaw), math.radians(pitch))
     )
-    forward = [cp * sy, -sp, cp * cy]
-    right = [cy, 0.0, -sy]
-    return np.stack([right, np.cross(forward, right), forward], -1)
+    return np.array(
+        [
+            [cy, sp * sy, cp * sy],
+            # cp, rounded as a cross product.
+            [0.0, cp * cy * cy + cp * sy * sy, -sp],
+            [-sy, sp * cy, cp * cy],
+        ]
+    )
 
 
 def _poses(rows: Rows) -> list[NDArray[np.float64]]:
@@ -145,30 +155,48 @@ def _poses(rows: Rows) -> list[NDArray[np.float64]]:
     ]  # fmt: skip
 
 
-@cache
-def _places() -> NDArray[np.float64]:
-    """Return directions all over the sphere, and those in which views often just fail to meet."""
-    k = np.arange(PLACES) + 0.5
-    y, angle = 1 - 2 * k / PLACES, k * math.pi * (1 + math.sqrt(5))
-    h = np.sqrt(1 - y * y)
-    spiral = np.stack([h * np.sin(angle), y, h * np.cos(angle)], -1)
-    corners = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3), -1).reshape(-1, 3)
-    corners = corners[np.any(corners != 0, -1)]
-    return np.concatenate([spiral, corners / np.linalg.norm(corners, axis=-1, keepdims=True)])
-
-
 def _sees(poses: list[NDArray[np.float64]], half: tuple[float, float]) -> bool:
-    """Tell whether each place is in the middle part of some view."""
-    left = _places()
-    for pose in poses:
-        x, y, z = (left @ pose).T
-        # Views that meet edge to edge do so to rounding.
-        slack = 1 + 1e-9
-        seen = (np.abs(x) <= half[0] * z * slack) & (np.abs(y) <= half[1] * z * slack)
-        left = left[~seen]
-        if len(left) == 0:
-            return True
-    return False
+    """Tell whether each direction is in the middle part of some view.
+
+    Pieces of the parts' sides bound what no part holds, so there is none where the whole of every
+    side, just outside of its own part, is in other parts. The poses are to be those of a rig,
+    which is its own mirror image from left to right and from top to bottom.
+    """
+    a, b = half
+    corners = np.array([[-a, -b, 1.0], [a, -b, 1.0], [a, b, 1.0], [-a, b, 1.0]])
+    corners /= np.linalg.norm(corners[0])
+    inward = np.cross(corners, np.roll(corners, -1, axis=0))
+    inward /= np.linalg.norm(inward, axis=-1, keepdims=True)
+    starts = corners - OUTSIDE * inward
+    stops = np.roll(corners, -1, axis=0) - OUTSIDE * inward
+    turns = np.stack(poses).swapaxes(-1, -2)
+    sides = (inward @ turns).transpose(1, 2, 0)
+    # Of mirror images one is enough: those to the right that do not look down.
+    x, y, _ = turns[:, 2].T
+    looked_at = turns[(x >= -TOUCHING) & (y <= TOUCHING)]
+    step = max(1, BLOCK // (16 * len(turns)))
+    return all(
+        _hold(sides, (starts @ some).reshape(-1, 3), (stops @ some).reshape(-1, 3))
+        for some in np.split(looked_at, range(step, len(looked_at), step))
+    )
+
+
+def _hold(
+    sides: NDArray[np.float64], starts: NDArray[np.float64], stops: NDArray[np.float64]
+) -> bool:
+    """Tell whether parts, of which (4, 3, n) sides are given, together hold the whole of lines."""
+    first, last = starts @ sides + TOUCHING, stops @ sides + TOUCHING
+    line, part = np.nonzero(np.all(np.maximum(first, last) >= 0, axis=0))
+    first, last = first[:, line, part], last[:, line, part]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossing = first / (first - last)
+    # The lines in a row, each as long as 1. A part of which another side is outside leaves before
+    # it enters; then others have to hold where it enters as well.
+    enters = line + np.where(first < 0, crossing, 0.0).max(0)
+    leaves = line + np.where(last < 0, crossing, 1.0).min(0)
+    order = np.argsort(enters)
+    reached = np.maximum.accumulate(np.append(0.0, leaves[order]))
+    return bool(np.all(np.append(enters[order], len(starts)) <= reached))
 
 
 def _rows(fov: float, tall: float, overlap: float) -> Rows | None:
@@ -198,9 +226,9 @@ def _reduced(
     """Return the fewest cameras in rows of these pitches, if they are fewer than the best's."""
     if not pitches:
         return None
-    # More than enough, from which cameras are taken: of two rows alike, from both.
-    # Fours meet the edges of the poles' views.
-    full = 4 * math.ceil(360 / across)
+    # More than enough, from which cameras are taken: of two rows alike, from both. By twelves:
+    # where two of 3, 4 or 6 meet, another row has one in their middle. 360/60 is 6 to rounding.
+    full = 12 * math.ceil(120 / across - 1e-9)
     counts = {abs(p): 1 if abs(p) == 90 else full for p in (round(p, 9) for p in pitches)}
 
     def rows() -> list[tuple[int, float]]:
@@ -214,7 +242,6 @@ def _reduced(
     for pitch in sorted(counts, reverse=True):
         if pitch == 90:
             continue
-        # Not by halves: four views of 90 degrees meet the poles' as a cube does, five do not.
         if across > 50:
             # Not by halves: four views of 90 degrees meet the poles' as a cube does, five do not.
             least = max(2, int(180 * math.cos(math.radians(pitch)) / across))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from .._scalars import as_items, as_text
 from . import colmap, nerfstudio, opencv, yaml_files
 from .masking import expect_masks, write_mask
-from .views import Rig, mask_path
+from .views import Rig, as_written, mask_path, picture_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,10 +37,11 @@ def read(path: str | os.PathLike[str], /, *, format: FileFormat | None = None) -
     Parameters
     ----------
     path : path
-        OpenCV's YAML or XML, COLMAP's ``cameras.txt`` or ``.bin`` or the folder that holds it
+        OpenCV's YAML, XML or JSON, COLMAP's ``cameras.txt`` or ``.bin`` or the folder that holds it
         (poses come from ``images.txt`` or ``.bin`` beside it), Kalibr's camchain, ROS's
         CameraInfo as ``camera_calibration`` writes it or ``rostopic echo`` prints it, or
-        nerfstudio's ``transforms.json``.
+        nerfstudio's ``transforms.json`` or its folder, and those of NeRF's synthetic scenes,
+        whose sizes are those of the pictures beside them.
         Kalibr's and ROS's need PyYAML.
     format : str, optional
         ``"opencv"``, ``"colmap"``, ``"kalibr"``, ``"ros"`` or ``"nerfstudio"``; by default it is
@@ -49,8 +50,10 @@ def read(path: str | os.PathLike[str], /, *, format: FileFormat | None = None) -
     Returns
     -------
     Rig
-        Poses and positions are those of the file: of COLMAP's and nerfstudio's world, or of the
-        first camera of a camchain.
+        Views of COLMAP's and nerfstudio's are named as their pictures are. Poses and positions are
+        in the world of OpenCV's cameras, where -y is up: COLMAP's as the file has them, a
+        camchain's in the frame of its first camera. nerfstudio's, whose world has +z up, are
+        turned: (x, y, z) there is (x, -z, y) here.
 
     Raises
     ------
@@ -85,7 +88,7 @@ def write(
     /,
     *,
     format: WrittenFormat,
-    frame: str | Sequence[str] = "0001.png",
+    frame: str | Sequence[str] | None = None,
     masks: Sequence[ArrayLike] | None = None,
 ) -> None:
     """Write a rig for structure from motion or splats.
@@ -93,7 +96,8 @@ def write(
     Parameters
     ----------
     rig : Rig
-        The cameras, with their poses.
+        The cameras, with their poses. Turns and axes of a `camera` itself go into the pose, and
+        nerfstudio's world has +z up: `read` gives the same back.
     path : path
         A folder, which is made. COLMAP's gets ``cameras.txt``, ``images.txt``, an empty
         ``points3D.txt`` and ``rig_config.json``, nerfstudio's ``transforms.json``. The pictures
@@ -102,7 +106,8 @@ def write(
         The program.
     frame : str or sequence of str, optional
         The file name of each view's picture, in a folder of the view's name:
-        ``images/view00/0001.png``. Several are of a rig that moved: where to is what COLMAP finds,
+        ``images/view00/0001.png``. By default that, but a view that has the name of a picture, as
+        `read` gives it, keeps it. Several are of a rig that moved: where to is what COLMAP finds,
         so it gets ``rig_config.json`` alone; nerfstudio needs it known.
     masks : sequence of array_like of bool, optional
         A mask of each view, as `spheremap.cameras.masks` makes them. They are written as
@@ -112,8 +117,9 @@ def write(
     Raises
     ------
     ValueError, TypeError
-        For a view without a pose, a camera that the program has no model for, masks of other
-        sizes, and several frames for nerfstudio.
+        For a view without a pose, a camera that mirrors or that the program has no model for,
+        cameras of several models for nerfstudio, whose file has one, names that leave the folder,
+        masks of other sizes, and several frames for nerfstudio.
     OSError
         If it cannot be written.
 
@@ -136,13 +142,16 @@ def write(
             raise ValueError(
                 f"Expected every view of `rig` to have a pose, {view.name!r} has none."
             )
-    names = [view.name for view in rig]
-    if len(set(names)) < len(names):
+    if len(rig) == 0:
+        raise ValueError("Expected `rig` to have at least one view, got none.")
+    frames = _frames(frame)
+    # Of each frame, the picture of each view.
+    names = [[picture_name(view, each) for view in rig] for each in frames]
+    for each in names:
+        for name in each:
+            _expect_inside(name)
+    if len(set(names[0])) < len(rig):
         raise ValueError("Expected the views of `rig` to have names of their own, got one twice.")
-    frames = [frame] if isinstance(frame, str) else as_items(frame, "frame", "file names")
-    frames = [as_text(name, "frame") for name in frames]
-    if not frames:
-        raise ValueError("Expected at least one file name in `frame`, got none.")
     if format == "nerfstudio" and len(frames) > 1:
         raise ValueError(
             "Expected one `frame` for nerfstudio, whose file says where each picture was taken, "
@@ -150,15 +159,37 @@ def write(
         )
     folder = _path(path)
     shapes = None if masks is None else expect_masks(masks, rig)
+    written = Rig(tuple(map(as_written, rig)))
     folder.mkdir(parents=True, exist_ok=True)
     if format == "colmap":
-        colmap.write(rig, folder, frames)
+        colmap.write(written, folder, names)
     else:
-        nerfstudio.write(rig, folder, frames[0], shapes is not None)
+        nerfstudio.write(written, folder, names[0], shapes is not None)
     if shapes is not None:
-        for view, mask in zip(rig, shapes, strict=True):
-            for name in frames:
-                write_mask(folder / mask_path(view, name), mask)
+        for each in names:
+            for name, mask in zip(each, shapes, strict=True):
+                write_mask(folder / mask_path(name), mask)
+
+
+def _frames(frame: str | Sequence[str] | None) -> list[str] | list[None]:
+    if frame is None:
+        return [None]
+    given = [frame] if isinstance(frame, str) else as_items(frame, "frame", "file names")
+    frames = [as_text(name, "frame") for name in given]
+    if not frames:
+        raise ValueError("Expected at least one file name in `frame`, got none.")
+    return frames
+
+
+def _expect_inside(name: str) -> None:
+    """Raise for the name of a picture that leaves its folder or breaks a line of a file."""
+    # Both kinds of slashes, drives too.
+    path = PureWindowsPath(name)
+    if path.anchor or ".." in path.parts or name.splitlines() != [name] or "\0" in name:
+        raise ValueError(
+            "Expected names of views and of `frame` that are of one line and stay in the folder, "
+            f"got {name!r}."
+        )
 
 
 def _path(path: object) -> Path:
@@ -175,7 +206,10 @@ def _path(path: object) -> Path:
 
 
 def _format(path: Path) -> FileFormat:
-    if path.is_dir() or path.name in ("cameras.txt", "cameras.bin"):
+    if path.is_dir():
+        is_colmap = any((path / name).is_file() for name in colmap.FILES)
+        return "colmap" if is_colmap or not (path / nerfstudio.FILE).is_file() else "nerfstudio"
+    if path.name in colmap.FILES:
         return "colmap"
     suffix = path.suffix.lower()
     if suffix == ".xml":

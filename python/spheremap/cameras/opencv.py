@@ -1,19 +1,22 @@
-"""OpenCV's calibrations, as its sample programs write them with FileStorage: YAML 1.0 or XML.
+"""OpenCV's calibrations, as programs write them with FileStorage: YAML 1.0, XML or JSON.
 
 The keys are those of OpenCV's own samples: camera_matrix, distortion_coefficients, image_width,
-image_height, fisheye_model; a stereo pair has M1, D1, M2, D2. The parts of YAML that FileStorage
-writes for matrices and numbers are read here, so that neither OpenCV nor a YAML library is needed.
+image_height, fisheye_model; cameraResolution of its interactive-calibration; a stereo pair has M1,
+D1, M2, D2. Tutorials mix names, so any of a matrix goes with any of a distortion. The parts of YAML
+that FileStorage writes for matrices and numbers are read here, so that neither OpenCV nor a YAML
+library is needed.
 """
 
 from __future__ import annotations
 
+import json
 import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..map.cameras import camera
-from .views import Rig, View
+from .views import Rig, View, where
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -29,40 +32,64 @@ MATRIX = re.compile(
     re.MULTILINE,
 )
 NUMBER = re.compile(r"^(\w+)\s*:\s*([-+.\deE]+)\s*$", re.MULTILINE)
-# The matrix, the distortion, and the camera's name; an older sample writes camel case.
-KEYS = (
-    ("camera_matrix", "distortion_coefficients", "camera"),
-    ("Camera_Matrix", "Distortion_Coefficients", "camera"),
-    ("cameraMatrix", "distCoeffs", "camera"),
-    ("K", "D", "camera"),
-    ("M1", "D1", "left"),
-    ("M2", "D2", "right"),
+# A camera's name, and those of its matrix and of its distortion.
+CAMERAS = (
+    (
+        "camera",
+        ("camera_matrix", "Camera_Matrix", "cameraMatrix", "K"),
+        (
+            "distortion_coefficients",
+            "Distortion_Coefficients",
+            "distCoeffs",
+            "dist_coeffs",
+            "dist",
+            "D",
+        ),
+    ),
+    ("left", ("M1",), ("D1",)),
+    ("right", ("M2",), ("D2",)),
 )
 WIDTHS = ("image_width", "image_Width", "width")
 HEIGHTS = ("image_height", "image_Height", "height")
+# Width and height.
+RESOLUTION = "cameraResolution"
 
 
 def read(path: Path) -> Rig:
     """Read a FileStorage file."""
     text = path.read_text(encoding="utf-8")
-    found = _xml(text) if text.lstrip().startswith("<") else _yaml(text)
+    start = text.lstrip()[:1]
+    found = (_xml if start == "<" else _json if start == "{" else _yaml)(text)
 
     def number(names: tuple[str, ...]) -> int | None:
         return next((int(found[name][0]) for name in names if name in found), None)
 
+    def one_of(names: tuple[str, ...]) -> str | None:
+        # Numbers may be written as is not read here: a name is there without them, too.
+        there = [
+            x for x in names if x in found or re.search(rf'^\s*[<"]?{x}\b', text, re.MULTILINE)
+        ]
+        if len(there) > 1:
+            raise ValueError(f"Expected one of {' and '.join(there)} in {path.name!r}, got both.")
+        if there and there[0] not in found:
+            raise ValueError(f"Expected numbers of {there[0]!r} in {path.name!r}, got none.")
+        return there[0] if there else None
+
     width, height = number(WIDTHS), number(HEIGHTS)
+    if width is None and height is None and len(found.get(RESOLUTION, ())) == 2:
+        width, height = map(int, found[RESOLUTION])
     views = []
-    for matrix, distortion, name in KEYS:
-        if matrix not in found:
+    for name, matrices, distortions in CAMERAS:
+        matrix = one_of(matrices)
+        if matrix is None:
             continue
         if width is None or height is None:
             raise ValueError(
                 f"Expected `image_width` and `image_height` in {path.name!r}, got none: make the "
                 "camera with `sm.camera(K, size)`."
             )
-        given = found.get(distortion, np.zeros(0))
-        if distortion not in found and re.search(rf"\b{distortion}\b", text):
-            raise ValueError(f"Expected numbers of {distortion!r} in {path.name!r}, got none.")
+        distortion = one_of(distortions)
+        given = np.zeros(0) if distortion is None else found[distortion]
         fisheye = number(("fisheye_model", "fisheye")) == 1
         if "xi" in found:
             model, given = "unified", np.concatenate([found["xi"][:1], given])
@@ -75,10 +102,8 @@ def read(path: Path) -> Rig:
         size = (height, width)
         if len(found[matrix]) != 9:
             raise ValueError(f"Expected 9 numbers of {matrix!r}, got {len(found[matrix])}.")
-        try:
+        with where(f"{path.name!r}, {matrix}"):
             made = camera(found[matrix].reshape(3, 3), size, distortion=given, model=model)  # type: ignore[arg-type]
-        except ValueError as error:
-            raise ValueError(f"{path.name!r}, {matrix}: {error}") from None
         views.append(View(name, made, size))
     if not views:
         raise ValueError(f"Expected a `camera_matrix` of OpenCV in {path.name!r}, got none.")
@@ -106,6 +131,19 @@ def _xml(text: str) -> dict[str, NDArray[np.float64]]:
         data = node.findtext("data") or node.text or ""
         if node.get("type_id", "").endswith("matrix") or re.fullmatch(r"[-+.\deE\s]+", data):
             found[node.tag] = _numbers(data)
+    return {name: numbers for name, numbers in found.items() if len(numbers)}
+
+
+def _json(text: str) -> dict[str, NDArray[np.float64]]:
+    try:
+        nodes = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"Expected OpenCV's JSON, got a file that is none: {error}.") from error
+    found = {}
+    for name, node in nodes.items():
+        data = node.get("data") if isinstance(node, dict) else node
+        # Numbers, or rows of them as others write a matrix.
+        found[name] = _numbers(re.sub(r"[\[\]]", " ", json.dumps(data)))
     return {name: numbers for name, numbers in found.items() if len(numbers)}
 
 

@@ -2,26 +2,50 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, overload
+
+import numpy as np
 
 from .._arrays import as_doubles, as_rotation
 from .._scalars import as_items, as_text
 from ..map import directions_to_pixels, pixels_to_directions
-from ..map.named import resolve
+from ..map.images import fits
+from ..map.named import made, projection, resolve
 from ..resample import convert
+from .weights import along
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
     from .._arrays import Size
     from .._projection import Projection
     from ..map.named import ProjectionLike
 
-__all__ = ["Rig", "View", "mask_path", "picture_path"]
+__all__ = [
+    "LATLONG",
+    "Rig",
+    "View",
+    "as_written",
+    "mask_path",
+    "picture_name",
+    "picture_path",
+    "unrounded",
+    "where",
+]
+
+# A panorama in the axes and in the world of OpenCV's cameras.
+LATLONG = "latlong:colmap"
+# What names of pictures end on: other names are of cameras, with a folder of pictures each.
+PICTURES = (".bmp", ".exr", ".hdr", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
+FRAME = "0001.png"
+# Programs write three digits and more. A scale or a shear that anybody means is larger.
+ROUNDED = 1e-3
+# A rotation that has all of its digits keeps them.
+WHOLE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +59,16 @@ class View:
     camera : Projection
         The camera in its own frame, as `spheremap.camera` gives it.
     size : tuple of int
-        Height and width of its images.
+        Height and width of its images, of the camera's aspect.
     pose : ndarray, shape (3, 3), or None
         The rotation from the camera's frame to the world; None where a file has none.
     position : ndarray, shape (3,), or None
         Where the camera is in the world, in the file's unit.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a size of another aspect, a pose that is no rotation, and a position that is not finite.
 
     Examples
     --------
@@ -60,13 +89,23 @@ class View:
         object.__setattr__(self, "camera", resolve(self.camera))
         size = tuple(as_items(self.size, "size", "whole numbers"))
         shape = self.camera.shape(size)
+        if not fits(self.camera, shape):
+            raise ValueError(
+                "Expected `size` to be the height and the width of images of `camera`, "
+                f"{self.camera!r}, each within a texel of its aspect, got {shape}."
+            )
         object.__setattr__(self, "size", (int(shape[-2]), int(shape[-1])))
         if self.pose is not None:
-            object.__setattr__(self, "pose", as_rotation(self.pose, "pose"))
+            pose = as_rotation(self.pose, "pose")
+            # The core says what is no rotation.
+            self.camera.turned(pose)
+            object.__setattr__(self, "pose", pose)
         if self.position is not None:
             position = as_doubles(self.position, "position")
             if position.shape != (3,):
                 raise ValueError(f"Expected `position` to have shape (3,), got {position.shape}.")
+            if not np.isfinite(position).all():
+                raise ValueError(f"Expected `position` to be finite, got {position.tolist()}.")
             object.__setattr__(self, "position", position)
 
     @property
@@ -259,11 +298,67 @@ def _places(xy: ArrayLike) -> NDArray[np.float64]:
     return found
 
 
-def picture_path(view: View, frame: str) -> str:
-    """Return where a picture of the view lies in a folder that holds COLMAP's or nerfstudio's."""
-    return f"images/{view.name}/{frame}"
+@contextmanager
+def where(place: str) -> Iterator[None]:
+    """Say of an error in which part of a file it is."""
+    try:
+        yield
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{place}: {error}") from error
 
 
-def mask_path(view: View, frame: str) -> str:
-    """Return where the mask of a view's picture lies: COLMAP's name of the picture, and .png."""
-    return f"masks/{view.name}/{frame}.png"
+def unrounded(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation that a matrix of a few digits stands for, or the matrix if it is none."""
+    if not np.isfinite(matrix).all():
+        return matrix
+    left, _, right = np.linalg.svd(matrix)
+    nearest: NDArray[np.float64] = left @ right
+    off = np.abs(nearest - matrix).max()
+    return nearest if WHOLE < off < ROUNDED else matrix
+
+
+def as_written(view: View) -> View:
+    """Return a view as files have it: a camera in OpenCV's axes, with its pose in OpenCV's world.
+
+    Axes and a turn of the camera itself become part of the pose.
+    """
+    whole = view.projection.in_world_of(LATLONG)
+    pose = _frame(whole.axes) if whole.pose is None else whole.pose @ _frame(whole.axes)
+    if np.linalg.det(pose) < 0 or whole.grid != "centers":
+        raise ValueError(
+            "Expected cameras that mirror nothing, with grid 'centers', "
+            f"got {view.name!r} with {view.camera!r}."
+        )
+    if whole.name == "latlong":
+        camera = projection(LATLONG)
+    else:
+        camera = made(whole.name, axes="+x +y +z", world=whole.world, **whole.parameters)
+    position = np.zeros(3) if view.position is None else view.position
+    turn = _frame(whole.world) @ _frame(view.camera.world).T
+    return View(view.name, camera, view.size, pose, turn @ position)
+
+
+def _frame(axes: str) -> NDArray[np.float64]:
+    """Return axes or a world as columns."""
+    return np.stack([along(axes, place) for place in range(3)], axis=-1)
+
+
+def picture_name(view: View, frame: str | None) -> str:
+    """Return where a picture of the view lies in the folder of all pictures: COLMAP's name of it.
+
+    A view of a file is named as its picture is, nerfstudio's with the folder.
+    """
+    name = view.name.removeprefix("./")
+    if frame is None and name.lower().endswith(PICTURES):
+        return name.removeprefix("images/")
+    return f"{name}/{frame or FRAME}"
+
+
+def picture_path(name: str) -> str:
+    """Return where a picture lies in a folder that holds COLMAP's or nerfstudio's files."""
+    return f"images/{name}"
+
+
+def mask_path(name: str) -> str:
+    """Return where the mask of a picture lies: its name, and .png, as COLMAP wants it."""
+    return f"masks/{name}.png"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..map.cameras import camera
-from .views import Rig, View
+from .views import Rig, View, where
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,6 +35,9 @@ ROS = {
     "rational_polynomial": "brown_conrady",
     "equidistant": "kannala_brandt",
     "fisheye": "kannala_brandt",
+    # Drivers say so of lenses without distortion.
+    "": "pinhole",
+    "none": "pinhole",
 }
 
 
@@ -50,11 +53,12 @@ def read_kalibr(path: Path) -> Rig:
         )
         for k, name in enumerate(names):
             entry = chain[name]
-            if k > 0:
-                to_here = np.asarray(entry["T_cn_cnm1"], float).reshape(4, 4) @ to_here
-            turn = to_here[:3, :3]
-            made, size = _kalibr_camera(entry)
-            views.append(View(name, made, size, turn.T, -turn.T @ to_here[:3, 3] + 0.0))
+            with where(f"{path.name!r}, {name}"):
+                if k > 0:
+                    to_here = np.asarray(entry["T_cn_cnm1"], float).reshape(4, 4) @ to_here
+                turn = to_here[:3, :3]
+                made, size = _kalibr_camera(entry)
+                views.append(View(name, made, size, turn.T, -turn.T @ to_here[:3, 3] + 0.0))
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"Expected a camchain of Kalibr, got {path.name!r}: {error!r}.") from error
     if not views:
@@ -94,17 +98,21 @@ def read_ros(path: Path) -> Rig:
             numbers = info["K"] if "K" in info else info["k"]
             given = [float(x) for x in (info["D"] if "D" in info else info["d"])]
         k = np.asarray(numbers, float).reshape(3, 3)
-        name = str(info.get("distortion_model", "plumb_bob"))
+        name = str(info.get("distortion_model", "plumb_bob")).lower()
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"Expected ROS's CameraInfo, got {path.name!r}: {error!r}.") from error
     if name not in ROS:
         raise ValueError(
-            f"Expected a distortion model among {', '.join(ROS)}, got {name!r}, which has no "
-            "formula here."
+            f"Expected a distortion model among {', '.join(filter(None, ROS))}, got {name!r}, "
+            "which has no formula here."
         )
     if not k.any():
         raise ValueError(f"Expected a calibrated camera in {path.name!r}, got a K of zeros.")
-    made = camera(k, size, distortion=given, model=ROS[name])  # type: ignore[arg-type]
+    # A message has room for plumb_bob's five: zeros after those of other models are none.
+    count = {"kannala_brandt": 4, "pinhole": 0}.get(ROS[name], len(given))
+    distortion = given if any(given[count:]) else given[:count]
+    with where(repr(path.name)):
+        made = camera(k, size, distortion=distortion, model=ROS[name])  # type: ignore[arg-type]
     header = info.get("header")
     frame = header.get("frame_id") if isinstance(header, dict) else None
     return Rig((View(str(info.get("camera_name") or frame or "camera"), made, size),))

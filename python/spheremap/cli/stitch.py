@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -29,6 +29,8 @@ from spheremap.io.tonemap import Curve
 from spheremap.map.flat import flat
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
 
@@ -79,7 +81,7 @@ def stitch(
     """Join views, or the pictures of a 360 camera's lenses, into one panorama.
 
     Of two pictures and one lens the second looks backward. Pictures are those of the views of a
-    file by their names, or else by their order.
+    file by their names, or by their order where no name is that of a view.
     """
     check_projection(to)
     if target.suffix.lower() in TEXTURES:
@@ -161,22 +163,51 @@ def _matched(cameras: str, sources: list[Path]) -> tuple[Any, list[Path]]:
 def _pictures(rig: sm.cameras.Rig, sources: list[Path]) -> list[Path]:
     """Return the pictures of a rig's views in their order."""
     if len(sources) == 1 and sources[0].is_dir():
-        folder = sources[0]
-        found = [folder / view.name for view in rig]
-        missing = [path for path in found if not path.is_file()]
+        places = [[sources[0].joinpath(*name) for name in names] for names in _names(rig)]
+        best = max(places, key=lambda paths: sum(path.is_file() for path in paths))
+        for path in best:
+            if not path.is_file():
+                raise FileNotFoundError(f"no such file: {str(path)!r}, a view of the cameras")
+        return best
+    for names in _names(rig):
+        found = _by_name(names, sources)
+        if not any(found):
+            continue
+        for view, paths in zip(rig, found, strict=True):
+            if len(paths) > 1:
+                raise UsageError(f"{view.name!r} is the name of {len(paths)} pictures")
+        missing = [view.name for view, paths in zip(rig, found, strict=True) if not paths]
         if missing:
-            raise FileNotFoundError(f"no such file: {str(missing[0])!r}, a view of the cameras")
-        return found
-    named = [
-        next((path for path in sources if path.as_posix().endswith(view.name)), None)
-        for view in rig
-    ]
-    by_name = [path for path in named if path is not None]
-    if len(set(by_name)) == len(rig):
-        return by_name
+            shown = ", ".join(map(repr, missing[:4])) + (", ..." if len(missing) > 4 else "")
+            raise UsageError(f"pictures have the names of some cameras, and none that of {shown}")
+        return [path for (path,) in found]
     if len(sources) not in (len(rig), 2 if len(rig) == 1 else len(rig)):
         raise UsageError(f"there are {len(rig)} cameras and {len(sources)} pictures")
     return sources
+
+
+def _names(rig: sm.cameras.Rig) -> Iterator[list[tuple[str, ...]]]:
+    """Yield the parts of the views' names, then fewer as long as they differ.
+
+    Names are relative to a folder that IN need not be: nerfstudio's begin with "images".
+    """
+    whole = [PurePosixPath(view.name).parts for view in rig]
+    for k in range(max(1, min(map(len, whole), default=0))):
+        names = [parts[k:] for parts in whole]
+        if k and len(set(names)) < len(names):
+            return
+        yield names
+
+
+def _by_name(names: list[tuple[str, ...]], sources: list[Path]) -> list[list[Path]]:
+    """Return the pictures of each name: a picture is of the longest with which its path ends."""
+    found: dict[tuple[str, ...], list[Path]] = {name: [] for name in names}
+    for path in sources:
+        parts = path.absolute().parts
+        ends = [name for name in names if parts[-len(name) :] == name]
+        if ends:
+            found[max(ends, key=len)].append(path)
+    return [found[name] for name in names]
 
 
 def _are_light(loaded: list[Picture], depth: str) -> bool:

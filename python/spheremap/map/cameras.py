@@ -80,6 +80,9 @@ ELSEWHERE = {
 
 # Where the center of the first pixel is counted: whole numbers are centers.
 PIXEL_CENTER = 0.5
+# What is left of no skew, of fx, where K is a product or was solved for: rounding times the
+# condition. It moves what is as far from the middle as fx by a billionth of that.
+SKEW = 1e-9
 
 
 def camera(
@@ -101,10 +104,10 @@ def camera(
     Parameters
     ----------
     K : array_like, shape (3, 3) or (4,)
-        The camera matrix, or fx, fy, cx, cy, in pixels. A skew is not known. fx is at most 20
-        widths of the image and fy 20 heights: a field of 2.86°. Narrower ones without distortion,
-        those of telescopes, are ``sm.projection("perspective", fov=0.57)``. The principal point is
-        at most two widths and heights from the middle.
+        The camera matrix, or fx, fy, cx, cy, in pixels. A skew is not known, but as rounding. fx
+        is at most 20 widths of the image and fy 20 heights: a field of 2.86°. Narrower ones without
+        distortion, those of telescopes, are ``sm.projection("perspective", fov=0.57)``. The
+        principal point is at most two widths and heights from the middle.
     size : tuple of int
         Height and width of the images that K is for, in pixels, at most 20 times as wide as high.
         The projection holds at every size.
@@ -293,7 +296,7 @@ def _pixels(given: Any) -> tuple[float, ...]:
         return tuple(k.tolist())
     if k.shape != (3, 3):
         raise ValueError(f"Expected `K` to have shape (3, 3) or (4,), got {k.shape}.")
-    if k[0, 1] != 0:
+    if not abs(k[0, 1]) <= SKEW * abs(k[0, 0]):
         raise ValueError(f"Expected `K` to have no skew, got {k[0, 1]:g} in its first row.")
     if k[1, 0] != 0 or k[2].tolist() != [0, 0, 1]:
         raise ValueError(

@@ -27,6 +27,7 @@ import imageio_ffmpeg
 import numpy as np
 import spheremap as sm
 from measure import machine, publish, say, table
+from spheremap.video.display import Display
 from spheremap.video.frames import FrameConversion
 
 BEGIN, END = "<!-- video: written by benches/video.py -->", "<!-- video: end -->"
@@ -93,7 +94,8 @@ def remap(
         frame = next(file.decode(video=0))
     options = {"filter": filter, "antialias": antialias, "any_aspect": False}
     src, dst = sm.projection(SRC), sm.projection(DST)
-    work = FrameConversion(frame.format, 0, src, dst, shape, siting, options)
+    formats, sitings = (frame.format.name,) * 2, (siting, siting)
+    work = FrameConversion(frame, formats, Display(), src, dst, shape, sitings, options)
     return lambda: [work.take_back(work(frame)) for _ in range(count)] and None
 
 

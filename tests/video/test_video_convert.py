@@ -4,10 +4,12 @@ than ffmpeg's v360."""
 from __future__ import annotations
 
 import signal
+import struct
 import subprocess
 import sys
 from pathlib import Path
 
+import av
 import filming
 import numpy as np
 import pytest
@@ -99,6 +101,140 @@ def test_chroma_on_the_corner(dst: str, tmp_path: Path) -> None:
                                                             strict=True)]  # fmt: skip
     assert found["top-left"][0] == found["left"][0]
     assert all(a > b for a, b in zip(found["top-left"][1:], found["left"][1:], strict=True)), found
+
+
+@pytest.mark.parametrize("wanted", filming.RATIOS)
+@pytest.mark.parametrize("kind", filming.RATIOS)
+@pytest.mark.parametrize(
+    ("dst", "shape"), [("latlong:ffmpeg-output", (128, 256)), ("cube:ffmpeg-c3x2", (128, 192))]
+)
+def test_chroma_of_another_size_lies_as_it_is_sited(
+    kind: str, wanted: str, dst: str, shape: tuple[int, int], tmp_path: Path
+) -> None:
+    src = "latlong:ffmpeg-output"
+    frame = filming.rendered(src, (128, 256), 1, kind)
+    source, target = filming.film(tmp_path / "in.mkv", [frame], kind), tmp_path / "out.mkv"
+    done = sm.video.convert(
+        source, target, src, dst, size=shape, pixel_format=wanted, filter="catmull-rom"
+    )
+    assert done.pixel_format == wanted
+    (got,), truth = filming.read(target), filming.rendered(dst, shape, 1, wanted)
+    for a, b in zip(got, truth, strict=True):
+        # 44 dB and more where texels are lost, else 50; half a texel of luma aside 41 at most.
+        assert a.shape == b.shape and (np.array_equal(a, b) or filming.psnr(a, b) > 43)
+
+
+def test_chroma_of_jpeg_lies_in_the_center(tmp_path: Path) -> None:
+    frame = filming.rendered("latlong", (128, 256), 1, "yuv420p")
+    source, target = filming.film(tmp_path / "in.mkv", [frame]), tmp_path / "out.mkv"
+    lossless = {"codec": "libx264", "options": {"qp": "0"}}
+    sm.video.convert(source, target, "latlong", "latlong", pixel_format="yuvj420p", **lossless)  # type: ignore[arg-type]
+    (got,) = filming.read(target)
+    center = filming.rendered("latlong", (128, 256), 1, "yuv420p", (0, 0))
+    for ours, a, b in zip(got[1:], center[1:], frame[1:], strict=True):
+        # Bytes of full range are 255/224 of others.
+        narrow = 128 + (ours - 128.0) * 224 / 255
+        assert filming.psnr(narrow, a) > filming.psnr(narrow, b) + 5
+
+
+def test_rgb_and_chroma(tmp_path: Path) -> None:
+    whole = filming.rendered("latlong", (128, 256), 1, "yuv444p")
+    halved = filming.rendered("latlong", (128, 256), 1, "yuv420p")
+    source, target = tmp_path / "in.mkv", tmp_path / "out.mkv"
+    # Paler, so that all of it has an RGB.
+    pale = [[(96 + plane // 4).astype(np.uint8) for plane in planes] for planes in (whole, halved)]
+    sm.video.convert(
+        filming.film(source, [pale[1]]), target, "latlong", "latlong", pixel_format="bgr0"
+    )
+    with av.open(str(target)) as file:
+        (frame,) = file.decode(video=0)
+        # BT.601 of limited range, as of most video.
+        found = filming.arrays(frame.reformat(format="yuv444p", dst_color_range=1))
+    sm.video.convert(target, source, "latlong", "latlong", pixel_format="yuv420p")
+    for got, truth in ((found, pale[0]), (filming.read(source)[0], pale[1])):
+        for a, b in zip(got, truth, strict=True):
+            # Two roundings, to bytes of RGB and of Y'CbCr, are 0.17 to 0.24; chroma that is half a
+            # texel of luma aside has 0.48 and 0.8 before any.
+            assert np.mean((a.astype(float) - b) ** 2) < 0.3
+
+
+def test_what_is_rgb_says_so(tmp_path: Path) -> None:
+    red = np.full((64, 128, 3), (200, 60, 20), np.uint8)
+    source, target = tmp_path / "in.mkv", tmp_path / "out.mkv"
+    frame = av.VideoFrame.from_ndarray(red).reformat(format="gbrp")
+    with av.open(str(source), "w") as file:
+        stream = file.add_stream("libx264rgb", rate=25, width=128, height=64, options={"qp": "0"})
+        stream.pix_fmt = "bgr24"
+        file.mux([*stream.encode(frame.reformat(format="bgr24")), *stream.encode(None)])
+    for codec, kind in (("libx264", "yuv444p"), ("libx264rgb", "bgr24")):
+        sm.video.convert(source, target, "latlong", "latlong", codec=codec, pixel_format=kind)
+        with av.open(str(target)) as file:
+            (frame,) = file.decode(video=0)
+        # By the encoder's loss, and bytes of Y'CbCr.
+        assert np.abs(frame.to_ndarray(format="rgb24") - red.astype(int)).max() <= 2
+        source = target.replace(source)
+
+
+MATRIX = (1, 0, 0, 1)
+
+
+def shown(path: Path, matrix: tuple[float, ...]) -> Path:
+    """Write into an MP4 file how its frames are shown."""
+
+    def packed(a: float, b: float, c: float, d: float) -> bytes:
+        parts = (round(65536 * x) for x in (a, b, 0, c, d, 0, 0, 0))
+        return struct.pack(">9i", *parts, 1 << 30)
+
+    data = path.read_bytes()
+    at = data.index(packed(*MATRIX), data.index(b"tkhd"))
+    path.write_bytes(data[:at] + packed(*matrix) + data[at + 36 :])
+    return path
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        MATRIX, (-1, 0, 0, -1), (-1, 0, 0, 1), (1, 0, 0, -1),
+        (0, 1, -1, 0), (0, -1, 1, 0), (0, 1, 1, 0), (0, -1, -1, 0),
+    ],
+)  # fmt: skip
+def test_frames_are_those_that_ffmpeg_shows(
+    matrix: tuple[int, int, int, int], tmp_path: Path
+) -> None:
+    frames = [filming.rendered("perspective(fov=90, aspect=2)", SHAPE, 1, "yuv444p")]
+    lossless = {"codec": "libx264", "options": {"qp": "0"}}
+    path = shown(filming.film(tmp_path / "in.mp4", frames, "yuv444p", **lossless), matrix)  # type: ignore[arg-type]
+    theirs = tmp_path / "theirs.mkv"
+    command = [ffmpeg_oracle.program(), "-loglevel", "error", "-i", str(path), "-c:v", "ffv1"]
+    subprocess.run([*command, str(theirs)], check=True)
+    results = []
+    for source in (path, theirs):
+        target = tmp_path / "out.mkv"
+        aspect = 2 if matrix[0] else 0.5
+        src = f"perspective(fov=90, aspect={aspect})"
+        sm.video.convert(source, target, src, "latlong", size=32, codec="ffv1")
+        results.append(filming.read(target)[0])
+    assert all(np.array_equal(a, b) for a, b in zip(*results, strict=True))
+
+
+def test_chroma_is_turned_with_frames(tmp_path: Path) -> None:
+    """What is sited left and shown upside down is right of the center."""
+    right = filming.rendered("latlong", (128, 256), 1, "yuv420p", (0.25, 0))
+    stored = [np.ascontiguousarray(plane[::-1, ::-1]) for plane in right]
+    lossless = {"codec": "libx264", "options": {"qp": "0"}}
+    path = shown(filming.film(tmp_path / "in.mp4", [stored], **lossless), (-1, 0, 0, -1))  # type: ignore[arg-type]
+    target = tmp_path / "out.mkv"
+    sm.video.convert(path, target, "latlong", "latlong", codec="ffv1", filter="catmull-rom")
+    truth = filming.rendered("latlong", (128, 256), 1, "yuv420p")
+    for a, b in zip(filming.read(target)[0], truth, strict=True):
+        # 50 dB; 41 where chroma is half a texel of luma aside.
+        assert np.array_equal(a, b) or filming.psnr(a, b) > 48
+
+
+def test_other_turns_are_refused(tmp_path: Path) -> None:
+    path = shown(sky(tmp_path / "in.mp4", 1, codec="libx264"), (0.6, 0.8, -0.8, 0.6))
+    with pytest.raises(ValueError, match="shown turned by -53"):
+        sm.video.convert(path, path, "latlong", "cube")
 
 
 def test_nothing_else_is_lost(tmp_path: Path) -> None:
@@ -247,11 +383,14 @@ def test_bad_arguments_are_named(tmp_path: Path) -> None:
     bad("unknown projection", dst="latlang")
     bad("as wide as high", src="angular")
     bad(r"cross", src="cube")
-    bad(r"a width that 2 divides.*65 x 65", dst="angular", size=65)
+    bad(r"`size` to have a width that is a multiple of 2 and a.*65 x 65", dst="angular", size=65)
     bad("no such encoder", codec="nothing")
     bad("none of video", codec="aac")
     bad("takes no 'rgb24'", pixel_format="rgb24")
     bad("no option 'speed'", options={"speed": "1"})
+    bad("'libx264' takes.*'crf': 'abc'", codec="libx264", options={"crf": "abc"})
+    bad("'mjpeg' takes.*'yuv420p'", codec="mjpeg")
+    bad("20000000 x 10000000", size=10**7)
     bad("`siting`", siting="right")
     bad("`metadata`", metadata="v3")
     bad(r"\.mp4", metadata="v1")
@@ -265,6 +404,18 @@ def test_bad_arguments_are_named(tmp_path: Path) -> None:
     with pytest.raises(OSError, match=r"cannot read .*no\.mp4"):
         sm.video.convert(tmp_path / "no.mp4", target, "latlong", "latlong")
     assert not target.exists()
+
+
+@pytest.mark.parametrize("codec", ["libx264", "libx265", "libsvtav1"])
+def test_encoders_are_silent(codec: str, tmp_path: Path) -> None:
+    source, target = sky(tmp_path / "in.mkv", 1), tmp_path / "out.mkv"
+    code = (
+        "import sys, spheremap as sm\n"
+        "sm.video.convert(*sys.argv[1:3], 'latlong', 'latlong', codec=sys.argv[3])"
+    )
+    command = [sys.executable, "-c", code, str(source), str(target), codec]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("", "")
 
 
 def test_pyav_is_imported_by_those_who_need_it() -> None:

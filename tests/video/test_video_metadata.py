@@ -12,7 +12,7 @@ import pytest
 import spheremap as sm
 from av.sidedata.sidedata import Type
 from oracles import ffmpeg_oracle
-from spheremap.video import boxes
+from spheremap.video import boxes, metadata
 
 
 @pytest.fixture
@@ -21,9 +21,9 @@ def sky(tmp_path: Path) -> Path:
     return filming.film(tmp_path / "sky.mkv", frames)
 
 
-def made(sky: Path, ending: str, metadata: str | None, dst: str = "latlong") -> Path:
+def made(sky: Path, ending: str, notation: str | None, dst: str = "latlong") -> Path:
     target = sky.with_name(f"made.{ending}")
-    sm.video.convert(sky, target, "latlong", dst, codec="libx264", metadata=metadata)  # type: ignore[arg-type]
+    sm.video.convert(sky, target, "latlong", dst, codec="libx264", metadata=notation)  # type: ignore[arg-type]
     return target
 
 
@@ -34,13 +34,13 @@ def words(path: Path) -> str:
 
 
 @pytest.mark.parametrize("ending", ["mp4", "mov"])
-@pytest.mark.parametrize("metadata", ["v1", "v2", "both", None])
-def test_what_is_written_is_read_by_others(sky: Path, ending: str, metadata: str | None) -> None:
-    path = made(sky, ending, metadata)
+@pytest.mark.parametrize("notation", ["v1", "v2", "both", None])
+def test_what_is_written_is_read_by_others(sky: Path, ending: str, notation: str | None) -> None:
+    path = made(sky, ending, notation)
     said = words(path)
     assert "Spherical Mapping: equirectangular" in said and "Invalid" not in said
-    assert ("Stereo 3D: 2D" in said) is (metadata != "v1")
-    assert (b"GSpherical:Spherical>true" in path.read_bytes()) is (metadata != "v2")
+    assert ("Stereo 3D: 2D" in said) is (notation != "v1")
+    assert (b"GSpherical:Spherical>true" in path.read_bytes()) is (notation != "v2")
     with av.open(str(path)) as file:
         frames = list(file.decode(video=0))
     assert all(f.side_data.get(Type.SPHERICAL) is not None for f in frames)
@@ -70,26 +70,86 @@ def test_what_ffmpeg_writes_is_read(sky: Path) -> None:
         assert sm.video.projection(copied(path, sky.with_name(f"copy.{ending}"))) is not None
 
 
+def patched(path: Path, old: bytes, new: bytes) -> Path:
+    data = bytearray(path.read_bytes())
+    at = data.index(old)
+    data[at : at + len(new)] = new
+    path.write_bytes(data)
+    return path
+
+
+def in_xml(path: Path, **words: object) -> Path:
+    """Put words into the XML of the first version."""
+    own = "".join(f"<GSpherical:{key}>{word}</GSpherical:{key}>" for key, word in words.items())
+    xml = metadata._XML.replace("</rdf", f"{own}</rdf").encode()
+    boxes.add(path, boxes.box(b"uuid", metadata._V1.bytes, xml), b"")
+    return path
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        (b"st3d" + bytes(5), b"st3d" + bytes(4) + b"\1", "two eyes, top and bottom"),
         (b"prhd" + bytes(4), b"prhd" + bytes(4) + b"\0\x1e\0\0", "turned by 30, 0, 0"),
         (b"equi" + bytes(4), b"equi" + bytes(4) + b"\x40\0\0\0", "a part of"),
     ],
 )
 def test_what_it_cannot_be_taken_for(sky: Path, old: bytes, new: bytes, says: str) -> None:
-    path = made(sky, "mp4", "v2")
-    data = bytearray(path.read_bytes())
-    at = data.index(old)
-    data[at : at + len(new)] = new
-    path.write_bytes(data)
+    path = patched(made(sky, "mp4", "v2"), old, new)
     with pytest.raises(ValueError, match=says):
         sm.video.projection(path)
     with pytest.raises(ValueError, match=says):
         sm.video.convert(path, path, None, "cube")
     # Whoever says what it is knows.
     sm.video.convert(path, path, "latlong", "cube", size=16)
+
+
+@pytest.mark.parametrize(
+    ("left", "full", "part"), [(64, 256, 128), (0, 256, 128), (8, 128, 128), (0, 64, 64)]
+)
+def test_parts_of_panoramas_in_xml(sky: Path, left: int, full: int, part: int) -> None:
+    path = in_xml(
+        made(sky, "mp4", "none"),
+        FullPanoWidthPixels=full,
+        FullPanoHeightPixels=full // 2,
+        CroppedAreaImageWidthPixels=part,
+        CroppedAreaImageHeightPixels=part // 2,
+        CroppedAreaLeftPixels=left,
+        CroppedAreaTopPixels=left // 2,
+    )
+    if left == 0 and full == part:
+        assert sm.video.projection(path) == sm.projection("latlong")
+        return
+    with pytest.raises(ValueError, match="a part of"):
+        sm.video.projection(path)
+    with pytest.raises(ValueError, match="a part of"):
+        sm.video.convert(path, path, None, "cube")
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_two_eyes_are_refused_whatever_src_is(sky: Path, version: int) -> None:
+    path = made(sky, "mp4", "v2" if version == 2 else "none")
+    if version == 2:
+        patched(path, b"st3d" + bytes(5), b"st3d" + bytes(4) + b"\1")
+    else:
+        in_xml(path, StereoMode="top-bottom")
+    with pytest.raises(ValueError, match="two eyes, top and bottom, which is not supported"):
+        sm.video.projection(path)
+    for src in (None, "latlong"):
+        with pytest.raises(ValueError, match="two eyes"):
+            sm.video.convert(path, path, src, "latlong")
+
+
+@pytest.mark.parametrize(
+    ("dst", "says"),
+    [
+        ("cube", "no latlong"),
+        ("latlong:ffmpeg", "grid is 'corners'"),
+        (sm.projection("latlong", axes="-x -y -z"), "mirrored"),
+    ],
+)
+def test_why_there_is_no_word(sky: Path, dst: sm.Projection | str, says: str) -> None:
+    with pytest.raises(ValueError, match=f"`metadata` to be 'none' for .*{says}.*got 'v2'"):
+        made(sky, "mp4", "v2", dst)  # type: ignore[arg-type]
 
 
 def test_boxes_move_nothing_else(sky: Path) -> None:

@@ -46,6 +46,31 @@ def test_what_is_packed_becomes_planes_of_the_same_numbers() -> None:
             described(name)
 
 
+@pytest.mark.parametrize(
+    ("source", "wanted", "formats"),
+    [
+        ("yuv420p", "yuv420p10le", ("yuv420p", "yuv420p")),
+        ("nv12", "p010le", ("yuv420p", "yuv420p")),
+        ("yuv420p10le", "yuv444p", ("yuv420p10le", "yuv444p10le")),
+        ("yuv420p", "rgb24", ("yuv420p", "yuv444p")),
+        ("yuvj422p", "nv12", ("yuvj422p", "yuvj420p")),
+        ("bgr0", "yuv420p10le", ("yuv444p10le", "yuv420p10le")),
+        ("rgb24", "yuv444p", ("gbrp", "gbrp")),
+        ("yuv420p", "gray", ("yuv420p", "yuv420p")),
+        ("gray", "yuv420p", ("gray", "gray")),
+        # Of 4:1:1 there is none with alpha.
+        ("yuva420p", "yuv411p", ("yuv420p", "yuv411p")),
+    ],
+)
+def test_between(source: str, wanted: str, formats: tuple[str, str]) -> None:
+    assert planes.between(source, wanted) == formats
+
+
+def test_no_format_lies_between() -> None:
+    with pytest.raises(ValueError, match="'yuva422p10le' can become, got 'uyyvyy411'"):
+        planes.between("yuva422p10le", "uyyvyy411")
+
+
 def test_views_are_the_frame_s_own_memory() -> None:
     frame = av.VideoFrame(50, 20, "yuv420p10le")
     for view in planes.views(frame, planes.described(frame.format, 0)):

@@ -7,11 +7,11 @@ in 8 bytes behind the name (ISO/IEC 14496-12, 4.2).
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-__all__ = ["add", "box", "full_box"]
+__all__ = ["add", "box", "full_box", "identified"]
 
 _HEAD = 8
 # What boxes hold before other boxes (ISO/IEC 14496-12, 8.5.2).
@@ -68,20 +68,42 @@ def add(path: Path, to_track: bytes, to_description: bytes) -> None:
         file.write(box(b"moov", *held))
 
 
+def identified(path: str, identity: bytes) -> bytes:
+    """Return what the first video's box of a UUID holds; nothing where there is none.
+
+    Of any file: others have no index.
+    """
+    with open(path, "rb") as file:
+        index = next((held for _, _, held in _indices(file)), b"")
+    for name, inner in _boxes(index):
+        if name == b"trak" and _is_video(inner):
+            found = (held for n, held in _boxes(inner) if n == b"uuid" and held[:16] == identity)
+            return next(found, b"")[16:]
+    return b""
+
+
 def _index(file: BinaryIO) -> tuple[int, bytes]:
     """Return where the index begins, and what it holds."""
-    end, start = file.seek(0, 2), 0
-    while start + _HEAD <= end:
+    size = file.seek(0, 2)
+    for start, end, held in _indices(file):
+        if end == size:
+            return start, held
+    raise ValueError("Expected a file with its index at the end.")
+
+
+def _indices(file: BinaryIO) -> Iterator[tuple[int, int, bytes]]:
+    """Yield where indices of a file begin and end, and what they hold."""
+    size, start = file.seek(0, 2), 0
+    while start + _HEAD <= size:
         file.seek(start)
         length, name = struct.unpack(">I4s", file.read(_HEAD))
         if length == 1:
             (length,) = struct.unpack(">Q", file.read(8))
-        if name == b"moov" and start + length == end:
-            return start, file.read(length - _HEAD)
         if length < _HEAD:
-            break
+            return
+        if name == b"moov":
+            yield start, start + length, file.read(length - _HEAD)
         start += length
-    raise ValueError("Expected a file with its index at the end.")
 
 
 def _boxes(data: bytes) -> list[tuple[bytes, bytes]]:

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..resample.plans import RemapPlan, remap_plan
-from .planes import Plane, described, views
-from .siting import cells, moved, offset, spread, turn
+from .planes import Plane, described, reformatted, views
+from .siting import cells, gathered, moved, offset, spread, turn
 
 if TYPE_CHECKING:
-    from av.video.format import VideoFormat
     from av.video.frame import VideoFrame
     from numpy.typing import NDArray
 
     from .._projection import Projection
+    from .display import Display
 
 __all__ = ["FrameConversion"]
 
@@ -35,18 +35,20 @@ class PlanesConversion:
 
     Attributes
     ----------
-    plane : Plane
-        What each holds.
+    source, target : Plane
+        What each holds, and its result.
     plan : RemapPlan
         From texels at (i + ½)/n to texels at (i + ½)/n of the maps that it names.
     before, after : (float, float) or None
         Where texels of the source have to be fetched for that, and those of the result, in texels.
     spread : (float, float) or None
         Given, the plan is of luma's size: chroma of the source, which lies there, becomes as
-        large, and each texel of the result is the first of those that it stands for.
+        large, and each texel of the result is the first of those that it stands for; their mean
+        where the source has more.
     """
 
-    plane: Plane
+    source: Plane
+    target: Plane
     plan: RemapPlan
     before: Shift | None
     after: Shift | None
@@ -77,13 +79,13 @@ class PlanesConversion:
     def _fetched(self, image: NDArray[Any]) -> NDArray[Any]:
         faces = cells(self.plan.src)
         if self.spread is not None:
-            return spread(image, self.plane, self.spread, faces)
-        return image if self.before is None else moved(image, self.before, faces, self.plane.top)
+            return spread(image, self.source, self.spread, faces)
+        return image if self.before is None else moved(image, self.before, faces, self.source.top)
 
     def _put(self, result: NDArray[Any], out: NDArray[Any]) -> None:
-        top = self.plane.top
+        top = self.target.top
         if self.spread is not None:
-            result = result[:: self.plane.down, :: self.plane.across]
+            result = gathered(result, self.target, _is_coarser(self.target, self.source))
         if self.after is not None:
             result = moved(result, self.after, cells(self.plan.dst), top)
         if top is not None and top < np.iinfo(out.dtype).max:
@@ -107,16 +109,18 @@ class FrameConversion:
 
     Parameters
     ----------
-    pixel_format : VideoFormat
-        Of the frames, with their size; planar.
-    color_range : int
-        As PyAV numbers it: what black is follows from it.
+    first : VideoFrame
+        The others are as it is.
+    formats : (str, str)
+        What of frames is read, and what is made of it; see `between`.
+    display : Display
+        How frames are shown: what is shown is converted.
     src, dst : Projection
         Each a flat picture.
     shape : (int, int)
         Height and width of the result.
-    siting : str
-        Where chroma lies, in both.
+    sitings : (str, str)
+        Where chroma lies in frames, and in the result.
     options : dict
         What else `remap_plan` takes.
 
@@ -128,80 +132,99 @@ class FrameConversion:
 
     def __init__(
         self,
-        pixel_format: VideoFormat,
-        color_range: int,
+        first: VideoFrame,
+        formats: tuple[str, str],
+        display: Display,
         src: Projection,
         dst: Projection,
         shape: tuple[int, int],
-        siting: str,
+        sitings: tuple[str, str],
         options: dict[str, Any],
     ) -> None:
-        self.name, self.shape = pixel_format.name, shape
+        from av import VideoFormat
+
+        read, self.name = formats
+        self.shape, self._display = shape, display
+        stored = first.height, first.width
+        self._held = *stored, read
         self._spare: deque[VideoFrame] = deque()
-        self.planes = described(pixel_format, color_range)
-        self.source_shape = pixel_format.height, pixel_format.width
-        for what, sides in (("frames", self.source_shape), ("`size`", shape)):
-            _expect_whole(what, sides, self.planes, self.name)
-        siting = "center" if options["filter"] == "nearest" else siting
-        groups: dict[tuple[int, int], list[int]] = {}
-        for k, plane in enumerate(self.planes):
-            groups.setdefault((plane.across, plane.down), []).append(k)
+        color_range = int(self.readable(first).color_range or 0)
+        self.read = described(VideoFormat(read), color_range)
+        self.planes = described(VideoFormat(self.name), color_range)
+        _expect_whole("frames", stored, self.read, read)
+        _expect_whole("`size`", shape, self.planes, self.name)
+        self.source_shape = display.shape(stored)
+        sitings = ("center", "center") if options["filter"] == "nearest" else sitings
+        groups: dict[tuple[int, ...], list[int]] = {}
+        for k, (plane, result) in enumerate(zip(self.read, self.planes, strict=True)):
+            groups.setdefault((plane.across, plane.down, result.across, result.down), []).append(k)
         self.conversions = [
-            (group, self._of([self.planes[k] for k in group], src, dst, siting, options))
-            for group in groups.values()
+            (group, self._of(group, src, dst, sitings, options)) for group in groups.values()
         ]
 
     def _of(
         self,
-        planes: list[Plane],
+        group: list[int],
         src: Projection,
         dst: Projection,
-        siting: str,
+        sitings: tuple[str, str],
         options: dict[str, Any],
     ) -> PlanesConversion:
-        plane, *others = planes
-        black = [each.black for each in planes]
+        stored, result = self.read[group[0]], self.planes[group[0]]
+        plane = self._display.plane(stored)
+        black = [self.planes[k].black for k in group]
         # Of the third channel of two planes nothing is kept.
-        options = options | {"fill": [*black, *[0.0] * (3 - len(planes))] if others else black[0]}
-        at = offset(plane, siting)
-        if plane.across != plane.down and (src.layout or dst.layout):
+        fill = [*black, *[0.0] * (3 - len(black))] if len(black) > 1 else black[0]
+        options = options | {"fill": fill}
+        at, goal = self._display.at(offset(stored, sitings[0])), offset(result, sitings[1])
+        is_coarser = _is_coarser(result, plane)
+        are_squares = plane.across == plane.down and result.across == result.down
+        if not are_squares and (src.layout or dst.layout):
             # Faces are squares: those of such chroma are none.
             options |= {"source_shape": self.source_shape, "size": self.shape}
-            first = (1 / plane.across - 1) / 2, (1 / plane.down - 1) / 2
-            rest = at[0] - first[0], at[1] - first[1]
+            if not is_coarser:
+                first = (1 / result.across - 1) / 2, (1 / result.down - 1) / 2
+                goal = goal[0] - first[0], goal[1] - first[1]
             plan = remap_plan(src, dst, **options)
-            return PlanesConversion(plane, plan, None, rest if any(rest) else None, at)
+            return PlanesConversion(plane, result, plan, None, goal if any(goal) else None, at)
         source, target = (
-            (sides[0] // plane.down, sides[1] // plane.across)
-            for sides in (self.source_shape, self.shape)
+            (sides[0] // each.down, sides[1] // each.across)
+            for sides, each in ((self.source_shape, plane), (self.shape, result))
         )
-        # Luma has the aspect of the map; half as wide is as right.
+        # Luma has the aspect of the map; half as wide is as right. Chroma that loses texels has
+        # patterns finer than those that are left.
         options |= {"source_shape": source, "size": target, "any_aspect": True}
+        options["antialias"] |= is_coarser
         src, before = _sited(src, source, at)
-        dst, after = _sited(dst, target, at)
+        dst, after = _sited(dst, target, goal)
         if before is not None:
             before = -before[0], -before[1]
-        return PlanesConversion(plane, remap_plan(src, dst, **options), before, after)
+        return PlanesConversion(plane, result, remap_plan(src, dst, **options), before, after)
 
     def __call__(
         self, frame: VideoFrame, rotation: NDArray[np.float64] | None = None
     ) -> VideoFrame:
         """Return a frame's conversion: its colors, its time."""
         result = self.blank(frame)
-        images, outs = views(frame, self.planes), views(result, self.planes)
+        images = [self._display.picture(plane) for plane in views(frame, self.read)]
+        outs = views(result, self.planes)
         for group, convert in self.conversions:
             convert([images[k] for k in group], [outs[k] for k in group], rotation)
         return result
+
+    def readable(self, frame: VideoFrame) -> VideoFrame:
+        """Return a frame of the format that is read: each kind of numbers is a plane of its own."""
+        return reformatted(frame, self._held[2])
 
     def blank(self, frame: VideoFrame) -> VideoFrame:
         """Return a frame for the conversion of one: with its colors and its time, nothing in it."""
         import av
 
-        held = frame.height, frame.width, frame.format.name
-        if held != (*self.source_shape, self.name):
+        held, wanted = (frame.height, frame.width, frame.format.name), self._held
+        if held != wanted:
             raise ValueError(
-                f"Expected all frames to be {self.source_shape[1]} x {self.source_shape[0]} of "
-                f"{self.name!r}, got {held[1]} x {held[0]} of {held[2]!r}."
+                f"Expected all frames to be {wanted[1]} x {wanted[0]} of {wanted[2]!r}, "
+                f"got {held[1]} x {held[0]} of {held[2]!r}."
             )
         if len(self._spare) > _KEPT:
             result = self._spare.popleft()
@@ -234,12 +257,16 @@ def _sited(p: Projection, shape: tuple[int, int], at: Shift) -> tuple[Projection
     return p if turned is None else p.turned(turned), rest if any(rest) else None
 
 
+def _is_coarser(plane: Plane, other: Plane) -> bool:
+    return plane.across > other.across or plane.down > other.down
+
+
 def _expect_whole(what: str, sides: tuple[int, int], planes: tuple[Plane, ...], name: str) -> None:
     down, across = max(p.down for p in planes), max(p.across for p in planes)
     if sides[0] % down or sides[1] % across:
-        parts = [f"a width that {across} divides"] * (across > 1)
-        parts += [f"a height that {down} divides"] * (down > 1)
+        parts = [f"a width that is a multiple of {across}"] * (across > 1)
+        parts += [f"a height that is a multiple of {down}"] * (down > 1)
         raise ValueError(
-            f"Expected {what} of pixel format {name!r} to have {' and '.join(parts)}, "
+            f"Expected {what} to have {' and '.join(parts)}, for pixel format {name!r}, "
             f"got {sides[1]} x {sides[0]}."
         )

@@ -12,10 +12,11 @@ import numpy as np
 
 from .._progress import part
 from ..map.named import resolve
+from .display import display
 from .library import reading
 from .output import writing
 from .pipeline import overlap
-from .planes import planar
+from .planes import planar, reformatted
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -28,10 +29,7 @@ if TYPE_CHECKING:
     from .frames import FrameConversion
     from .output import AnyPacket, Output
 
-__all__ = ["Job", "Source", "in_planes"]
-
-# Of these chroma is sited as in JPEG.
-_CENTERED = {"mjpeg", "mpeg1video"}
+__all__ = ["Job", "Source"]
 
 
 class Item(NamedTuple):
@@ -58,7 +56,7 @@ class Source:
     OSError
         Where it cannot be decoded.
     ValueError
-        Where it has no frame.
+        Where it has no frame, or one that is shown turned by no quarter turn.
     """
 
     def __init__(self, container: InputContainer, name: str, audio: bool) -> None:
@@ -73,6 +71,7 @@ class Source:
         if self._begun.frame is None:
             raise ValueError(f"{name!r} has no frame")
         self.first: VideoFrame = self._begun.frame
+        self.display = display(self.first, name)
 
     def __enter__(self) -> Source:
         return self
@@ -86,10 +85,9 @@ class Source:
         self._items.close()
 
     @property
-    def siting(self) -> str:
-        """Where chroma lies, by the rules of its format: PyAV does not say what the file says."""
-        of_jpeg = self.first.format.name.startswith("yuvj")
-        return "center" if of_jpeg or self.video.codec_context.name in _CENTERED else "left"
+    def shape(self) -> tuple[int, int]:
+        """Height and width of frames as they are shown."""
+        return self.display.shape((self.first.height, self.first.width))
 
     @property
     def total(self) -> int:
@@ -118,10 +116,23 @@ class Source:
 class Job:
     """The conversion of one video.
 
+    Parameters
+    ----------
+    source : Source
+        What is read.
+    conversion : callable
+        Gets the pixel format and the codec that are written, and returns the conversion of frames.
+    rotation : callable or None
+        Gets seconds from the first frame, and returns how it is turned.
+    pixel_format : str or None
+        As asked for.
+
     Attributes
     ----------
     frames : int
         How many were written.
+    shape : (int, int)
+        Their height and width.
     codec, pixel_format : str
         How.
     interrupted : bool
@@ -131,13 +142,15 @@ class Job:
     def __init__(
         self,
         source: Source,
-        conversion: FrameConversion,
+        conversion: Callable[[str, str], FrameConversion],
         rotation: Callable[[float], Any] | None,
         pixel_format: str | None,
     ) -> None:
         self._source, self._conversion, self._rotation = source, conversion, rotation
-        self._wanted = pixel_format
+        own = source.first.format.name
+        self._wanted = (planar(own), own) if pixel_format is None else (pixel_format,)
         self._begun = 0
+        self.shape = source.shape
         self.frames, self.interrupted = 0, False
         self.codec = self.pixel_format = ""
 
@@ -147,23 +160,24 @@ class Job:
         The file is whole then, and can be played; after an error it is not.
         """
         try:
-            first = self._source.first
-            own = (self._conversion.name, first.format.name)
-            with writing(output.name):
-                self.pixel_format = output.prepare(
-                    self._conversion.blank(in_planes(first)),
-                    own if self._wanted is None else (self._wanted,),
-                )
             self.codec = output.video.codec_context.codec.name
+            self.pixel_format = output.chosen(self._wanted)
+            conversion = self._conversion(self.pixel_format, self.codec)
+            self.shape = conversion.shape
+            colors = reformatted(conversion.readable(self._source.first), self.pixel_format)
+            output.prepare(colors, self.shape, self.pixel_format)
+
+            def convert(item: Item) -> Item:
+                return self._converted(item, conversion)
 
             def take(item: Item) -> None:
                 with writing(output.name):
                     output.write(item.frame, item.packets)
                 if item.frame is not None:
-                    self._conversion.take_back(item.frame)
+                    conversion.take_back(item.frame)
 
             try:
-                overlap(self._source.items(), self._converted, take)
+                overlap(self._source.items(), convert, take)
             except KeyboardInterrupt:
                 if not output.frames:
                     raise
@@ -175,19 +189,17 @@ class Job:
             output.abandon()
             raise
 
-    def _converted(self, item: Item) -> Item:
+    def _converted(self, item: Item, conversion: FrameConversion) -> Item:
         if item.frame is None:
             return item
-        frame, total = in_planes(item.frame), self._source.total
+        frame, total = conversion.readable(item.frame), self._source.total
         k, self._begun = self._begun, self._begun + 1
         if frame.pts is None:
             # A stream without a container has no times.
             frame.pts, frame.time_base = k, 1 / self._source.rate
         with part(min(k / total, 1), min((k + 1) / total, 1)) if total else nullcontext():
-            result = self._conversion(frame, self._turned(frame))
-        if result.format.name != self.pixel_format:
-            result = result.reformat(format=self.pixel_format)
-        return Item(result, item.packets)
+            result = conversion(frame, self._turned(frame))
+        return Item(reformatted(result, self.pixel_format), item.packets)
 
     def _turned(self, frame: VideoFrame) -> NDArray[np.float64] | None:
         if self._rotation is None:
@@ -196,9 +208,3 @@ class Job:
         # As every function takes a rotation, and checks it.
         pose = resolve("latlong", rotation=given).pose
         return None if pose is None else np.asarray(pose)
-
-
-def in_planes(frame: VideoFrame) -> VideoFrame:
-    """Return a frame whose numbers of each kind are a plane of their own."""
-    name = planar(frame.format.name)
-    return frame if name == frame.format.name else frame.reformat(format=name)

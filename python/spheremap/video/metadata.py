@@ -11,6 +11,7 @@ say it. So they are put into the finished file here.
 from __future__ import annotations
 
 import os
+import re
 import struct
 import uuid
 from pathlib import Path
@@ -20,7 +21,7 @@ import numpy as np
 
 from ..io.whole import as_path
 from ..map.named import projection as named
-from .boxes import add, box, full_box
+from .boxes import add, box, full_box, identified
 from .library import opened, reading
 
 if TYPE_CHECKING:
@@ -28,7 +29,17 @@ if TYPE_CHECKING:
 
     from .._projection import Projection
 
-__all__ = ["CONTAINERS", "METADATA", "Metadata", "can_say", "projection", "said", "say"]
+__all__ = [
+    "CONTAINERS",
+    "METADATA",
+    "Metadata",
+    "expect_one_eye",
+    "no_word_for",
+    "projection",
+    "said",
+    "say",
+    "side_data",
+]
 
 Metadata: TypeAlias = Literal["both", "v1", "v2", "none"]
 METADATA = ("both", "v1", "v2", "none")
@@ -46,6 +57,8 @@ xmlns:GSpherical="http://ns.google.com/videos/1.0/spherical/">
 <GSpherical:ProjectionType>equirectangular</GSpherical:ProjectionType>
 </rdf:SphericalVideo>
 """
+# A word of the XML, and its number.
+_WORD = re.compile(r"<GSpherical:(\w+)>\s*(\d+)")
 # FFmpeg's AVSphericalMapping, its numbers of projections, and those of AVStereo3D's types.
 _MAPPING = "=i3i5I"
 _PROJECTIONS = (
@@ -93,21 +106,21 @@ def projection(path: str | os.PathLike[str], /) -> Projection | None:
     name = as_path(path)
     with opened(path) as container, reading(name):
         for frame in container.decode(video=0):
+            expect_one_eye(frame, name)
             return said(frame, name)
     return None
 
 
 def said(frame: VideoFrame, name: str) -> Projection | None:
     """Return the map that a frame of a file says it is of, or None; see `projection`."""
-    mapping, stereo = _side_data(frame, "SPHERICAL"), _side_data(frame, "STEREO3D")
+    mapping = side_data(frame, "SPHERICAL")
     if mapping is None:
         return None
     kind, yaw, pitch, roll, *bounds, _ = struct.unpack_from(_MAPPING, mapping)
+    if kind == 0 and _is_cropped(name):
+        # FFmpeg passes over these words of the first version.
+        kind = _PROJECTIONS.index("a part of an equirectangular")
     what = _PROJECTIONS[kind] if kind < len(_PROJECTIONS) else "unknown"
-    eyes = struct.unpack_from("=i", stereo)[0] if stereo is not None else 0
-    if eyes:
-        way = _STEREO[eyes] if eyes < len(_STEREO) else "in another way"
-        raise ValueError(f"{name!r} says that it is of two eyes, {way}: `src` is needed")
     if kind != 0 or any(bounds):
         raise ValueError(f"{name!r} says that it is {what}, which is not known: `src` is needed")
     if yaw or pitch or roll:
@@ -118,7 +131,33 @@ def said(frame: VideoFrame, name: str) -> Projection | None:
     return named("latlong")
 
 
-def _side_data(frame: VideoFrame, name: str) -> bytes | None:
+def expect_one_eye(frame: VideoFrame, name: str) -> None:
+    """Raise a ValueError where a file says that frames are pictures for two eyes."""
+    stereo = side_data(frame, "STEREO3D")
+    eyes = struct.unpack_from("=i", stereo)[0] if stereo is not None else 0
+    # Of what lies in no known way, as the layers of HEVC, FFmpeg decodes one eye.
+    if 0 < eyes < len(_STEREO):
+        raise ValueError(
+            f"{name!r} says that it is of two eyes, {_STEREO[eyes]}, which is not supported: "
+            "convert a file of each"
+        )
+
+
+def _is_cropped(name: str) -> bool:
+    """Tell whether XML of the first version says that frames are a part of a panorama."""
+    text = identified(name, _V1.bytes).decode(errors="replace")
+    words = {key: int(number) for key, number in _WORD.findall(text)}
+    for side, edge in (("Width", "Left"), ("Height", "Top")):
+        whole = words.get(f"FullPano{side}Pixels")
+        # Where it does not say how large a part it is of, it is all of it.
+        part = words.get(f"CroppedAreaImage{side}Pixels", whole)
+        if words.get(f"CroppedArea{edge}Pixels") or (whole is not None and part != whole):
+            return True
+    return False
+
+
+def side_data(frame: VideoFrame, name: str) -> bytes | None:
+    """Return what comes with a frame, by PyAV's name; None where nothing of it does."""
     from av.sidedata.sidedata import Type
 
     try:
@@ -129,15 +168,18 @@ def _side_data(frame: VideoFrame, name: str) -> bytes | None:
     return None if found is None else bytes(found)
 
 
-def can_say(dst: Projection) -> bool:
-    """Tell whether the notations have a word for a map: a whole latlong, not mirrored."""
-    if dst.name != "latlong" or dst.grid != "centers":
-        return False
+def no_word_for(dst: Projection) -> str | None:
+    """Return why the notations have no word for a map; None for a whole latlong, not mirrored."""
+    if dst.name != "latlong":
+        return "which is no latlong"
+    if dst.grid != "centers":
+        return f"whose grid is {dst.grid!r} and not 'centers'"
     own = dst.in_world_of("latlong")
     corners = np.array([[0.5, 0.5], [0.75, 0.5], [0.5, 0.25]])
     ahead, right, up = own.decode(corners)
     # Right of what is in the middle, seen from inside; a picture that is turned is a panorama too.
-    return bool(np.cross(ahead, up + 1e-3 * right) @ right > 0)
+    is_mirrored = np.cross(ahead, up + 1e-3 * right) @ right <= 0
+    return "which is mirrored" if is_mirrored else None
 
 
 def say(path: Path, metadata: str) -> None:

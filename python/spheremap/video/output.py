@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import contextmanager, suppress
 from fractions import Fraction
 from pathlib import Path
@@ -30,8 +31,9 @@ _QUALITY: dict[str, dict[str, str]] = {
     "libvpx-vp9": {"crf": "24", "b": "0"},
 }
 _SAYS_QUALITY = {"crf", "qp", "b", "q", "global_quality"}
-# They would write to the terminal what they do.
+# They would write to the terminal what they do: one has an option against it, one a variable.
 _QUIET = {"libx265": {"x265-params": "log-level=none"}}
+_QUIET_BY = {"libsvtav1": ("SVT_LOG", "1")}
 
 
 @contextmanager
@@ -103,6 +105,8 @@ class Output:
 
     def _added(self, encoder: str, rate: Fraction, options: dict[str, str]) -> VideoStream:
         told = {**_QUIET.get(encoder, {})}
+        if encoder in _QUIET_BY:
+            os.environ.setdefault(*_QUIET_BY[encoder])
         if not _SAYS_QUALITY & set(options):
             told |= _QUALITY.get(encoder, {})
         try:
@@ -134,11 +138,8 @@ class Output:
         copy.metadata.update(stream.metadata)
         return copy
 
-    def prepare(self, frame: VideoFrame, formats: Sequence[str]) -> str:
-        """Tell the encoder what it will get, from a first frame.
-
-        Returns the first of these pixel formats that it takes; ValueError where it takes none.
-        """
+    def chosen(self, formats: Sequence[str]) -> str:
+        """Return the first of these pixel formats that the encoder takes; ValueError for none."""
         context = self.video.codec_context
         known = [found.name for found in context.codec.video_formats or ()]
         pixel_format = next((name for name in formats if name in known or not known), None)
@@ -147,13 +148,28 @@ class Output:
                 f"encoder {context.name!r} takes no {formats[0]!r}; give `pixel_format`, as one of "
                 f"{', '.join(known[:12])}"
             )
-        context.width, context.height = frame.width, frame.height
+        return pixel_format
+
+    def prepare(self, colors: VideoFrame, shape: tuple[int, int], pixel_format: str) -> None:
+        """Tell the encoder of frames with the colors of one; ValueError where it takes none."""
+        from av.error import FFmpegError
+
+        context = self.video.codec_context
+        context.height, context.width = shape
         context.pix_fmt = pixel_format
         for name in ("color_range", "colorspace", "color_primaries", "color_trc"):
-            value = getattr(frame, name)
+            value = getattr(colors, name)
             if value is not None:
                 setattr(context, name, value)
-        return pixel_format
+        told = dict(context.options)
+        try:
+            context.open(strict=False)
+        except FFmpegError as error:
+            raise ValueError(
+                f"Expected `size`, `pixel_format` and `options` to be what encoder "
+                f"{context.name!r} takes, got {shape[1]} x {shape[0]}, {pixel_format!r} and "
+                f"{told} ({error.strerror})."
+            ) from None
 
     def write(self, frame: VideoFrame | None, packets: Sequence[AnyPacket]) -> None:
         """Write packets of streams that are copied, and a frame."""

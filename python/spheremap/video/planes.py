@@ -7,6 +7,8 @@ to Y'CbCr.
 
 from __future__ import annotations
 
+import re
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
     from av.video.frame import VideoFrame
     from numpy.typing import NDArray
 
-__all__ = ["Plane", "described", "planar", "views"]
+__all__ = ["Plane", "between", "described", "planar", "ratio", "reformatted", "views"]
 
 # What holds the same numbers, each kind in a plane of its own.
 _PLANAR = {
@@ -31,7 +33,14 @@ _PLANAR = {
     "0bgr": "gbrp", "rgba": "gbrap", "bgra": "gbrap", "argb": "gbrap", "abgr": "gbrap",
     "rgb48le": "gbrp16le", "bgr48le": "gbrp16le", "rgba64le": "gbrap16le", "bgra64le": "gbrap16le",
 }  # fmt: skip
-_FULL_RANGE = 2  # AVCOL_RANGE_JPEG
+# How the names of formats say how many texels of luma one of chroma stands for, across and down.
+_RATIOS = {
+    (1, 1): "444", (2, 1): "422", (2, 2): "420", (1, 2): "440", (4, 1): "411", (4, 4): "410",
+}  # fmt: skip
+_SAYS_RATIO = re.compile(r"(?<=^yuv)4\d\d|(?<=^yuv[aj])4\d\d")
+# FFmpeg's numbers of ranges, and of matrices.
+_LIMITED_RANGE, _FULL_RANGE = 1, 2
+_RGB, _UNSPECIFIED, _BT601 = 0, 2, 6
 
 
 @dataclass(frozen=True)
@@ -97,19 +106,76 @@ def described(pixel_format: VideoFormat, color_range: int) -> tuple[Plane, ...]:
         if is_chroma:
             black = 1 << (depth - 1)
         dtype = np.dtype(np.uint8 if depth == 8 else np.uint16)
-        across, down = _ratio(name) if is_chroma else (1, 1)
+        across, down = ratio(name) if is_chroma else (1, 1)
         return Plane(dtype, (1 << depth) - 1, black, across, down)
 
     return tuple(plane(k) for k in range(len(parts)))
 
 
-def _ratio(name: str) -> tuple[int, int]:
+def ratio(name: str) -> tuple[int, int]:
     """Return how many texels of luma one of chroma stands for, across and down."""
     from av import VideoFormat
 
     large = VideoFormat(name, 64, 64)
-    chroma = large.components[1]
+    chroma = large.components[min(1, len(large.components) - 1)]
     return 64 // chroma.width, 64 // chroma.height
+
+
+def between(source: str, wanted: str) -> tuple[str, str]:
+    """Return the formats that a conversion reads and writes, which differ in the size of chroma.
+
+    FFmpeg makes the first of the source's and the wanted one of the second, without a change of
+    that size: it knows of no siting.
+
+    Raises
+    ------
+    ValueError
+        Where there are no such formats.
+    """
+    from av import VideoFormat
+
+    own, goal = planar(source), planar(wanted)
+    here, there = ratio(own), ratio(goal)
+    is_gray = min(len(VideoFormat(name).components) for name in (own, goal)) < 3
+    if here == there or is_gray:
+        return own, own
+    for read, made in ((own, _with_ratio(own, there)), (_with_ratio(goal, here), goal)):
+        if read and made:
+            return read, made
+    raise ValueError(
+        f"Expected `pixel_format` to be one that {source!r} can become, got {wanted!r}."
+    )
+
+
+def _with_ratio(name: str, wanted: tuple[int, int]) -> str:
+    """Return the format that differs in the size of chroma alone; none where it has no chroma."""
+    from av import VideoFormat
+
+    found = _SAYS_RATIO.sub(_RATIOS[wanted], name)
+    with suppress(ValueError):
+        if ratio(found) == wanted:
+            return VideoFormat(found).name
+    return ""
+
+
+def reformatted(frame: VideoFrame, name: str) -> VideoFrame:
+    """Return a frame in another format; what it says of its colors is so then."""
+    from av import VideoFormat
+
+    if frame.format.name == name:
+        return frame
+    of_rgb, to_rgb = frame.format.is_rgb, VideoFormat(name).is_rgb
+    to_gray = name.startswith("gray") and not frame.format.name.startswith("gray")
+    color_range = _FULL_RANGE if to_rgb or to_gray or name.startswith("yuvj") else None
+    if of_rgb and color_range is None:
+        color_range = _LIMITED_RANGE
+    result = frame.reformat(format=name, dst_color_range=color_range)
+    if to_rgb:
+        result.colorspace = _RGB
+    elif of_rgb and frame.colorspace in (_RGB, _UNSPECIFIED):
+        # What FFmpeg takes where it is told of none.
+        result.colorspace = _BT601
+    return result
 
 
 def views(frame: VideoFrame, planes: tuple[Plane, ...]) -> list[NDArray[Any]]:

@@ -23,12 +23,19 @@ if TYPE_CHECKING:
     from .._projection import Projection
     from .planes import Plane
 
-__all__ = ["SITINGS", "Siting", "cells", "moved", "offset", "spread", "turn"]
+__all__ = ["SITINGS", "Siting", "cells", "gathered", "moved", "offset", "spread", "turn", "usual"]
 
 Siting: TypeAlias = Literal["left", "center", "top-left"]
 SITINGS = ("left", "center", "top-left")
+# Of these chroma is sited as in JPEG.
+_CENTERED = {"mjpeg", "mpeg1video"}
 # Far above rounding, far below what is left where a shift is no turn.
 _SAME = 1e-9
+
+
+def usual(pixel_format: str, codec: str) -> str:
+    """Return where chroma lies by the rules of its format: PyAV does not say what a file says."""
+    return "center" if pixel_format.startswith("yuvj") or codec in _CENTERED else "left"
 
 
 def offset(plane: Plane, siting: str) -> tuple[float, float]:
@@ -130,3 +137,16 @@ def spread(
             y = (row + 0.5) / held.down - 0.5 - at[1]
             whole[row :: held.down, column :: held.across] = moved(plane, (x, y), faces, held.top)
     return whole
+
+
+def gathered(plane: NDArray[Any], held: Plane, is_mean: bool) -> NDArray[Any]:
+    """Return chroma of luma's size with as few texels as it is held with.
+
+    The mean of those that each stands for, in their center, or the first of them.
+    """
+    if not is_mean:
+        return plane[:: held.down, :: held.across]
+    rows, columns = plane.shape
+    blocks = plane.reshape(rows // held.down, held.down, columns // held.across, held.across)
+    means: NDArray[Any] = np.rint(blocks.mean((1, 3)))
+    return means.astype(plane.dtype)

@@ -12,13 +12,13 @@ from .._scalars import as_flag, as_text
 from ..io.whole import as_path, check_place, written_whole
 from ..map.named import resolve
 from .frames import FrameConversion
-from .job import Job, Source, in_planes
+from .job import Job, Source
 from .library import opened, require
 from .maps import size_of, source_of, target_of
-from .metadata import CONTAINERS, METADATA, can_say, said, say
+from .metadata import CONTAINERS, METADATA, expect_one_eye, no_word_for, said, say
 from .output import Output
-from .planes import described
-from .siting import SITINGS
+from .planes import between, ratio
+from .siting import SITINGS, usual
 
 if TYPE_CHECKING:
     from .._arrays import Size
@@ -101,13 +101,14 @@ def convert(
         The name of an encoder of FFmpeg, as ``"libx265"`` or ``"ffv1"``. By default that of the
         source, where the container holds it.
     pixel_format : str, optional
-        How the result keeps its colors, as ``"yuv420p10le"``. By default as the source.
+        How the result keeps its colors, as ``"yuv420p10le"``. By default as the source. Chroma of
+        another size lies as it is sited in each.
     options : mapping of str to str, optional
         What the encoder is told, as ``{"crf": "23", "preset": "fast"}``. x264, x265, VP9 and AV1
         have a quality at which a loss is hardly seen, where it says nothing of quality.
     siting : {"left", "center", "top-left"}, optional
         Where texels of chroma lie among those of luma that they stand for, in both files. By
-        default left, and center in JPEG's formats.
+        default in each by its own format: left, and center in JPEG's and MPEG-1.
     audio : bool
         Whether audio and subtitles are copied, bit for bit.
     metadata : {"both", "v1", "v2", "none"}, optional
@@ -124,8 +125,9 @@ def convert(
     OSError
         Where a file cannot be read or written.
     ValueError, TypeError
-        As for `spheremap.convert`; for a file without a video, a map that the file does not say,
-        an unknown encoder, sides that are odd where chroma is half as wide or high.
+        As for `spheremap.convert`; for a file without a video, one that says that it is of two
+        eyes or shown turned by no quarter turn, a map that the file does not say, an unknown
+        encoder or what it does not take, sides that are odd where chroma is half as wide or high.
     ImportError
         Without PyAV: ``pip install spheremap[video]``.
     KeyboardInterrupt
@@ -135,7 +137,8 @@ def convert(
     -----
     Each plane is converted as it is stored, with its own plan: Y' as wide as the frame, Cb and Cr
     as they are sited, of 8 to 16 bits. Frames keep their times. Decoding, conversion and encoding
-    run at the same time.
+    run at the same time. What is converted are frames as they are shown: turned and mirrored as
+    the file says.
 
     Where chroma is not sited in the center of what it stands for, the plan's latlong or cylinder is
     turned by that much, which is exact; planes of other maps are moved by four taps. The filter
@@ -173,24 +176,30 @@ def convert(
     over_time = rotation if callable(rotation) and not hasattr(rotation, "as_matrix") else None
 
     with opened(source) as container, Source(container, name, audio) as read:
+        expect_one_eye(read.first, name)
         own = said(read.first, name) if src is None else src
         if own is None:
             raise ValueError(f"{name!r} does not say its projection: `src` is needed")
-        frame = in_planes(read.first)
-        shape, color_range = (frame.height, frame.width), int(frame.color_range or 0)
-        planes = described(frame.format, color_range)
-        parts = max(p.down for p in planes), max(p.across for p in planes)
-        map_ = source_of(own, shape, any_aspect)
-        wanted = size_of(size, shape, map_, flat, parts, any_aspect)
-        conversion = FrameConversion(
-            frame.format,
-            color_range,
-            map_ if over_time else resolve(map_, rotation=rotation),
-            flat,
-            wanted,
-            siting or read.siting,
-            {"filter": filter, "antialias": antialias, "world": world, "any_aspect": any_aspect},
-        )
+        map_ = source_of(own, read.shape, any_aspect)
+
+        how = {"filter": filter, "antialias": antialias, "world": world, "any_aspect": any_aspect}
+
+        def conversion(wanted: str, encoder: str) -> FrameConversion:
+            stored = read.first.format.name
+            sitings = usual(stored, read.video.codec_context.name), usual(wanted, encoder)
+            formats = between(stored, wanted)
+            parts = ratio(formats[1])[::-1]
+            return FrameConversion(
+                read.first,
+                formats,
+                read.display,
+                map_ if over_time else resolve(map_, rotation=rotation),
+                flat,
+                size_of(size, read.shape, map_, flat, parts, any_aspect),
+                sitings if siting is None else (siting, siting),
+                how,
+            )
+
         job = Job(read, conversion, over_time, pixel_format)
 
         def write(beside: Path) -> None:
@@ -201,7 +210,7 @@ def convert(
         written_whole(place, write)
     if job.interrupted:
         raise KeyboardInterrupt
-    return Converted(map_, flat, wanted, job.frames, job.codec, job.pixel_format, notation)
+    return Converted(map_, flat, job.shape, job.frames, job.codec, job.pixel_format, notation)
 
 
 def _check_words(**given: tuple[str | None, tuple[str, ...]]) -> None:
@@ -220,11 +229,13 @@ def _told(options: Mapping[str, str] | None) -> dict[str, str]:
 
 
 def _notation(metadata: str | None, dst: Projection, place: Path) -> str:
-    holds = place.suffix.lower() in CONTAINERS
+    holds, lack = place.suffix.lower() in CONTAINERS, no_word_for(dst)
     if metadata is None:
-        return "both" if holds and can_say(dst) else "none"
-    if metadata != "none" and not can_say(dst):
-        raise ValueError(f"`metadata` has no word for projection {dst.name!r}, only for a latlong")
+        return "both" if holds and lack is None else "none"
+    if metadata != "none" and lack is not None:
+        raise ValueError(
+            f"Expected `metadata` to be 'none' for {str(dst)!r}, {lack}, got {metadata!r}."
+        )
     if metadata != "none" and not holds:
         raise ValueError(f"`metadata` is written into {', '.join(CONTAINERS)} alone")
     return metadata

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -38,3 +39,21 @@ def put_parts(path: Path, values: dict[str, float]) -> None:
             assert sink.open(str(path), specs[k], "AppendSubimage")
         sink.write_image(np.full((8, 16, 3), value, np.float32))
     sink.close()
+
+
+def put_panorama(path: Path, image: np.ndarray, **words: object) -> None:
+    """Write a .png file with words of GPano."""
+    put(path, image)
+    words = {"ProjectionType": "equirectangular", **words}
+    xmp = (
+        '<x:xmpmeta xmlns:x="adobe:ns:meta/">'
+        '<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">'
+        '<rdf:Description rdf:about="" xmlns:GPano="http://ns.google.com/photos/1.0/panorama/" '
+        + " ".join(f'GPano:{name}="{value}"' for name, value in words.items())
+        + "/></rdf:RDF></x:xmpmeta>"
+    )
+    data = path.read_bytes()
+    chunk = b"iTXtXML:com.adobe.xmp\0\0\0\0\0" + xmp.encode()
+    size, check = ((len(chunk) - 4).to_bytes(4, "big"), zlib.crc32(chunk).to_bytes(4, "big"))
+    # After the signature and the header chunk.
+    path.write_bytes(data[:33] + size + chunk + check + data[33:])

@@ -502,13 +502,13 @@ def canonical(codes: ArrayLike, name: str | Packing, /) -> NDArray[Any]:
 
 
 def code(
-    name: str | Packing,
+    scheme: str | Packing,
     language: Language | str,
     /,
     *,
     verbs: Sequence[Literal["pack", "unpack"] | str] = ("pack", "unpack"),
     rounding: Literal["precise", "nearest", "hex"] | str = "precise",
-    prefix: str | None = None,
+    name: str | None = None,
     precision: Literal["exact", "native"] = "exact",
     dtype: str = "float32",
 ) -> str:
@@ -520,8 +520,8 @@ def code(
 
     Parameters
     ----------
-    name : Packing or str
-        The scheme, as for `packing`. Where its codes are arrays of fields, as of "oct8x2", the
+    scheme : Packing or str
+        As for `packing`. Where its codes are arrays of fields, as of "oct8x2", the
         functions give and take the word that has the first field in its lowest bits.
     language : str
         As for `spheremap.code`.
@@ -529,7 +529,7 @@ def code(
         The functions.
     rounding : {"precise", "nearest", "hex"}
         As for `pack`.
-    prefix : str, optional
+    name : str, optional
         What names begin with; the name of the scheme where nothing is said.
     precision : {"exact", "native"}
         As for `spheremap.code`.
@@ -564,17 +564,17 @@ def code(
     }
     <BLANKLINE>
     """
-    scheme = _resolve(name)
+    found = _resolve(scheme)
     if isinstance(verbs, str):
         raise TypeError(f"Expected a sequence of verbs, as [{verbs!r}], got a str.")
     words = [as_text(verb, "verbs") for verb in as_items(verbs, "verbs", "names of verbs")]
     _core.check_word("precision", as_text(precision, "precision"), ["exact", "native"])
     _core.check_word("dtype", as_text(dtype, "dtype"), ["float32", "float64"])
-    return scheme.core.code(
+    return found.core.code(
         as_text(language, "language"),
         verbs=words,
         rounding=as_text(rounding, "rounding"),
-        name=None if prefix is None else as_text(prefix, "prefix"),
+        name=None if name is None else as_text(name, "name"),
         native=precision == "native",
         double=dtype == "float64",
     )

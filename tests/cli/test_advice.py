@@ -9,9 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import spheremap as sm
 from other_files import put_parts
 from spheremap import cli, io
 from spheremap.cli.app import COMMANDS, parser_of
+from spheremap.cli.options import as_options
 from test_cli import bad, good, run
 
 FOLDER = Path(cli.__file__).parent
@@ -119,6 +121,14 @@ def test_arguments_of_the_library_are_named_as_options(tmp_path: Path) -> None:
     )  # fmt: skip
     done = run("ball", tmp_path / "a.exr", "-o", tmp_path / "b.exr", "--rim", "16,8,7")
     assert "neither --fov nor --distance is given" in done.stderr
+
+
+@pytest.mark.parametrize("command", ["convert", "video"])
+def test_the_way_out_of_an_aspect_is_an_option(command: str) -> None:
+    with pytest.raises(ValueError) as caught:
+        sm.convert(np.zeros((8, 8)), "latlong", "cube")
+    said = as_options(str(caught.value), parser_of([command]).commands[command].params)
+    assert said.endswith(" --any-aspect takes it as it is, stretched.")
 
 
 @pytest.mark.parametrize("command", ["convert", "info", "bake", "ball", "identify", "demo"])

@@ -182,7 +182,7 @@ def test_the_height_of_a_cross_is_three_faces(probe: Path, tmp_path: Path) -> No
     assert io.read(out).shape == (48, 64, 3)
     bad(
         "convert", probe, out, *from_angular("cube"), "--height", 50,
-        code=2, says="multiple of 3",
+        code=2, says="a height that cube cross can have, as 48 or 51, got 50",
     )  # fmt: skip
 
 

@@ -27,7 +27,7 @@ def test_it_prints_what_the_functions_return(tmp_path: Path) -> None:
         "-o",
         out,
     )
-    wanted = sm.packing.code("woct24-unorm", "c", verbs=["pack"], rounding="hex", prefix="n")
+    wanted = sm.packing.code("woct24-unorm", "c", verbs=["pack"], rounding="hex", name="n")
     assert out.read_text() == wanted
 
 

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 import spheremap as sm
 from spheremap import io
+from spheremap.cli import files
+from spheremap.map.flat import flat
 from test_cli import bad, good, process, run, smooth
 
 TURN = ("--from", "latlong", "--to", "octahedral")
@@ -95,6 +97,16 @@ def test_the_type_that_is_asked_for(
     assert io.read(out).dtype == dtype
 
 
+def test_suns_that_half_floats_do_not_hold_are_clipped(tmp_path: Path) -> None:
+    light = np.ones((8, 16, 3), np.float32)
+    light[2, 3] = 1e6, -1e5, 65519
+    io.write(tmp_path / "sun.exr", light)
+    same = ("--from", "latlong", "--to", "latlong", "--half")
+    done = run("convert", tmp_path / "sun.exr", tmp_path / "out.exr", *same)
+    assert done.stderr.count("warning: values above 65504 are clipped") == 1
+    assert np.array_equal(io.read(tmp_path / "out.exr"), np.clip(light, -65504, 65504))
+
+
 def test_types_that_a_format_has_not(sky: Path, tmp_path: Path) -> None:
     bad("convert", sky, tmp_path / "a.png", *TURN, "--half", code=2, says="--half is none of .png")
     bad("convert", sky, tmp_path / "a.exr", *TURN, "--bits", 8, code=2, says="--bits 8")
@@ -114,6 +126,29 @@ def test_channels_are_chosen_and_alpha_dropped(sky: Path, tmp_path: Path) -> Non
     good("convert", sky, tmp_path / "out.hdr", *TURN, "--size", 8, "--drop-alpha")
     assert io.channel_names(tmp_path / "out.hdr") == ("R", "G", "B")
     bad("convert", sky, out, *TURN, "--channels", "R,Z", code=2, says="no channel 'Z'")
+    bad("convert", sky, out, *TURN, "--channels", "", code=2, says="no channel ''")
+    bad("convert", sky, out, *TURN, "--channels", "R,R", code=2, says="'R' is named twice")
+
+
+@pytest.mark.parametrize(
+    ("name", "shape"),
+    [
+        ("perspective(fov=75, aspect=16/9)", (720, 1280)),
+        ("perspective(fov=75, aspect=4/3)", (48, 64)),
+        ("perspective(fov=75, aspect=9/16)", (1280, 720)),
+        ("perspective(fov=75, aspect=1179/2556)", (2556, 1179)),
+        ("perspective(fov=20, aspect=0.05)", (2000, 100)),
+        ("perspective(fov=75, aspect=20)", (62, 1240)),
+        ("tetrahedral", (97, 224)),
+        ("lambert_cylindrical", (70, 220)),
+        ("miller", (110, 150)),
+        ("cube", (750, 1000)),
+    ],
+)
+def test_a_width_is_that_of_the_nearest_height(name: str, shape: tuple[int, int]) -> None:
+    p = flat(name, None)
+    assert p.shape(files.size_of_width(p, shape[1])) == shape
+    assert p.shape(files.size_of_height(p, shape[0]))[0] == shape[0]
 
 
 @pytest.mark.parametrize(
@@ -136,7 +171,7 @@ def test_sizes(option: tuple[str, str], shape: tuple[int, int], sky: Path, tmp_p
         "--width",
         97,
         code=2,
-        says="multiple of 2",
+        says="a width that latlong can have, as 96 or 98, got 97",
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -9,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import spheremap as sm
+from other_files import put_panorama
 from spheremap import io
 from spheremap.cli import files, radiance
-from test_cli import bad, good
+from test_cli import bad, good, run
 
 resource = pytest.importorskip("resource", reason="needs the peak of a process's memory")
 
@@ -44,6 +46,45 @@ def test_a_large_image_has_the_light_that_the_library_finds(name: str, layout: s
     # Blocks of 4 texels, some 1.5 degrees: half a block, and its edge beside a sun of 3 degrees.
     assert np.degrees(np.arccos(little.sun.direction @ exact.sun.direction)) < 0.75
     assert little.sun.irradiance == pytest.approx(exact.sun.irradiance, rel=0.15)
+
+
+def test_the_light_is_that_of_the_map_that_a_file_names(tmp_path: Path) -> None:
+    image = np.full((64, 128, 3), 99, np.uint8)
+    put_panorama(tmp_path / "a.png", image, ProjectionType="cylindrical")
+    assert "light     as cylindrical" in good("info", tmp_path / "a.png")
+    assert "light     as latlong" in good("info", tmp_path / "a.png", "--from", "latlong")
+    # As an editor leaves a part of a panorama, and beyond what a cylinder may be.
+    put_panorama(tmp_path / "b.png", image[:, :64])
+    put_panorama(tmp_path / "c.png", image[:4], ProjectionType="cylindrical")
+    for name, said in (("b", "latlong"), ("c", "cylindrical(aspect=32)")):
+        text = good("info", tmp_path / f"{name}.png")
+        assert f"light     unknown: the size is not that of {said}; give --from" in text
+        assert json.loads(good("info", tmp_path / f"{name}.png", "--json"))["light"] is None
+    cut, out = tmp_path / "b.png", tmp_path / "out"
+    for command in (("identify", cut, cut), ("tiles", cut, out, "--format", "deepzoom")):
+        bad(*command, code=1, says="128 x 64 (latlong)")
+
+
+def test_a_tilted_panorama_says_what_makes_it_level(tmp_path: Path) -> None:
+    pitch, roll = np.radians((10, 25))
+    # The middle looks up by the pitch, and the horizon there is turned left by the roll.
+    up = np.cos(pitch) * np.array([-np.sin(roll), np.cos(roll), 0]) - [0, 0, np.sin(pitch)]
+    height = sm.directions("latlong", 128) @ up
+    image = np.rint(127.5 + 127.5 * height[..., None]).astype(np.uint8)
+    path, out = tmp_path / "a.png", tmp_path / "b.png"
+    put_panorama(path, image, PosePitchDegrees=10, PoseRollDegrees=25, PoseHeadingDegrees=40)
+    words = "the camera was tilted, pitch 10°, roll 25°: convert --rotation 0 10 -25 makes it level"
+    assert f"tilted    {words}" in good("info", path)
+    tilt = json.loads(good("info", path, "--json"))["tilt"]
+    assert tilt == {"pitch": 10, "roll": 25}
+    for options in ([], ["--memory", "64M"], ["--from", "latlong"]):
+        assert words in run("convert", path, out, "--to", "latlong", *options).stderr
+    assert words in run("tiles", path, tmp_path / "tiles", "--format", "deepzoom").stderr
+    good("convert", path, out, "--to", "latlong", "--rotation", 0, 10, -25)
+    level = 127.5 + 127.5 * sm.directions("latlong", 128)[..., 1]
+    # Rounded twice, and linear between texels of 1.4 degrees.
+    assert np.abs(io.read(out)[..., 0] - level).max() < 1.1
+    assert "camera" not in good("info", out)
 
 
 def test_memory_changes_nothing(tmp_path: Path) -> None:

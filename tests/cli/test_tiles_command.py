@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import spheremap as sm
+from other_files import put
 from spheremap import io
 from test_cli import bad, good, process, run
 
@@ -97,6 +98,43 @@ def test_alpha_is_black(tmp_path: Path) -> None:
     seen = io.read(tmp_path / "a/panorama_files/5/0_0.png")
     assert seen.shape == (16, 32, 3)
     assert (seen[:, :16] == 0).all() and (seen[:, 16:] == 200).all()
+
+
+@pytest.mark.parametrize("count", [2, 4])
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_alpha_is_black_in_every_way(dtype: type, count: int, tmp_path: Path) -> None:
+    most = np.iinfo(dtype).max
+    picture = np.random.default_rng(1).integers(0, most, (16, 32, count), dtype, endpoint=True)
+    # What is seen of 200 of 255, by the formula of sRGB: opaque, half as much light, and none.
+    picture[:, :18, :-1] = 200 * (most // 255)
+    for k, cover in enumerate((255, 128, 0)):
+        picture[:, 6 * k : 6 * k + 6, -1] = cover * (most // 255)
+    half = ((200 / 255 + 0.055) / 1.055) ** 2.4 * 128 / 255
+    seen = [200, round(255 * (1.055 * half ** (1 / 2.4) - 0.055)), 0]
+    path = tmp_path / "a.png"
+    io.write(path, picture)
+    options = {"format": "deepzoom", "extension": "png"}
+    sm.tiles.write(picture, "latlong", tmp_path / "a", **options, title="a")
+    sm.tiles.write_file(path, "latlong", tmp_path / "b", **options, title="a")
+    command = ("tiles", path, tmp_path / "c", "--format", "deepzoom", "--extension", "png")
+    good(*command)
+    found = io.read(tmp_path / "a/panorama_files/5/0_0.png")
+    assert found[8, [3, 9, 15], 0].tolist() == seen
+    assert files(tmp_path / "a") == files(tmp_path / "b") == files(tmp_path / "c")
+
+
+def test_a_file_says_whether_alpha_is_straight(tmp_path: Path) -> None:
+    light = np.full((16, 32, 4), 0.5, np.float32)
+    options = {"format": "deepzoom", "extension": "png"}
+    for alpha, cover in (("straight", 0.25), ("premultiplied", 0.5)):
+        path, folder = tmp_path / f"{alpha}.tif", tmp_path / alpha
+        put(path, light, **{"oiio:UnassociatedAlpha": int(alpha == "straight")})
+        assert io.header(path).alpha == alpha
+        sm.tiles.write_file(path, "latlong", folder / "a", **options, title=alpha)
+        good("tiles", path, folder / "b", "--format", "deepzoom", "--extension", "png")
+        seen = io.tonemap(np.full((1, 1, 3), cover, np.float32), curve="none")
+        assert (io.read(folder / "a/panorama_files/5/0_0.png") == seen).all()
+        assert files(folder / "a") == files(folder / "b")
 
 
 def test_what_does_not_go_together_is_one_line(sky: Path, tmp_path: Path) -> None:

@@ -91,7 +91,7 @@ def test_masked_values_are_missing():
     nested = healpix.reorder(values, nest=False)
     assert isinstance(nested, np.ma.MaskedArray)
     assert np.array_equal(nested.mask, healpix.reorder(values.mask, nest=False))
-    with pytest.raises(TypeError, match=r"Masked values of dtype int64 .*astype\(float\)"):
+    with pytest.raises(TypeError, match=r"`values` has masked .* int64 has no NaN .*filled\(0\)"):
         healpix.to_image(np.ma.masked_array(np.arange(12), np.arange(12) == 3))
     assert healpix.to_image(np.ma.masked_array(np.arange(12))).dtype == np.int64
 

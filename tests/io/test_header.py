@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 import spheremap as sm
-from other_files import oiio, put, put_parts
+from other_files import oiio, put, put_panorama, put_parts
 from spheremap import io
 from spheremap.io.images import write_copy
 
@@ -232,24 +231,6 @@ def test_openexr_own_files_say_what_they_are(data_folder: Path) -> None:
     assert io.header(data_folder / "OrientationCube.exr").projection == "cube:openexr"
 
 
-def put_panorama(path: Path, image: np.ndarray, **words: int) -> None:
-    """Write a .png file with words of GPano."""
-    put(path, image)
-    words = {"ProjectionType": "equirectangular", **words}
-    xmp = (
-        '<x:xmpmeta xmlns:x="adobe:ns:meta/">'
-        '<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">'
-        '<rdf:Description rdf:about="" xmlns:GPano="http://ns.google.com/photos/1.0/panorama/" '
-        + " ".join(f'GPano:{name}="{value}"' for name, value in words.items())
-        + "/></rdf:RDF></x:xmpmeta>"
-    )
-    data = path.read_bytes()
-    chunk = b"iTXtXML:com.adobe.xmp\0\0\0\0\0" + xmp.encode()
-    size, check = ((len(chunk) - 4).to_bytes(4, "big"), zlib.crc32(chunk).to_bytes(4, "big"))
-    # After the signature and the header chunk.
-    path.write_bytes(data[:33] + size + chunk + check + data[33:])
-
-
 def test_a_part_of_a_panorama_is_placed(tmp_path: Path) -> None:
     image = numbered(3, 5, "uint8") + np.uint8(1)
     put_panorama(
@@ -293,6 +274,33 @@ def test_a_resized_part_of_a_panorama_is_placed(factor: float, tmp_path: Path) -
     put_panorama(tmp_path / "a.png", image, **sizes)
     head = io.header(tmp_path / "a.png")
     assert (head.height, head.width) == (8, 16) and head.window == (2, 4, 6, 10)
+
+
+def test_a_cylinder_goes_all_around_and_is_as_high_as_it_is(tmp_path: Path) -> None:
+    put_panorama(tmp_path / "a.png", numbered(50, 128, "uint8"), ProjectionType="cylindrical")
+    assert io.header(tmp_path / "a.png").projection == "cylindrical(aspect=64/25)"
+    whole = {"FullPanoWidthPixels": 16, "FullPanoHeightPixels": 4, "CroppedAreaLeftPixels": 4}
+    image = numbered(4, 6, "uint8")
+    put_panorama(tmp_path / "b.png", image, ProjectionType="cylindrical", **whole)
+    head = io.header(tmp_path / "b.png")
+    assert (head.projection, head.window) == ("cylindrical(aspect=4)", (0, 4, 4, 10))
+    # A cylinder of radius 1 whose circumference is the width: square pixels, unrolled.
+    v, u = (np.mgrid[:50, :128] + 0.5) / 128
+    longitude, y = 2 * np.pi * (u - 0.5), 2 * np.pi * (25 / 128 - v)
+    d = np.stack([np.sin(longitude), y, -np.cos(longitude)], -1)
+    d /= np.linalg.norm(d, axis=-1, keepdims=True)
+    # Some roundings of float64.
+    np.testing.assert_allclose(sm.directions("cylindrical(aspect=64/25)", (50, 128)), d, atol=1e-14)
+
+
+def test_a_tilted_camera_is_told(tmp_path: Path) -> None:
+    put_panorama(tmp_path / "a.png", numbered(8, 16, "uint8"))
+    assert io.header(tmp_path / "a.png").tilt == (0, 0)
+    pose = {"PoseHeadingDegrees": 90, "PosePitchDegrees": "10.5", "PoseRollDegrees": -5}
+    put_panorama(tmp_path / "a.png", numbered(8, 16, "uint8"), **pose)
+    assert io.header(tmp_path / "a.png").tilt == (10.5, -5)
+    put_panorama(tmp_path / "a.png", numbered(8, 16, "uint8"), PosePitchDegrees="nan")
+    assert io.header(tmp_path / "a.png").tilt == (0, 0)
 
 
 def test_a_tiled_cube_has_all_its_faces(tmp_path: Path) -> None:
@@ -363,3 +371,11 @@ def test_formats_of_textures_are_named_where_they_are_written(tmp_path: Path) ->
         io.check_target(tmp_path / "a.xyz")
     with pytest.raises(OSError, match=r"use one of .*\.jpeg$"):
         io.write(tmp_path / "a.xyz", numbered(8, 16))
+
+
+@pytest.mark.parametrize("name", ["cube.ktx2", "cube.dds"])
+def test_our_own_textures_are_not_read(name: str) -> None:
+    path = Path(__file__).parents[1] / "data" / name
+    for call in (io.read, io.header):
+        with pytest.raises(OSError, match=r"cube.*: textures are written and not read \("):
+            call(path)

@@ -101,7 +101,7 @@ def test_a_card_has_the_bits_of_the_library(case: str, number: str) -> None:
 @cache
 def packing_ptx(name: str, rounding: str) -> str:
     """Return both verbs of a packing in double numbers, a kernel each."""
-    text = sm.packing.code(name, "cuda", rounding=rounding, prefix="m", dtype="float64")
+    text = sm.packing.code(name, "cuda", rounding=rounding, name="m", dtype="float64")
     pack = f"made[i] = m_pack({vector('double', 3)});"
     unpack = f"double3 r = m_unpack(given[i]); {stores(3)}"
     word = "unsigned long long"

@@ -84,7 +84,7 @@ def test_dxc_compiles_effects(effect: str) -> None:
 @pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])
 def test_dxc_has_the_integers_of_packings(name: str) -> None:
     for rounding in roundings(name):
-        text = sm.packing.code(name, "hlsl", rounding=rounding, prefix="m")
+        text = sm.packing.code(name, "hlsl", rounding=rounding, name="m")
 
         def pack(d: Array, text: str = text) -> Array:
             return hlsl_oracle.run(text, f"made[i] = m_pack({DIRECTION});", d, np.uint32)

@@ -85,7 +85,7 @@ def test_jax_packs(name: str) -> None:
     jax = need("jax")
     for rounding in roundings(name):
         names: dict[str, Any] = {}
-        exec(sm.packing.code(name, "jax", rounding=rounding, prefix="m"), names)
+        exec(sm.packing.code(name, "jax", rounding=rounding, name="m"), names)
         pack, unpack = jax.jit(names["m_pack"]), jax.jit(names["m_unpack"])
         assert_packs_alike(
             name,

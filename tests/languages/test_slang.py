@@ -110,7 +110,7 @@ def test_slang_taps(case: str, size: tuple[int, int], tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])
 def test_slang_by_vulkan_has_the_integers_of_packings(name: str, tmp_path: Path) -> None:
     for rounding in roundings(name):
-        text = sm.packing.code(name, "slang", rounding=rounding, prefix="m")
+        text = sm.packing.code(name, "slang", rounding=rounding, name="m")
 
         def run(call: str, rows: Array, dtype: type, text: str = text) -> Array:
             return slang_oracle.as_spirv(text, call, rows, tmp_path, dtype)
@@ -131,7 +131,7 @@ def test_slang_by_vulkan_has_the_integers_of_packings(name: str, tmp_path: Path)
 def test_slang_as_cpp_has_the_integers_of_packings(name: str, tmp_path: Path) -> None:
     word = np.uint32 if sm.packing.packing(name).bits <= 32 else np.uint64
     for rounding in roundings(name):
-        text = sm.packing.code(name, "slang", rounding=rounding, prefix="m")
+        text = sm.packing.code(name, "slang", rounding=rounding, name="m")
 
         def run(call: str, rows: Array, dtype: type, text: str = text) -> Array:
             return slang_oracle.as_cpp(text, {"all": (call, rows)}, tmp_path, dtype)["all"]

@@ -116,7 +116,7 @@ def test_webgl_taps(case: str, size: tuple[int, int], page: Any) -> None:
 @pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])
 def test_webgl_packs(name: str, page: Any) -> None:
     for rounding in roundings(name):
-        text = sm.packing.code(name, "glsl_es", rounding=rounding, prefix="m")
+        text = sm.packing.code(name, "glsl_es", rounding=rounding, name="m")
         pack_call = "uint w = m_pack(row.xyz); "
         pack_call += "first.xy = vec2(float(w & 65535u), float(w >> 16u));"
         word = "uint(row.x) | (uint(row.y) << 16u)"

@@ -126,7 +126,7 @@ def test_webgpu_has_functions_of_its_own(case: str) -> None:
 @pytest.mark.parametrize("name", [n for n in PACKINGS if sm.packing.packing(n).bits <= 32])
 def test_webgpu_packs(name: str) -> None:
     for rounding in roundings(name):
-        text = sm.packing.code(name, "wgsl", rounding=rounding, prefix="m")
+        text = sm.packing.code(name, "wgsl", rounding=rounding, name="m")
 
         def pack(d: Array, text: str = text) -> Array:
             # The bits of some words are those of a NaN, which may lose some where it is a float.

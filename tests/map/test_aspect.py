@@ -78,7 +78,9 @@ VERBS = {
 
 @pytest.mark.parametrize("name", VERBS)
 def test_every_verb_refuses_another_aspect_and_takes_it_on_request(name):
-    with pytest.raises(ValueError, match=r"as wide as high, .* any_aspect=True takes it as it is"):
+    with pytest.raises(
+        ValueError, match=r"as wide as high, .* `any_aspect=True` takes it as it is"
+    ):
         VERBS[name]()
     VERBS[name](any_aspect=True)
     with pytest.raises(TypeError, match="Expected `any_aspect` to be a bool, got str"):
@@ -120,7 +122,7 @@ def test_messages_name_what_fits():
     panorama = np.zeros((64, 128, 3), np.uint8)
     first = message(lambda: sm.convert(panorama.transpose(2, 0, 1), "latlong", "cube", size=16))
     assert "to be twice as wide as high, each side within a texel, got (3, 64, 128)" in first
-    assert "looks like channels first: pass channels_first=True" in first
+    assert "looks like channels first: pass `channels_first=True`" in first
     assert "np.moveaxis(image, 0, -1)" in first
     batch = message(lambda: sm.convert(np.zeros((9, 64, 128)), "latlong", "cube"))
     assert "A batch of gray images has shape (9, 64, 128, 1)" in batch
@@ -128,7 +130,7 @@ def test_messages_name_what_fits():
     assert "Expected `size` of projection 'perspective' to be as wide as high" in square
     assert "'perspective' with aspect=64/48" in square
     lone = message(lambda: sm.light.mean(np.zeros((9, 3)), "latlong"))
-    assert re.search(r"got \(9, 3\)\. any_aspect=True", lone)
+    assert re.search(r"got \(9, 3\)\. `any_aspect=True`", lone)
     faces = message(lambda: sm.pad(np.zeros((6, 3, 8, 8)), "cube", 1))
     assert "(6, 3, 8, 8) looks like channels first" in faces
     cross = message(lambda: sm.pad(np.zeros((3, 24, 32)), sm.projection("cube", layout="cross"), 1))

@@ -224,3 +224,29 @@ def test_projection_is_not_made_by_hand():
         sm.projection()
     with pytest.raises(TypeError):
         sm.projection(3)
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("LATLONG", "unknown projection 'LATLONG'; did you mean 'latlong'?"),
+        ("Cube:blender", "unknown projection 'Cube'; did you mean 'cube'?"),
+        ("ANGULAR(fov=20)", "unknown projection 'ANGULAR'; did you mean 'angular'?"),
+        ("eac", "unknown projection 'eac'; here it is 'cube_equiangular'"),
+    ],
+)
+def test_an_unknown_name_is_one_error(name, says):
+    for call in (lambda: sm.projection(name), lambda: sm.encode([0, 0, 1], name)):
+        with pytest.raises(ValueError, match=f"^{re.escape(says)}") as caught:
+            call()
+        assert caught.value.__context__ is None
+
+
+def test_a_filter_is_a_word():
+    image = np.zeros((8, 16))
+    for call in (
+        lambda: sm.convert(image, "latlong", "cube", filter=1),
+        lambda: sm.sample(image, [0, 0, 1], "latlong", filter=1),
+    ):
+        with pytest.raises(TypeError, match="`filter` to be a str, got int"):
+            call()

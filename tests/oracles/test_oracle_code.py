@@ -138,7 +138,7 @@ def test_the_arctangent_of_a_renderer_is_not_ours() -> None:
 def test_opengl_has_the_integers_of_packings(name: str) -> None:
     opengl_oracle.need_exact()
     for rounding in roundings(name):
-        text = sm.packing.code(name, "glsl", rounding=rounding, prefix="m")
+        text = sm.packing.code(name, "glsl", rounding=rounding, name="m")
 
         def pack(d: Array, text: str = text) -> Array:
             return run_shader(text, f"made[i] = m_pack({DIRECTION});", d, np.uint32)
@@ -296,7 +296,7 @@ def test_dialects_of_cpp_have_the_integers_of_packings(language: str, tmp_path: 
     cases = [(name, rounding) for name in names for rounding in roundings(name)]
     parts = [SHIM, DIALECTS[language]]
     for k, (name, rounding) in enumerate(cases):
-        text = sm.packing.code(name, language, rounding=rounding, prefix=f"m{k}")
+        text = sm.packing.code(name, language, rounding=rounding, name=f"m{k}")
         parts.append(text.replace("#include <metal_stdlib>\nusing namespace metal;", ""))
         direction = "float3(given[3 * i], given[3 * i + 1], given[3 * i + 2])"
         loop = "{ for (long i = 0; i < n; i++) {"

@@ -48,7 +48,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Callable[[type], ctypes
             if width is not dtype:
                 continue
             m = label(name, rounding)
-            options: dict[str, Any] = {"rounding": rounding, "prefix": m, "dtype": dtype.__name__}
+            options: dict[str, Any] = {"rounding": rounding, "name": m, "dtype": dtype.__name__}
             parts.append(sm.packing.code(name, "c", **options))
             loop = "{\n    for (long i = 0; i < n; i++)"
             parts.append(
@@ -84,7 +84,7 @@ def test_compiled_c_has_the_integers_of_the_library(
 @pytest.mark.parametrize(("dtype", "name", "rounding"), CASES, ids=IDS)
 def test_numpy_has_the_integers_of_the_library(dtype: type, name: str, rounding: str) -> None:
     names: dict[str, Any] = {}
-    options: dict[str, Any] = {"rounding": rounding, "prefix": "m", "dtype": dtype.__name__}
+    options: dict[str, Any] = {"rounding": rounding, "name": "m", "dtype": dtype.__name__}
     exec(sm.packing.code(name, "numpy", **options), names)
 
     def quiet(function: str) -> Callable[[Array], Array]:
@@ -105,7 +105,7 @@ def test_every_packing_prints_in_every_language(language: str) -> None:
             with pytest.raises(ValueError, match="48 bits"):
                 sm.packing.code(name, language)
             continue
-        text = sm.packing.code(name, language, prefix="some_name")
+        text = sm.packing.code(name, language, name="some_name")
         for verb in ("pack", "unpack"):
             assert re.search(rf"\bsome_name_{verb}\(", text)
         assert not re.search(r"\b(inf|NaN)\b", re.sub(r"(//|#).*", "", text))
@@ -120,7 +120,7 @@ def test_options_are_checked() -> None:
         (("oct16", "glls"), {}, "did you mean 'glsl'"),
         (("oct16", "glsl"), {"verbs": ["pak"]}, "did you mean 'pack'"),
         (("oct16", "glsl"), {"verbs": []}, "at least one verb"),
-        (("oct16", "glsl"), {"prefix": "1st"}, "a letter"),
+        (("oct16", "glsl"), {"name": "1st"}, "a letter"),
         (("oct16", "glsl"), {"rounding": "up"}, "'precise' or 'hex'"),
         (("oct40", "glsl"), {}, "20 bits"),
         (("oct40", "glsl"), {"dtype": "float64"}, "40 bits"),

@@ -175,6 +175,8 @@ def test_bad_input():
             sm.sample_uv(np.zeros(shape), [0, 0])
     with pytest.raises(ValueError, match=r"`uv` to have shape \(..., 2\), got \(3,\)"):
         sm.sample_uv(image, [0, 0, 0])
+    with pytest.raises(TypeError, match="one picture: `sample_uv` makes its levels"):
+        sm.sample_uv([np.zeros((4, 4)), np.zeros((2, 2))], [0, 0], lod=1.0)
     with pytest.raises(ValueError, match="filter 'area'"):
         sm.sample_uv(image, [0, 0], filter="area")  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="dtype"):

@@ -176,6 +176,11 @@ def test_it_saves_what_it_is(tmp_path: Path) -> None:
     assert page == v.html()
     assert [image["name"] for image in record(page)["images"]] == ["latlong", "again"]
     assert record(page)["look"]["false_color"] is True
+    with pytest.raises(
+        ValueError, match=r"`path` to be that of a page, .* got '\.PNG': .*snapshot"
+    ):
+        v.save(tmp_path / "look.PNG")
+    assert [path.name for path in tmp_path.iterdir()] == ["look.html"]
 
 
 @pytest.mark.parametrize("direction", [(0, 0, -1), (1, 2, 3), (0, 1, 0), (-5, -1e-3, 4)])

@@ -81,10 +81,9 @@ def bake(
         loaded = picture.load(source, part=part, color_space=colorspace)
         loaded = picture.without_alpha(picture.as_light(loaded))
         image = loaded.pixels
-        name = from_ or files.claimed(loaded.projection, *image.shape[:2]) or "latlong"
-        src = files.of_file(
-            name,
-            None,
+        src = files.taken(
+            from_,
+            loaded.projection or "latlong",
             *image.shape[:2],
             any_aspect=any_aspect,
             advice="--any-aspect takes it as it is",

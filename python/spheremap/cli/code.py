@@ -104,7 +104,7 @@ def code(
                 language,
                 verbs=words,
                 rounding=rounding,
-                prefix=prefix,
+                name=prefix,
                 precision=precision,
                 dtype=dtype,
             )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +14,7 @@ from spheremap import io
 from spheremap.cli import existing, files, picture, targets
 from spheremap.cli.picture import Picture
 from spheremap.cli.steps import Step
-from spheremap.cli.terminal import UsageError, tell_worlds
+from spheremap.cli.terminal import UsageError, read, tell_tilt, tell_worlds
 from spheremap.io.images import STORED
 from spheremap.map.size import matching_size
 
@@ -135,19 +134,23 @@ def refuse_existing(places: list[Path], options: Options) -> None:
 
 def _loaded(source: Path, options: Options) -> tuple[Picture, sm.Projection, list[str]]:
     """Return an image, its projection, and what was taken for granted."""
-    load = partial(
-        picture.load, part=options.part, fill=options.fill, color_space=options.color_space
-    )
     if targets.has_faces(source):
         src = map_of_faces(options)
-        parts = [load(place) for place in targets.found_faces(source, src)]
+        places = targets.found_faces(source, src)
+        parts = [_read(place, options)[0] for place in places]
         if len({part.pixels.shape for part in parts}) > 1:
             raise ValueError(f"the faces of {str(source)!r} differ in size")
         image = replace(parts[0], pixels=np.concatenate([part.pixels for part in parts]))
         return chosen(image, options), src, []
-    image = load(source)
-    src, assumed = map_of_file(source, image.projection, image.pixels.shape, options)
+    image, head = _read(source, options)
+    src, assumed = map_of_file(source, head, options)
     return chosen(image, options), src, assumed
+
+
+def _read(source: Path, options: Options) -> tuple[Picture, io.Header]:
+    head = io.header(source, part=options.part)
+    pixels = read(source, part=options.part, fill=options.fill)
+    return picture.described(pixels, head, color_space=options.color_space), head
 
 
 def map_of_faces(options: Options) -> sm.Projection:
@@ -157,23 +160,24 @@ def map_of_faces(options: Options) -> sm.Projection:
     return files.of_faces(options.from_)
 
 
-def map_of_file(
-    source: Path, said: str | None, shape: tuple[int, ...], options: Options
-) -> tuple[sm.Projection, list[str]]:
+def map_of_file(source: Path, head: io.Header, options: Options) -> tuple[sm.Projection, list[str]]:
     """Return the projection of a file that says so or not, and what was taken for granted."""
     name, assumed = options.from_, []
     if name is None:
-        if said is None:
+        if head.projection is None:
             raise UsageError(f"--from is needed: {str(source)!r} does not say its projection")
-        name = said
+        name = head.projection
         assumed = [f"{source}: taken as {name}, as it says"]
     src = files.of_file(
         name,
         options.from_layout,
-        *shape[:2],
+        head.height,
+        head.width,
         any_aspect=options.any_aspect,
         advice="--any-aspect takes it as it is",
     )
+    if not any(options.rotate) and not options.face_sun:
+        tell_tilt(source, head, name)
     return src, assumed
 
 

@@ -8,8 +8,10 @@ import spheremap as sm
 from spheremap.map import images
 from spheremap.map.flat import flat, layouts
 
-# Large enough that every aspect comes out whole.
+# Where to look from, and large enough that faces in their layouts come out whole.
 _UNIT = 64
+# Large enough to tell an aspect by.
+_LARGE = 1 << 20
 
 
 def of_faces(name: str) -> sm.Projection:
@@ -29,13 +31,20 @@ def size_of_width(projection: sm.Projection, width: int) -> int:
 
 
 def _size_of(projection: sm.Projection, side: Literal["height", "width"], texels: int) -> int:
-    each = projection.shape(_UNIT)[-2 if side == "height" else -1]
-    size, rest = divmod(texels * _UNIT, each)
-    if rest:
+    axis = -2 if side == "height" else -1
+    size = _UNIT
+    # Sides are rounded: those of an image that is much larger say the aspect well enough.
+    for _ in range(3):
+        large = max(size, min(16 * size, _LARGE))
+        size = max(1, round(large * texels / projection.shape(large)[axis]))
+    near = {projection.shape(n)[axis]: n for n in (size + 1, max(1, size - 1), size)}
+    if texels not in near:
+        nearest = sorted(sorted(near, key=lambda n: abs(n - texels))[:2])
+        having = " or ".join(map(str, nearest))
         raise ValueError(
-            f"the {side} of {described(projection)} is a multiple of {each // _UNIT}, got {texels}"
+            f"Expected a {side} that {described(projection)} can have, as {having}, got {texels}."
         )
-    return size
+    return near[texels]
 
 
 def fits(projection: sm.Projection, height: int, width: int) -> bool:
@@ -97,21 +106,31 @@ def fitting(height: int, width: int) -> list[str]:
     return found
 
 
-def claimed(name: str | None, height: int, width: int) -> str | None:
-    """Return what a file says that it is, if there is such a projection and it fits."""
-    if name is None:
-        return None
-    try:
-        of_file(name, None, height, width)
-    except ValueError:
-        return None
-    return name
+def taken(
+    name: str | None,
+    said: str | None,
+    height: int,
+    width: int,
+    *,
+    any_aspect: bool = False,
+    advice: str = "",
+) -> sm.Projection:
+    """Return the projection of an image: as named, as the file says, or what is likely.
+
+    Where it says what does not fit, nothing else is likely: that is an error.
+    """
+    name = name or said or likely(height, width)
+    return of_file(name, None, height, width, any_aspect=any_aspect, advice=advice)
 
 
-def taken(name: str | None, said: str | None, height: int, width: int) -> sm.Projection:
-    """Return the projection of an image: as named, as the file says, or what is likely."""
-    name = name or claimed(said, height, width) or likely(height, width)
-    return of_file(name, None, height, width)
+def leveled(tilt: tuple[float, float]) -> str | None:
+    """Return how a camera was tilted and what makes its panorama level, or None if it is."""
+    pitch, roll = tilt
+    if not pitch and not roll:
+        return None
+    # Up, and the other way round: with the roll of the camera the horizon turns left.
+    turn = f"convert --rotation 0 {pitch:g} {0.0 - roll:g}"
+    return f"the camera was tilted, pitch {pitch:g}°, roll {roll:g}°: {turn} makes it level"
 
 
 def noted(name: str, projection: sm.Projection) -> str | None:

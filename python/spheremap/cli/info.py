@@ -112,10 +112,16 @@ def _light(
     height, width, count = shape
     alpha = head.alpha_channel
     colors = count if alpha is None else count - 1
-    name = name or files.claimed(head.projection, height, width)
-    if name is None and (colors not in (1, 3, 4) or not files.fitting(height, width)):
+    said = head.projection
+    if not name and not said and (colors not in (1, 3, 4) or not files.fitting(height, width)):
         return None
-    p = files.taken(name, None, height, width)
+    try:
+        p = files.taken(name, said, height, width)
+    except ValueError:
+        if name:
+            raise
+        # The light of another map would be of none that there is.
+        return None
 
     def light(part: Rectangle) -> NDArray[Any]:
         texels = read(part)

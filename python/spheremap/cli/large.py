@@ -139,7 +139,7 @@ def _found(source: Path, options: Options) -> tuple[list[str], Header, sm.Projec
     """Return the files of an image, what the first says, their map, and what was assumed."""
     if not targets.has_faces(source):
         head = io.header(source, part=options.part)
-        src, assumed = map_of_file(source, head.projection, (head.height, head.width), options)
+        src, assumed = map_of_file(source, head, options)
         expect_plain(head, source)
         return [str(source)], head, src, assumed
     src = map_of_faces(options)

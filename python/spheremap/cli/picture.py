@@ -6,8 +6,10 @@ has it, and filters as it is.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -77,6 +79,9 @@ def with_channels(picture: Picture, names: list[str]) -> Picture:
     missing = [name for name in names if name not in picture.names]
     if missing:
         raise UsageError(f"no channel {missing[0]!r}; the file has {', '.join(picture.names)}")
+    twice = [name for k, name in enumerate(names) if name in names[:k]]
+    if twice:
+        raise UsageError(f"channel {twice[0]!r} is named twice")
     indices = [picture.names.index(name) for name in names]
     alpha = picture.alpha_channel
     at = indices.index(alpha) if alpha in indices else None
@@ -142,15 +147,32 @@ def as_stored(
         cover = _cover(light, alpha)
         light = np.divide(light, cover, out=np.zeros_like(light), where=cover > 0)
     if depth.startswith("float"):
-        # One that is beyond half floats becomes infinite, which is what it is there.
-        with np.errstate(over="ignore"):
-            return replace(picture, pixels=light.astype(depth, copy=False))
+        return replace(picture, pixels=_as_floats(light, depth))
     light = io.to_linear(light, color_space=picture.color_space, alpha=alpha)
     words = {k: v for k, v in picture.metadata.items() if k != "chromaticities"}
     stored = replace(picture, color_space=SRGB, metadata=words)
     if tonemap == "reinhard":
         return replace(stored, pixels=_tonemapped(light, alpha, exposure))
     return replace(stored, pixels=cut(light, depth, exposure=exposure, alpha=alpha))
+
+
+def _as_floats(light: NDArray[Any], depth: str) -> NDArray[Any]:
+    """Return light in a float type; a sun that is beyond half floats is as bright as they are."""
+    try:
+        with np.errstate(over="raise"):
+            return light.astype(depth, copy=False)
+    except FloatingPointError:
+        # An infinite texel would spread to all that a later filter makes of it.
+        most = float(np.finfo(depth).max)
+        beyond = np.isfinite(light) & (np.abs(light) > most)
+        _warn(f"values above {most:.0f} are clipped: half floats hold no more")
+        return np.where(beyond, np.copysign(most, light), light).astype(depth)
+
+
+@cache
+def _warn(words: str) -> None:
+    """Say something once, and not for each part of an image."""
+    print(f"warning: {words}", file=sys.stderr)
 
 
 def _tonemapped(light: NDArray[np.float32], alpha: int | None, exposure: float) -> NDArray[Any]:

@@ -72,11 +72,16 @@ def print_text(found: Found) -> None:
         print(f"  turned    upright, by EXIF orientation {head.orientation}")
     if head.projection:
         print(f"  says      {head.projection}")
+    leveled = files.leveled(head.tilt)
+    if leveled:
+        print(f"  tilted    {leveled}")
     fits = files.fitting(head.height, head.width)
     print(f"  fits      {', '.join(fits) or 'no projection as it is'}")
     heads = "channel", "min", "max", "mean", "NaN", "infinite", "negative"
     print_table(heads, [_row(channel) for channel in found.channels], numbers=True)
     if found.light is None:
+        if head.projection:
+            print(f"  light     unknown: the size is not that of {head.projection}; give --from")
         return
     lines = str(found.light.energy).splitlines()
     print("\n  ".join([f"  light     as {files.described(found.light.projection)}", *lines]))
@@ -102,6 +107,7 @@ def as_json(found: Found) -> dict[str, Any]:
         "data_window": dict(zip(("top", "left", "bottom", "right"), head.window, strict=True)),
         "parts": list(head.parts),
         "projection": head.projection,
+        "tilt": dict(zip(("pitch", "roll"), head.tilt, strict=True)),
         "fits": files.fitting(head.height, head.width),
         "channels": [
             {name: _number(value) for name, value in channel._asdict().items()}

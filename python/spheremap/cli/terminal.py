@@ -14,6 +14,7 @@ import typer
 
 import spheremap as sm
 from spheremap import _core, io
+from spheremap.cli import files
 from spheremap.cli.steps import Step
 
 
@@ -32,6 +33,13 @@ def tell_worlds(src: sm.Projection, dst: sm.Projection, world: str) -> None:
     said = _core.worlds(src, dst) if world == "match" else None
     if said:
         print(said, file=sys.stderr)
+
+
+def tell_tilt(path: Path, head: io.Header, name: str | None) -> None:
+    """Say that the camera of an image was tilted, where it is taken for what it says."""
+    leveled = files.leveled(head.tilt)
+    if leveled and name in (None, head.projection):
+        print(f"{path}: {leveled}", file=sys.stderr)
 
 
 @contextmanager

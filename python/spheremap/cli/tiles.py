@@ -28,6 +28,7 @@ from spheremap.cli.terminal import (
     check_projection,
     progress,
     refuse,
+    tell_tilt,
     tell_worlds,
 )
 from spheremap.io.tonemap import Curve
@@ -119,6 +120,8 @@ def tiles(
         step(f"reading {source.name}")
         shown = Shown(source, part, colorspace, channels)
         src = shown.map(from_, any_aspect)
+        if not any(rotate):
+            tell_tilt(source, shown.head, from_)
         if not shown.is_light and (curve != "none" or exposure):
             raise UsageError("--tonemap and --exposure do nothing where integers stay integers")
         turned = resolve(src, rotation=sm.rotation(*rotate) if any(rotate) else None)

@@ -190,10 +190,9 @@ def _read(
     path: Path, name: str | None, part: str | None, color_space: str | None, any_aspect: bool
 ) -> tuple[Picture, sm.Projection]:
     loaded = picture.load(path, part=part, color_space=color_space)
-    height, width = loaded.pixels.shape[:2]
-    taken = name or files.claimed(loaded.projection, height, width) or files.likely(height, width)
+    shape = loaded.pixels.shape[:2]
     advice = "--any-aspect takes it as it is"
-    src = files.of_file(taken, None, height, width, any_aspect=any_aspect, advice=advice)
+    src = files.taken(name, loaded.projection, *shape, any_aspect=any_aspect, advice=advice)
     return picture.without_alpha(loaded), src
 
 

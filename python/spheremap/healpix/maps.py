@@ -117,12 +117,12 @@ def to_image(
     if pixels is None:
         if nside is not None:
             raise TypeError("`nside` is that of `pixels`: a whole map has one by its length.")
-        array, n = as_map(_filled(values))
+        array, n = as_map(as_array(values, "values"))
         return _faces(array, n, nest)
     if nside is None:
         raise TypeError("Expected the `nside` of `pixels`.")
     n = as_nside(nside)
-    numbers, array = as_part(n, pixels, _filled(values))
+    numbers, array = as_part(n, pixels, as_array(values, "values"))
     if array.dtype.kind not in "fc":
         raise TypeError(
             f"Values of dtype {array.dtype} have no NaN for what is not seen: pass floats "
@@ -171,7 +171,7 @@ def from_image(
     True
     """
     nest = as_flag(nest, "nest")
-    array = as_array(_filled(image), "image")
+    array = as_array(image, "image")
     if array.ndim not in (3, 4) or array.shape[0] != 12 or array.shape[1] != array.shape[2]:
         raise ValueError(
             "Expected `image` to have shape (12, nside, nside) or (12, nside, nside, C), "
@@ -237,7 +237,7 @@ def ud_grade(
     nest, pess = as_flag(nest, "nest"), as_flag(pess, "pess")
     if as_text(statistic, "statistic") not in ("mean", "sum"):
         raise ValueError(f"`statistic` must be 'mean' or 'sum', got {statistic!r:.40}.")
-    array, n = as_map(_filled(values))
+    array, n = as_map(as_array(values, "values"))
     if array.dtype.kind not in "fiub":
         raise TypeError(f"Expected `values` to be real numbers, got dtype {array.dtype}.")
     m = as_nside(nside)
@@ -309,18 +309,6 @@ def _faces(array: NDArray[Any], nside: int, nest: bool) -> NDArray[Any]:
     unseen = array.dtype.kind == "f" and array.dtype.itemsize in (4, 8)
     faces = _arranged(array, nside, _order(nest), "faces", unseen=unseen)
     return faces.reshape(12, nside, nside, *array.shape[1:])
-
-
-def _filled(values: ArrayLike) -> ArrayLike:
-    """Return masked floats with NaN for what is masked."""
-    if not isinstance(values, np.ma.MaskedArray) or not np.ma.is_masked(values):
-        return values
-    if values.dtype.kind != "f":
-        raise TypeError(
-            f"Masked values of dtype {values.dtype} have no NaN to become: pass floats "
-            "(`values.astype(float)`) or what stands for them (`values.filled(...)`)."
-        )
-    return values.filled(np.nan)
 
 
 def _data(values: ArrayLike) -> ArrayLike:

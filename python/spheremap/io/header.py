@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
@@ -75,7 +77,11 @@ class Header:
     orientation : int
         How the stored rows lie, as EXIF numbers it; 1 is upright.
     projection : str or None
-        The projection that the file names: by its EXR ``envmap``, its GPano, or our own word.
+        The projection that the file names: by its EXR ``envmap``, its GPano, or our own word. A
+        cylinder of GPano is one of 360 degrees, as ``"cylindrical(aspect=16/5)"``.
+    tilt : tuple of float
+        How far the camera looked up at the middle of the panorama, and how far it was rolled: the
+        pitch and roll of GPano's pose, in degrees. `read` turns nothing.
     metadata : mapping
         What travels with the image: Artist, Copyright, ImageDescription, dates, chromaticities,
         ICCProfile.
@@ -92,6 +98,7 @@ class Header:
     window: tuple[int, int, int, int]
     orientation: int
     projection: str | None
+    tilt: tuple[float, float]
     metadata: Mapping[str, Any] = field(repr=False)
 
     @property
@@ -174,7 +181,8 @@ def header_of(source: Any) -> Header:
         parts=part_names(source),
         window=window,
         orientation=orientation if 1 <= orientation <= 8 else 1,
-        projection=_projection(spec),
+        projection=_projection(spec, height, width),
+        tilt=(_degrees(spec, "PosePitch"), _degrees(spec, "PoseRoll")),
         metadata=_metadata(spec),
     )
 
@@ -224,7 +232,12 @@ def _panorama_side(spec: Any, side: str, edge: str, texels: int) -> tuple[int, i
     return resized(spec.get_int_attribute(f"GPano:FullPano{side}Pixels")), resized(start)
 
 
-def _projection(spec: Any) -> str | None:
+def _degrees(spec: Any, name: str) -> float:
+    value = float(spec.get_float_attribute(f"GPano:{name}Degrees", 0.0))
+    return value if math.isfinite(value) else 0.0
+
+
+def _projection(spec: Any, height: int, width: int) -> str | None:
     own = spec.get_string_attribute(PROJECTION)
     if own:
         return str(own)
@@ -236,7 +249,10 @@ def _projection(spec: Any) -> str | None:
     if environment == "cubeface":
         return "cube:openexr"
     panorama = spec.get_string_attribute("GPano:ProjectionType").lower()
-    return {"equirectangular": "latlong", "cylindrical": "cylindrical"}.get(panorama)
+    if panorama == "cylindrical":
+        # All around, with square pixels: the height says how far it reaches up and down.
+        return f"cylindrical(aspect={Fraction(width, height)})"
+    return "latlong" if panorama == "equirectangular" else None
 
 
 def _linear_space(spec: Any) -> str:

@@ -13,7 +13,15 @@ from .._arrays import as_array, as_doubles, expect_room
 from .._scalars import as_items, as_number, as_text
 from .header import KINDS, PROJECTION, TRAVELS, header_of, upright
 from .noted import as_noted, expect_color_space
-from .opened import expect_complete, expect_whole_room, library, one_line, opened, said_by
+from .opened import (
+    TEXTURES,
+    expect_complete,
+    expect_whole_room,
+    library,
+    one_line,
+    opened,
+    said_by,
+)
 from .packets import with_panorama
 from .whole import as_path, check_place, written_among, written_whole
 
@@ -23,6 +31,7 @@ if TYPE_CHECKING:
     from .._projection import Projection
 
 __all__ = [
+    "TEXTURES",
     "as_stored",
     "channel_names",
     "check_target",
@@ -42,8 +51,6 @@ STORED: dict[str, tuple[str, ...]] = {
     ".jpg": ("uint8",),
     ".jpeg": ("uint8",),
 }
-# What `write_ktx2` and `write_dds` write.
-TEXTURES = (".ktx2", ".dds")
 # How each may be compressed; OpenImageIO takes another word for its default.
 _COMPRESSIONS: dict[str, tuple[str, ...]] = {
     ".exr": ("none", "rle", "zip", "zips", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"),

@@ -11,6 +11,7 @@ from typing import Any
 from .whole import as_path
 
 __all__ = [
+    "TEXTURES",
     "expect_complete",
     "expect_whole_room",
     "library",
@@ -19,6 +20,9 @@ __all__ = [
     "part_names",
     "said_by",
 ]
+
+# What `write_ktx2` and `write_dds` write.
+TEXTURES = (".ktx2", ".dds")
 
 
 def library() -> Any:
@@ -79,7 +83,10 @@ def opened(path: str | os.PathLike[str], part: int | str | None = None) -> Itera
     wish.attribute("oiio:UnassociatedAlpha", 1)
     source = oiio.ImageInput.open(name, wish)
     if source is None:
-        raise OSError(f"cannot read {name!r}: {one_line(oiio.geterror())}")
+        said = one_line(oiio.geterror())
+        if os.path.splitext(name)[1].lower() in TEXTURES:
+            said = f"textures are written and not read ({said})"
+        raise OSError(f"cannot read {name!r}: {said}")
     try:
         _seek(source, name, part)
         if source.spec().deep:

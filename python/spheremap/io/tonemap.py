@@ -52,7 +52,8 @@ def tonemap(
     Raises
     ------
     ValueError, TypeError
-        For a curve that there is not, and an exposure that is no number.
+        For a curve that there is not, and an exposure that is no number. For uint8 and uint16,
+        which are pictures: `to_linear` makes light of them.
 
     Examples
     --------
@@ -65,6 +66,10 @@ def tonemap(
     """
     _core.check_word("curve", as_text(curve, "curve"), list(CURVES))
     values = as_real(image, "image")
+    if values.dtype in (np.uint8, np.uint16):
+        raise TypeError(
+            f"Expected `image` to be linear light, got {values.dtype}: `io.to_linear` makes it."
+        )
     if values.ndim == 3 and values.shape[-1] != 1:
         values = values[..., : 3 if values.shape[-1] >= 3 else 1]
     if exposure is None:

@@ -366,14 +366,14 @@ def _advice(p: Projection, shape: tuple[int, ...], axes: int) -> str:
     if len(shape) == axes + 1 and shape[0] and _takes(p, shape[1:]):
         if shape[0] <= _MOST_CHANNELS:
             ways.append(
-                f"{shape} looks like channels first: pass channels_first=True where the verb takes "
-                "it, or move the axis, np.moveaxis(image, 0, -1)."
+                f"{shape} looks like channels first: pass `channels_first=True` where the verb "
+                "takes it, or move the axis, np.moveaxis(image, 0, -1)."
             )
         else:
             ways.append(f"A batch of gray images has shape {(*shape, 1)}.")
     elif "aspect" in p.parameters:
         ways.append(f"A map of this aspect is '{p.name}' with aspect={shape[1]}/{shape[0]}.")
-    ways.append("any_aspect=True takes it as it is, stretched.")
+    ways.append("`any_aspect=True` takes it as it is, stretched.")
     return " ".join(ways)
 
 
@@ -395,7 +395,7 @@ def _expect_faces(p: Projection, shape: tuple[int, ...], axes: int, name: str) -
         text = str(error).rstrip(".")
         if len(shape) == axes + 1 and _takes(p, (*shape[:-3], *shape[-2:])):
             text += (
-                f"; {shape} looks like channels first: pass channels_first=True where the verb "
-                "takes it, or move the axis, np.moveaxis(image, -3, -1)"
+                f"; {shape} looks like channels first: pass `channels_first=True` where the "
+                "verb takes it, or move the axis, np.moveaxis(image, -3, -1)"
             )
         raise ValueError(f"{text}.") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
@@ -52,7 +53,14 @@ def made(name: str, **options: Any) -> Projection:
     for parameter, value in options.items():
         if value is np.ma.masked:
             raise TypeError(f"`{parameter}` must be a number, got one that is masked.")
-    return _made(_class, name, **options)
+    try:
+        return _made(_class, name, **options)
+    except ValueError:
+        word = re.split("[(:]", name, maxsplit=1)[0]
+        known = word.casefold()
+        if known == word or all(entry["name"] != known for entry in registered()):
+            raise
+    raise ValueError(f"unknown projection {word!r}; did you mean {known!r}?")
 
 
 def resolve(
@@ -67,10 +75,11 @@ def resolve(
     if type(projection) is _class:
         return projection
     try:
-        return _named[projection]  # type: ignore[index]
-    except (KeyError, TypeError, ValueError):
-        # Unknown, or nothing that has a hash.
-        return _first_time(projection)
+        found = _named.get(projection)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        # Nothing that has a hash.
+        found = None
+    return _first_time(projection) if found is None else found
 
 
 def resolve_pair(
@@ -93,7 +102,7 @@ def _first_time(projection: object) -> Projection:
         raise TypeError(
             f"Expected a Projection or the name of one, got {type(projection).__name__}."
         )
-    found = _made(_class, projection)
+    found = made(projection)
     # With parameters there is no end of names.
     if "(" not in projection:
         _named[projection] = found

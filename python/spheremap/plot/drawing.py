@@ -122,7 +122,7 @@ def _not_stretched() -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        raise ValueError(str(error).partition(" any_aspect=True takes")[0]) from None
+        raise ValueError(str(error).partition(" `any_aspect=True` takes")[0]) from None
 
 
 def label(ax: Axes, p: Projection, width: float, height: float) -> None:

@@ -109,6 +109,8 @@ def sample_uv(
     if len(along) != 2:
         raise ValueError(f"Expected `address` to be one mode or a pair, got {address!r}.")
 
+    if is_chain(image):
+        raise TypeError("Expected `image` to be one picture: `sample_uv` makes its levels.")
     several = images(image, None, any_aspect=True, channels_first=channels_first)
     if several is not None:
         return several.each(sample_uv, locals(), "values")
@@ -125,7 +127,7 @@ def sample_uv(
             out=out,
         )
 
-    if lod is None and derivatives is None and not is_chain(image):
+    if lod is None and derivatives is None:
         found = labeled(image, 2, filter, fill, out, None, looked_up)
         if found is not None:
             return found

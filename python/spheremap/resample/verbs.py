@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import _core
 from .._arrays import IMAGE_DTYPES, keeps_dtype, spatial_axes
-from .._scalars import as_whole
+from .._scalars import as_text, as_whole
 from ..map.images import images, is_chain, target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
@@ -153,6 +153,8 @@ def sample(
     if several is not None:
         return several.each(sample, locals(), "values")
     p = resolve(p, axes, rotation)
+    if filter is not None:
+        filter = as_text(filter, "filter")
     if alpha is not None:
         alpha = as_whole(alpha, "alpha")
 
@@ -333,6 +335,7 @@ def convert(
     shape = target.shape(size)
     source = resolve(source, rotation=rotation)
     part = None if window is None else stored_part(window, shape)
+    filter = as_text(filter, "filter")
     if alpha is not None:
         alpha = as_whole(alpha, "alpha")
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..io.color import cut, to_linear
+from ..io.color import color_channels, cut, to_linear
 from ..io.tonemap import tonemap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Look", "light", "without_alpha"]
+__all__ = ["Look", "light", "on_black", "shown", "without_alpha"]
 
 _AT_A_TIME = 1 << 16
 
@@ -50,6 +50,23 @@ def without_alpha(pixels: NDArray[Any]) -> NDArray[Any]:
     """Return the colors of an image: of two channels the first, of more than three three."""
     count = pixels.shape[-1]
     return pixels if count in (1, 3) else np.ascontiguousarray(pixels[..., : 3 if count > 3 else 1])
+
+
+def on_black(pixels: NDArray[Any], alpha: int) -> NDArray[np.float32]:
+    """Return the light of an image's colors, multiplied by its straight alpha."""
+    cover = pixels[..., alpha : alpha + 1]
+    if pixels.dtype.kind == "u":
+        cover = cover / np.float32(np.iinfo(pixels.dtype).max)
+    colors = light(pixels[..., color_channels(pixels.shape[-1], alpha)])
+    return np.asarray(colors * cover, np.float32)
+
+
+def shown(pixels: NDArray[Any]) -> NDArray[Any]:
+    """Return what an array (..., C) shows, which does not say whether it has alpha."""
+    count = pixels.shape[-1]
+    # As in pictures; light is premultiplied, and black already.
+    has_alpha = pixels.dtype.kind == "u" and count in (2, 4)
+    return on_black(pixels, count - 1) if has_alpha else pixels
 
 
 def light(pixels: NDArray[Any]) -> NDArray[np.float32]:

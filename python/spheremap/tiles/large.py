@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._scalars import as_whole
-from ..io.header import header_of
+from ..io.header import Header, header_of
 from ..io.large import expect_plain
 from ..io.opened import opened
 from ..io.parts import expect_memory
@@ -20,10 +21,13 @@ from ..io.whole import as_path
 from ..map.images import expect_aspect
 from ..map.named import resolve
 from .asked import Extension, Format, Frame, Kind, as_tile_size, written
+from .colors import on_black
 from .filed import FileImage
 from .pyramid import Pyramid
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from .._names import ConvertFilter
     from ..map.named import ProjectionLike, Worlds
 
@@ -92,9 +96,10 @@ def write_file(
 
     Notes
     -----
-    Each file holds the bytes of those of ``write(read(source), projection, folder)``. The levels
-    are made window by window, as `spheremap.io.convert_file` does it, and stand in the folder, in
-    files without a name, until their tiles and the next level are made of them.
+    Each file holds the bytes of those of ``write(read(source), projection, folder)``, but that the
+    source says itself which channel is alpha, and whether it is straight. The levels are made
+    window by window, as `spheremap.io.convert_file` does it, and stand in the folder, in files
+    without a name, until their tiles and the next level are made of them.
 
     Examples
     --------
@@ -120,7 +125,7 @@ def write_file(
         )
     expect_aspect(kind.src, shape, any_aspect)
     kind.src.shape(shape[:2])
-    files = Source([as_path(source)], number, np.dtype(head.dtype), count, lambda texels: texels)
+    files = Source([as_path(source)], number, np.dtype(head.dtype), count, _shown(head))
     return written(
         file_image(files, shape[:2], kind, tile_size=tile_size, memory=memory),
         kind,
@@ -135,6 +140,13 @@ def write_file(
         properties=properties,
         page=page,
     )
+
+
+def _shown(head: Header) -> Callable[[NDArray[Any]], NDArray[Any]]:
+    """Return what is taken of a file's texels: light, where they have to be put on black."""
+    if head.alpha == "straight" and head.alpha_channel is not None:
+        return partial(on_black, alpha=head.alpha_channel)
+    return lambda texels: texels
 
 
 def file_image(

@@ -14,6 +14,7 @@ from ..io.tonemap import Curve
 from ..map.images import channels_last, expect_aspect
 from ..map.named import resolve
 from .asked import Extension, Format, Frame, Kind, written
+from .colors import shown
 from .held import HeldImage
 from .pyramid import Pyramid
 
@@ -56,7 +57,8 @@ def write(
     ----------
     image : array_like, shape (H, W) or (H, W, C), or with faces (F, N, N) or (F, N, N, C)
         Floats are linear light; uint8 and uint16 are pictures of sRGB. Of two channels the first is
-        written, of more than three the first three.
+        written, of more than three the first three. The second of two, and the fourth of four, is
+        alpha: straight in pictures, which become light on black; light is premultiplied.
     projection : Projection or str
         How the image maps the sphere.
     folder : path
@@ -135,7 +137,7 @@ def write(
     kind = Kind.of(format, extension, curve, exposure, resolve(projection, rotation=rotation))
     pixels = _pixels(image, kind.src, any_aspect, channels_first)
     return written(
-        HeldImage(kind.taken(pixels)),
+        HeldImage(kind.taken(shown(pixels))),
         kind,
         folder,
         size=size,

@@ -10,8 +10,9 @@ import numpy as np
 
 from .._arrays import as_image, spatial_axes, spatial_shape
 from .._scalars import as_flag, as_items, as_text, as_whole
+from ..io.images import STORED
 from ..io.tonemap import Curve
-from ..io.whole import write_bytes
+from ..io.whole import as_path, write_bytes
 from ..map.flat import flat
 from ..map.images import channels_last, expect_aspect
 from ..map.named import resolve
@@ -320,8 +321,14 @@ class Viewer:
         OSError
             Where it cannot be written.
         TypeError, ValueError
-            For what is no path.
+            For what is no path, and for the name of a picture, which `snapshot` returns.
         """
+        ending = os.path.splitext(as_path(path))[1]
+        if ending.lower() in STORED:
+            raise ValueError(
+                f"Expected `path` to be that of a page, as 'look.html', got {ending!r}: the "
+                "picture is `snapshot()`, which `io.write` writes."
+            )
         write_bytes(path, self.html().encode("utf-8"))
 
     def snapshot(self, size: tuple[int, int] = (720, 1280)) -> NDArray[np.uint8]:

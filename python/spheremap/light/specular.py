@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from .. import _core
 from .._arrays import checked_image, has_channels, result_dtype, spatial_axes
+from .._progress import part
 from .._scalars import as_flag, as_items, as_number, as_text, as_whole
 from ..map.images import images, target_shape
 from ..map.named import resolve, resolve_pair
+from ..resample import convert
 from .lobes import lobe_image
 
 if TYPE_CHECKING:
@@ -55,7 +57,8 @@ def prefilter(
     image, src, dst, size, rotation, skipna, world, negative, any_aspect, channels_first
         As for `irradiance`.
     roughness : float
-        Perceptual, in [0, 1]: α = roughness². 0 is a mirror.
+        Perceptual, in [0, 1]: α = roughness². 0 is a mirror: an image of the whole sphere is
+        resampled by `convert`, by area where texels become larger.
     distribution : {"ggx", "charlie"}
         Of the normals; Charlie is that of cloth, and needs a roughness above 0.
     method : {"auto", "exact", "sampled"}
@@ -272,10 +275,53 @@ def _sampled(
     distribution: str,
     samples: int,
 ) -> list[NDArray[np.floating[Any]]]:
-    found = _core.prefilter(pixels, source, target, shapes, alphas, distribution, samples)
+    # Texels in which a part of the sphere ends are as bright as what is seen of them: the core
+    # knows how much that is.
+    mirrors = [alpha == 0 and source.coverage == "sphere" for alpha in alphas]
+    lobes = [
+        (shape, alpha)
+        for shape, alpha, is_mirror in zip(shapes, alphas, mirrors, strict=True)
+        if not is_mirror
+    ]
+    found: Iterator[NDArray[np.float32]] = iter(())
+    if lobes:
+        sizes, widths = [shape for shape, _ in lobes], [alpha for _, alpha in lobes]
+        with part(0.0, len(lobes) / len(alphas)):
+            rough = _core.prefilter(pixels, source, target, sizes, widths, distribution, samples)
+        found = iter(rough)
     dtype = result_dtype(pixels)
     channels = has_channels(pixels, source)
-    return [(level if channels else level[..., 0]).astype(dtype, copy=False) for level in found]
+    levels, done = [], len(lobes)
+    for shape, is_mirror in zip(shapes, mirrors, strict=True):
+        if is_mirror:
+            with part(done / len(alphas), (done + 1) / len(alphas)):
+                level = _mirror(pixels.astype(dtype, copy=False), source, target, shape)
+            done += 1
+        else:
+            sampled = next(found)
+            level = (sampled if channels else sampled[..., 0]).astype(dtype, copy=False)
+        levels.append(level)
+    return levels
+
+
+def _mirror(
+    pixels: NDArray[np.floating[Any]],
+    source: Projection,
+    target: Projection,
+    shape: tuple[int, ...],
+) -> NDArray[np.floating[Any]]:
+    """Return the image, resampled: by area where texels become larger, which keeps suns."""
+    own = source.covered_solid_angle / max(_texels(pixels, source), 1)
+    is_finer = target.covered_solid_angle / math.prod(shape) < own
+    return convert(
+        pixels,
+        source,
+        target,
+        size=shape,
+        filter="bilinear" if is_finer else "area",
+        world="literal",
+        any_aspect=True,
+    )
 
 
 def _texels(pixels: NDArray[Any], source: Projection) -> int:

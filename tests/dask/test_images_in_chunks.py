@@ -112,6 +112,18 @@ def test_the_chain_is_that_of_weighed_texels(monkeypatch, options):
         check(channels, 37, "latlong", "cube:unreal", size=16, divided=6, filter="ewa", **options)
 
 
+@pytest.mark.parametrize("filter", ["bilinear", "mode", "area", "trilinear", "ewa"])
+def test_masks_are_nan(monkeypatch, filter):
+    monkeypatch.setattr(chains, "_LEAST", 16)
+    image = np.ma.masked_greater(texels("latlong", 60, (2,)), 0.9)
+    for skipna in (False, True) if filter != "mode" else (False,):
+        options = {"size": 16, "divided": 9, "filter": filter, "skipna": skipna}
+        check(image, (37, 37, 1), "latlong", "cube", **options)
+    labels = da.from_array((image * 99).astype(np.uint8), chunks=37)
+    with pytest.raises(TypeError, match="masked"):
+        smd.convert(labels, "latlong", "cube", size=16, filter=filter).compute()
+
+
 def test_lookups_in_a_chain_see_a_few_chunks_of_the_image():
     image = da.from_array(texels("latlong", 1600), chunks=200)
     options = {"size": 32, "filter": "ewa"}

@@ -34,6 +34,16 @@ def test_one_direction():
     assert found.shape == () and found.compute(scheduler="synchronous") == 1
 
 
+def test_masks_are_nan():
+    image = np.ma.masked_greater(rng.random((16, 32)), 0.8)
+    found = smd.sample(image, da.from_array(directions, chunks=7), "latlong")
+    whole = sm.sample(image, directions, "latlong")
+    assert np.isnan(whole).any()
+    np.testing.assert_array_equal(found.compute(scheduler="synchronous"), whole)
+    with pytest.raises(TypeError, match="masked"):
+        smd.sample((image * 99).astype(np.uint8), da.ones((4, 3)), "latlong")
+
+
 @pytest.mark.parametrize(
     ("image", "places", "error", "said"),
     [

@@ -176,6 +176,25 @@ def test_holes_count_as_nothing(size):
         smd.light.integrate(da.from_array(image, chunks=-1), "latlong").compute()
 
 
+@pytest.mark.parametrize("size", [40, 530])
+def test_masks_are_holes(size):
+    image = np.ma.masked_greater(texels("latlong", size, (2,)), 0.75)
+    for verb in ("integrate", "mean", "average_direction"):
+        whole, parts = getattr(sm.light, verb), getattr(smd.light, verb)
+        # Chunks of single channels are put together, masks and all.
+        check(image, (170, 170, 1), whole, parts, "latlong", skipna=True)
+    check(image, 170, sm.sh.project, smd.sh.project, "latlong", order=1, skipna=True)
+    whole = sm.light.energy(image, "latlong", luminance=(0.0, 1.0), skipna=True)
+    chunks = da.from_array(image, chunks=170)
+    options = {"luminance": (0.0, 1.0), "skipna": True}
+    assert_same_energy(smd.light.energy(chunks, "latlong", **options), whole)
+    with pytest.raises(ValueError, match="NaN or infinite"):
+        smd.light.mean(chunks, "latlong").compute()
+    whole = da.from_array((image * 99).astype(np.uint8), chunks=170)
+    with pytest.raises(TypeError, match="masked"):
+        smd.light.mean(whole, "latlong", skipna=True).compute()
+
+
 def test_a_value_that_is_none_is_named_by_its_place_in_the_whole():
     image = texels("latlong", 540)
     image[533, 1011] = np.nan
@@ -240,6 +259,8 @@ def test_names_are_those_of_what_is_made():
         ("mean", da.ones((8, 16, 0)), {}, ValueError, "channel"),
         ("irradiance", da.ones((8, 16)), {"dst": "cube", "method": "fast"}, ValueError, "method"),
         ("irradiance", da.ones((8, 16)), {"dst": "cube", "size": -1}, ValueError, "size"),
+        ("irradiance", da.ones((8, 16)), {"dst": "cube", "order": "x"}, TypeError, "order"),
+        ("irradiance", da.ones((8, 16)), {"dst": "cube", "order": 99}, ValueError, "order"),
     ],
 )
 def test_errors_come_before_anything_is_computed(verb, image, options, error, said):

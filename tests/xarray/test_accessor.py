@@ -182,6 +182,121 @@ def test_errors_say_what_to_do():
         bare.sphere.assign("octahedrel")
 
 
+@pytest.mark.parametrize("chunks", [None, 8])
+def test_conversions_that_names_do_not_fit(chunks):
+    image = sky() if chunks is None else sky(da.from_array(texels, chunks=chunks))
+    with pytest.raises(ValueError, match="Expected no `window`"):
+        image.sphere.convert("latlong", size=8, window=(slice(0, 4), slice(0, 4)))
+    with pytest.raises(ValueError, match="Expected no `channels_first`"):
+        image.sphere.convert("cube", size=4, channels_first=True)
+    plain = image.sphere.convert("cube", size=4, window=None, channels_first=False)
+    xr.testing.assert_identical(plain, image.sphere.convert("cube", size=4))
+    first = plain.transpose("face", "band", "v", "u")
+    with pytest.raises(ValueError, match=r"\.transpose\('face', 'v', 'u', \.\.\.\)"):
+        first.sphere.convert("latlong", size=8, channels_first=True)
+
+
+def test_axes_have_names_of_their_own():
+    for name in ("v", "u"):
+        with pytest.raises(ValueError, match=f"another name than '{name}'"):
+            sky().rename(band=name).sphere.convert("cube", size=4)
+    with pytest.raises(ValueError, match="another name than 'face'"):
+        sky().rename(band="face").sphere.convert("cube", size=4)
+    with pytest.raises(ValueError, match="another name than 'l'"):
+        sky().rename(band="l").sphere.sh(order=1)
+    with pytest.raises(ValueError, match="another name than 'band'"):
+        sky().sphere.sample(xr.DataArray(np.eye(3), dims=("band", "xyz")))
+    assert sky().rename(band="face").sphere.convert("angular", size=4).dims == ("v", "u", "face")
+
+
+ROTATED = {
+    "convert": (["cube"], {"size": 4}),
+    "sample": ([np.eye(3)], {}),
+    "irradiance": (["cube"], {"size": 4}),
+    "sh": ([], {"order": 1}),
+    "energy": ([], {}),
+}
+
+
+@pytest.mark.parametrize("chunks", [None, 8])
+@pytest.mark.parametrize("verb", ROTATED)
+def test_one_rotation(verb, chunks):
+    words, options = ROTATED[verb]
+    image = sky() if chunks is None else sky(da.from_array(texels, chunks=chunks))
+    several = np.stack([sm.rotation(10), sm.rotation(20)])
+    with pytest.raises(ValueError, match=r"`rotation` to be one rotation.*\(2, 3, 3\)"):
+        getattr(image.sphere, verb)(*words, rotation=several, **options)
+
+
+def test_a_face_is_no_image():
+    cube = sky().sphere.convert("cube", size=4)
+    for face in (cube.isel(face=2), cube.isel(face=2, band=0)):
+        with pytest.raises(ValueError, match="a face by itself"):
+            face.sphere.mean()
+
+
+TURNED = {
+    "v": lambda image: image.isel(v=slice(None, None, -1)),
+    "u": lambda image: image.roll(u=3, roll_coords=True),
+    "face": lambda image: image.isel(face=[1, 0, 2, 3, 4, 5]),
+}
+
+
+@pytest.mark.parametrize("axis", TURNED)
+def test_coordinates_that_contradict_the_image(axis):
+    cube = sky().sphere.convert("cube", size=4)
+    turned = TURNED[axis](cube)
+    for verb, (words, options) in ROTATED.items():
+        with pytest.raises(ValueError, match=f"Expected `{axis}` to be the coordinates"):
+            getattr(turned.sphere, verb)(*words, **options)
+    xr.testing.assert_identical(turned.sortby(axis).sphere.mean(), cube.sphere.mean())
+    kept = cube.assign_coords(face=list("abcdef"), v=cube.v.astype(np.float32))
+    np.testing.assert_array_equal(kept.sphere.mean(), cube.sphere.mean())
+    np.testing.assert_array_equal(
+        turned.drop_vars(axis).sphere.mean(), sm.light.mean(turned.values, cube.sphere.projection)
+    )
+
+
+def test_coarser_texels_have_their_coordinates():
+    fine = sky().sphere.convert("latlong", size=8)
+    coarse = fine.coarsen(v=2, u=2).mean(keep_attrs=True)
+    np.testing.assert_array_equal(coarse.sphere.mean(), sm.light.mean(coarse.values, "latlong"))
+
+
+def test_assigned_coordinates_are_those_of_the_grid():
+    image = xr.DataArray(texels[..., 0], dims=("v", "u")).sphere.assign("latlong")
+    assert image.v[0] == 0.5 / 16
+    again = image.sphere.assign("latlong:mitsuba")
+    assert again.v[0] == 0 and again.v[-1] == 1 and again.u[0] == 0.5 / 32
+    np.testing.assert_array_equal(
+        again.sphere.mean(), sm.light.mean(texels[..., 0], "latlong:mitsuba")
+    )
+    numbered = image.assign_coords(v=np.arange(16))
+    xr.testing.assert_identical(numbered.sphere.assign("latlong"), image)
+    with pytest.raises(ValueError, match="`v` to rise"):
+        image.isel(v=slice(None, None, -1)).sphere.assign("latlong")
+    with pytest.raises(ValueError, match=r"transpose\('v', 'u', \.\.\.\)"):
+        image.transpose("u", "v").sphere.assign("latlong", any_aspect=True)
+
+
+@pytest.mark.parametrize("dims", [("lat", "lon"), ("y", "x")])
+def test_latitudes_fall(dims):
+    falling = (dims[0], np.linspace(88, -88, 16).astype(np.int8))
+    image = xr.DataArray(texels[..., 0], dims=dims, coords={"lat": falling})
+    upside_down = image.isel({dims[0]: slice(None, None, -1)})
+    way = rf"from north to south, got -88 to 88; \.isel\({dims[0]}="
+    with pytest.raises(ValueError, match=way):
+        upside_down.sphere.assign("latlong:blender")
+    with pytest.raises(ValueError, match=way):
+        image.sphere.assign("latlong").isel({dims[0]: slice(None, None, -1)}).sphere.mean()
+    # A map whose first row is the lowest, by its axes.
+    below = sm.projection("latlong", axes="+x +y -z", world="+x +y -z")
+    assert sm.decode([0.5, 0.0], below)[1] == -1
+    assert upside_down.sphere.assign(below).lat[0] == -88
+    with pytest.raises(ValueError, match="from south to north"):
+        image.sphere.assign(below)
+
+
 def test_xarray_is_imported_by_its_own_module_alone():
     everything = (
         "import sys; sys.modules['xarray'] = None; import spheremap as sm\n"

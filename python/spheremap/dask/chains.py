@@ -11,7 +11,7 @@ import numpy as np
 from dask.base import tokenize
 from dask.highlevelgraph import HighLevelGraph
 
-from .._arrays import spatial_axes
+from .._arrays import as_array, spatial_axes
 from ..resample.chained import Chained
 from ..resample.seen import REACH, Rectangle
 from ..resample.sparse import sparse_zeros
@@ -51,7 +51,7 @@ class _Halved:
         shape = (needed.bottom - needed.top, needed.right - needed.left, chained.shape[-1])
         texels = np.empty(shape, chained.floats if self.level else chained.dtype)
         for piece, chunk in zip(self.pieces, chunks, strict=True):
-            part = np.asarray(chunk)[piece.inner].reshape(*_sides(piece.place), -1)
+            part = as_array(chunk, "image")[piece.inner].reshape(*_sides(piece.place), -1)
             texels[piece.place] = part if self.level else chained.weighed(part)
         found = chained.halved(self.level, self.window, needed, texels)
         return found if self.window.face is None else found[None]
@@ -74,7 +74,8 @@ class _LookedUp:
         chained, held = self.chained, []
         shapes = [chained.shape, *chained.shapes]
         for level, (shape, some) in enumerate(zip(shapes, self.pieces, strict=True)):
-            given = dict(zip(self.chunks[level], map(np.asarray, chunks[level]), strict=True))
+            numbered = zip(self.chunks[level], chunks[level], strict=True)
+            given = {number: as_array(chunk, "image") for number, chunk in numbered}
             texels = sparse_zeros(shape, chained.floats if level else chained.dtype)
             for piece in some:
                 part = given[piece.chunk][piece.inner]

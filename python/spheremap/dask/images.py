@@ -74,7 +74,7 @@ def convert(
     ------
     ValueError, TypeError
         As for `spheremap.convert`, and for chunks that dask does not know; all at once, before
-        anything is computed.
+        anything is computed, but for masked integers in chunks that are seen.
 
     Notes
     -----

@@ -10,13 +10,14 @@ from dask.array import map_blocks
 
 from .. import _core
 from .. import light as of_arrays
-from .._arrays import result_dtype, spatial_axes
+from .._arrays import as_array, result_dtype, spatial_axes
 from .._scalars import as_flag, as_text
 from ..light.image import coefficients
 from ..light.lobes import lobe_image, normals_of, placed, seen_by
 from ..light.sheets import energy_of_sheets
 from ..map.images import target_shape
 from ..map.named import resolve, resolve_pair
+from ..sh import as_order
 from .sh import Coefficients
 from .sheets import computed, expect_image, summed
 
@@ -268,6 +269,7 @@ def irradiance(
     """
     if as_text(method, "method") not in ("exact", "sh"):
         raise ValueError(f"Expected `method` to be 'exact' or 'sh', got {method!r}.")
+    order = as_order(order)
     source, target = resolve_pair(src, dst, rotation, world)
     pixels = expect_image(image, resolve(src), any_aspect)
     shape = target_shape(target, size, any_aspect)
@@ -299,10 +301,16 @@ def _moments(
     if verb != "mean" or not skips:
         return summed(pixels, p, _Moments(p, verb), shape, np.float64, **checks)
     held = summed(pixels, p, _Moments(p, "integrate"), shape, np.float64, **checks)
-    finite = np.isfinite(pixels).astype(np.float32)
+    finite = map_blocks(_finite, pixels, dtype=np.float32)
     area = summed(finite, p, _Moments(p, "integrate"), shape, np.float64)
     mean: da.Array = map_blocks(_divided, held, area, dtype=np.float64)
     return mean
+
+
+def _finite(texels: Any) -> NDArray[np.float32]:
+    """Return 1 where texels have a value, and 0 where they have none."""
+    finite: NDArray[np.float32] = np.isfinite(as_array(texels, "image")).astype(np.float32)
+    return finite
 
 
 def _divided(a: Any, b: Any) -> Any:

@@ -9,7 +9,7 @@ import dask.array as da
 import numpy as np
 
 from .. import resample
-from .._arrays import expect_vectors, spatial_axes
+from .._arrays import as_array, expect_vectors, spatial_axes
 from ..map.images import expect_aspect
 from ..map.named import resolve
 
@@ -74,7 +74,7 @@ def sample(
             "dask.array.from_array makes one."
         )
     expect_vectors(directions.shape, "directions")
-    pixels = np.asarray(image)
+    pixels = as_array(image, "image")
     options: dict[str, Any] = {
         "filter": filter,
         "fill": fill,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arrays import as_array
 from ..resample.conversion import Conversion
 from ..resample.parts import convert_seen
 
@@ -39,7 +40,8 @@ class Part:
     def __call__(self, chunks: Sequence[Any]) -> NDArray[Any]:
         """Return a chunk of the result."""
         conversion = self.conversion
-        given = dict(zip(self.chunks, map(np.asarray, chunks), strict=True))
+        numbered = zip(self.chunks, chunks, strict=True)
+        given = {number: as_array(chunk, "image") for number, chunk in numbered}
         texels = [given[piece.chunk][piece.inner] for piece in self.pieces]
         options = conversion.options
         known = None

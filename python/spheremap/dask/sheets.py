@@ -70,7 +70,8 @@ class _Part:
                 for a, b in zip(common, place, strict=True)
             )
             origin = tuple(a.start for a in common)
-            image[common] = checked_image(np.asarray(chunk)[own], origin=origin, **self.checks)
+            # `checked_image` has to see masks, which `asarray` would drop.
+            image[common] = checked_image(np.asanyarray(chunk)[own], origin=origin, **self.checks)
         return self.sum.whole(image) if self.number is None else self.sum.part(image, self.number)
 
 

@@ -7,10 +7,20 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from .. import resample
+from .._scalars import as_flag
 from ..map.images import expect_aspect
 from ..map.named import resolve
 from .attributes import described, without
-from .axes import channels_of, image_of, kept, saying, texel_coordinates
+from .axes import (
+    channels_of,
+    expect_distinct,
+    expect_rising,
+    image_of,
+    kept,
+    own_coordinates,
+    saying,
+    texel_coordinates,
+)
 from .sums import Sums
 
 if TYPE_CHECKING:
@@ -28,9 +38,11 @@ class Sphere(Sums):
     """An image of the sphere: the accessor `sphere` of a `DataArray`.
 
     Its axes are those of images elsewhere, by their places and with any names: rows and columns,
-    faces in front, channels behind. Which projection it is, its attributes say: `projection`, with
-    its parameters; `axes`, `grid`; and `convention`, `layout`, `world` and `pose` where there are
-    such. zarr and NetCDF keep them.
+    faces in front, channels behind. Those named `face`, `v` and `u` are in these places, and their
+    coordinates those of the texels; an array that says otherwise is an error.
+
+    Which projection it is, its attributes say: `projection`, with its parameters; `axes`, `grid`;
+    and `convention`, `layout`, `world` and `pose` where there are such. zarr and NetCDF keep them.
 
     Examples
     --------
@@ -62,19 +74,23 @@ class Sphere(Sums):
         Returns
         -------
         image : DataArray
-            With coordinates `face`, `v` and `u` along its axes where these have no others.
+            With coordinates along its axes where these have none: those of an axis named `face`,
+            `v` or `u` are replaced, latitudes and all others kept.
 
         Raises
         ------
         ValueError, TypeError
-            For an unknown name, and an array of an unfit shape.
+            For an unknown name, an array of an unfit shape, and coordinates `v`, `u` and `lat` that
+            go the other way than those of the projection: rows begin at the top.
         """
         p, array = resolve(projection), self._array
         expect_aspect(p, array.shape, any_aspect)
         channels_of(array, p)
+        expect_rising(array, p)
         known = texel_coordinates(p, array.shape, array.dims)
-        missing = {name: at for name, at in known.items() if name not in array.coords}
-        return array.assign_coords(missing).assign_attrs(without(array.attrs)).pipe(saying, p)
+        replaced = own_coordinates(array, p)
+        new = {k: at for k, at in known.items() if k not in array.coords or k in replaced}
+        return array.assign_coords(new).assign_attrs(without(array.attrs)).pipe(saying, p)
 
     def convert(
         self,
@@ -94,7 +110,8 @@ class Sphere(Sums):
         chunks
             As for `spheremap.dask.convert`, of an array in chunks; others are not looked at.
         **options
-            `rotation`, `filter`, `fill`, ..., as for `spheremap.convert`.
+            `rotation`, `filter`, `fill`, ..., as for `spheremap.convert`; one rotation, no
+            `window`, and no `channels_first`: the channels come last, as in every image here.
 
         Returns
         -------
@@ -115,8 +132,18 @@ class Sphere(Sums):
         >>> gray.sphere.convert("angular", size=4, fill=-1).dims
         ('v', 'u')
         """
-        array, source, target = self._array, self.projection, resolve(dst)
-        channels = channels_of(array, source)
+        array, source, channels = self._image(options.get("rotation"))
+        target = resolve(dst)
+        if options.pop("window", None) is not None:
+            raise ValueError(
+                "Expected no `window`: a part of an image is none of its projection. .isel takes "
+                "it of the result, which an array in chunks computes of it alone."
+            )
+        if as_flag(options.pop("channels_first", False), "channels_first"):
+            raise ValueError(
+                "Expected no `channels_first`: the channels are the axis behind the others, "
+                f"got {array.dims}; .transpose moves it there before .assign."
+            )
         options |= {"size": size, "any_aspect": any_aspect}
         if array.chunks is None:
             data = resample.convert(array.data, source, target, **options)
@@ -143,7 +170,7 @@ class Sphere(Sums):
         any_aspect
             As for `spheremap.sample`.
         **options
-            `rotation`, `filter`, `fill`, ..., as for `spheremap.sample`.
+            `rotation`, `filter`, `fill`, ..., as for `spheremap.sample`; one rotation.
 
         Returns
         -------
@@ -164,8 +191,7 @@ class Sphere(Sums):
         >>> gray.sphere.sample(rays).dims
         ('star',)
         """
-        array, p = self._array, self.projection
-        channels = channels_of(array, p)
+        array, p, channels = self._image(options.get("rotation"))
         rays = directions if isinstance(directions, xr.DataArray) else xr.DataArray(directions)
         options["any_aspect"] = any_aspect
         if rays.chunks is None:
@@ -175,5 +201,6 @@ class Sphere(Sums):
 
             data = dask.sample(array.values, rays.data, p, **options)
         dims = (*rays.dims[:-1], *channels)
+        expect_distinct(dims)
         coordinates = {**kept(array, channels), **kept(rays, rays.dims[:-1])}
         return xr.DataArray(data, coordinates, dims, array.name, without(array.attrs))

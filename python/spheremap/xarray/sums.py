@@ -10,14 +10,22 @@ import xarray as xr
 from .. import light, sh
 from ..map.named import resolve
 from .attributes import described, without
-from .axes import channels_of, image_of, kept
+from .axes import (
+    channels_of,
+    expect_distinct,
+    expect_one_rotation,
+    expect_own_coordinates,
+    image_of,
+    kept,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Hashable
 
     from numpy.typing import ArrayLike
 
     from .._arrays import Negative, Size
+    from .._projection import Projection
     from ..light.report import Energy
     from ..map.named import ProjectionLike, Worlds
 
@@ -33,6 +41,16 @@ class Sums:
 
     def __init__(self, array: xr.DataArray) -> None:
         self._array = array
+
+    def _image(
+        self, rotation: Any | None = None
+    ) -> tuple[xr.DataArray, Projection, tuple[Hashable, ...]]:
+        """Return the array, its projection, and the names of axes of channels, or raise."""
+        p = described(self._array.attrs)
+        channels = channels_of(self._array, p)
+        expect_own_coordinates(self._array, p)
+        expect_one_rotation(rotation)
+        return self._array, p, channels
 
     def integrate(
         self, *, skipna: bool = False, negative: Negative = "keep", any_aspect: bool = False
@@ -52,7 +70,8 @@ class Sums:
         Raises
         ------
         ValueError, TypeError
-            As for `spheremap.light.integrate`, and for an array that does not say its projection.
+            As for `spheremap.light.integrate`, and for an array that does not say its projection,
+            or whose coordinates `face`, `v` or `u` are not those of its texels.
 
         Examples
         --------
@@ -62,8 +81,7 @@ class Sums:
         4.0
         """
         checks = {"skipna": skipna, "negative": negative, "any_aspect": any_aspect}
-        array, p = self._array, described(self._array.attrs)
-        channels = channels_of(array, p)
+        array, p, channels = self._image()
         data = _verb(array, light, "integrate")(array.data, p, **checks)
         return xr.DataArray(data, kept(array, channels), channels, array.name)
 
@@ -96,8 +114,7 @@ class Sums:
         1.0
         """
         checks = {"skipna": skipna, "negative": negative, "any_aspect": any_aspect}
-        array, p = self._array, described(self._array.attrs)
-        channels = channels_of(array, p)
+        array, p, channels = self._image()
         data = _verb(array, light, "mean")(array.data, p, **checks)
         said = without(array.attrs)
         return xr.DataArray(data, kept(array, channels), channels, array.name, said)
@@ -120,7 +137,7 @@ class Sums:
         Parameters
         ----------
         dst, size, rotation, method, order, skipna, world, negative, any_aspect
-            As for `spheremap.light.irradiance`.
+            As for `spheremap.light.irradiance`; one rotation.
 
         Returns
         -------
@@ -140,7 +157,8 @@ class Sums:
         >>> E.dims, round(float(E[0, 0, 0] / np.pi), 6)
         (('face', 'v', 'u'), 1.0)
         """
-        array, p, target = self._array, described(self._array.attrs), resolve(dst)
+        array, p, channels = self._image(rotation)
+        target = resolve(dst)
         data = _verb(array, light, "irradiance")(
             array.data,
             p,
@@ -154,7 +172,7 @@ class Sums:
             negative=negative,
             any_aspect=any_aspect,
         )
-        return image_of(data, target, channels_of(array, p), array, {})
+        return image_of(data, target, channels, array, {})
 
     def sh(
         self,
@@ -171,7 +189,7 @@ class Sums:
         Parameters
         ----------
         order, texels, axes, rotation, skipna, any_aspect
-            As for `spheremap.sh.project`.
+            As for `spheremap.sh.project`; one rotation.
 
         Returns
         -------
@@ -195,11 +213,11 @@ class Sums:
         >>> (found.round(3) + 0.0).values.tolist()  # y
         [0.0, 2.047, 0.0, 0.0]
         """
-        array, p = self._array, described(self._array.attrs)
-        channels = channels_of(array, p)
+        array, p, channels = self._image(rotation)
         options = {"texels": texels, "axes": axes, "rotation": rotation}
         checks = {"skipna": skipna, "any_aspect": any_aspect}
         data = _verb(array, sh, "project")(array.data, p, order=order, **options, **checks)
+        expect_distinct(("coefficient", "l", "m", *channels))
         numbers = np.arange(data.shape[0])
         degree = np.repeat(np.arange(order + 1), 2 * np.arange(order + 1) + 1)
         coordinates = {
@@ -224,7 +242,7 @@ class Sums:
         Parameters
         ----------
         axes, rotation, luminance, skipna, negative, any_aspect
-            As for `spheremap.light.energy`.
+            As for `spheremap.light.energy`; one rotation.
 
         Returns
         -------
@@ -243,8 +261,7 @@ class Sums:
         >>> white.sphere.energy().peak
         1.0
         """
-        array, p = self._array, described(self._array.attrs)
-        channels_of(array, p)
+        array, p, _ = self._image(rotation)
         report: Energy = _verb(array, light, "energy")(
             array.data,
             p,

@@ -1291,7 +1291,7 @@ class Projection(_core.Projection):
             As for `convert`, for both images.
         **options
             ``filter``, ``antialias``, ``skipna``, ``alpha`` and ``world``, by which `convert` looks
-            the view up.
+            the view up. What has no weight by ``skipna`` leaves the number of `image`.
 
         Returns
         -------
@@ -1993,7 +1993,8 @@ class Projection(_core.Projection):
         image, dst, size, rotation, skipna, world, negative, any_aspect, channels_first
             As for `irradiance`.
         roughness : float
-            Perceptual, in [0, 1]: α = roughness². 0 is a mirror.
+            Perceptual, in [0, 1]: α = roughness². 0 is a mirror: an image of the whole sphere is
+            resampled by `convert`, by area where texels become larger.
         distribution : {"ggx", "charlie"}
             Of the normals; Charlie is that of cloth, and needs a roughness above 0.
         method : {"auto", "exact", "sampled"}

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from . import _core
 from ._progress import counted
+from ._scalars import as_whole
 
 T = TypeVar("T")
 
@@ -24,7 +25,7 @@ def set_num_threads(n: int, /) -> None:
     ValueError
         For a number out of range.
     TypeError
-        For what is no integer.
+        For what is no integer, as a bool.
 
     Examples
     --------
@@ -35,7 +36,7 @@ def set_num_threads(n: int, /) -> None:
     1
     >>> sm.set_num_threads(before)
     """
-    _core.set_num_threads(n)
+    _core.set_num_threads(as_whole(n, "n"))
 
 
 def get_num_threads() -> int:

@@ -773,7 +773,7 @@ def pack_frame(
     >>> normal.tolist(), tangent.tolist()
     ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0, -1.0])
     """
-    n, t = np.asarray(normals), np.asarray(tangents)
+    n, t = as_array(normals, "normals"), as_array(tangents, "tangents")
     for array, what in ((n, "normals"), (t, "tangents")):
         if array.dtype.kind not in "fiub":
             raise TypeError(f"Expected `{what}` to be real numbers, got dtype {array.dtype}.")

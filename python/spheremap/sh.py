@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _core
-from ._arrays import as_doubles, as_unit_vectors, checked_image, has_channels
+from ._arrays import as_array, as_doubles, as_unit_vectors, checked_image, has_channels
 from ._scalars import as_number, as_text, as_whole
 from ._show import Rows
 from .map.images import images
@@ -394,7 +394,8 @@ def window(
     """
     rows, shape, _ = _rows(coefficients)
     order = math.isqrt(len(rows)) - 1
-    factors = _core.sh_window(window, None if width is None else as_number(width, "width"), order)
+    name = as_text(window, "window")
+    factors = _core.sh_window(name, None if width is None else as_number(width, "width"), order)
     return _core.sh_scale_degrees(rows, factors).reshape(shape)
 
 
@@ -446,6 +447,8 @@ def convert(
     ------
     ValueError
         For an unknown name, or a shape that `src` cannot have.
+    TypeError
+        For names that are no strings, and numbers that `src` does not have.
 
     Examples
     --------
@@ -455,6 +458,7 @@ def convert(
     >>> (np.round(sm.sh.convert([1, 2, 3, 4], dst="e3nn"), 6) + 0.0).tolist()
     [1.0, 4.0, 2.0, 3.0]
     """
+    src, dst = as_text(src, "src"), as_text(dst, "dst")
     stored, channels = _stored(coefficients, _core.sh_storage(src))
     storage = _core.sh_storage(dst)
     found: NDArray[Any] = _core.sh_convert(stored, src, dst)
@@ -467,7 +471,7 @@ def convert(
 def _stored(coefficients: ArrayLike, storage: str) -> tuple[NDArray[np.float64], tuple[int, ...]]:
     """Return coefficients as (N, C) real numbers, or (N, C, 2), and the shape of their channels."""
     if storage == "squares":
-        both = np.asarray(coefficients, dtype=np.float64)
+        both = as_doubles(coefficients, "coefficients")
         n = both.shape[1] if both.ndim > 2 else 0
         if both.ndim not in (3, 4) or both.shape[:3] != (2, n, n) or 0 in both.shape:
             raise ValueError(
@@ -476,7 +480,10 @@ def _stored(coefficients: ArrayLike, storage: str) -> tuple[NDArray[np.float64],
             )
         return np.ascontiguousarray(both.reshape(2 * n * n, -1)), both.shape[3:]
     if storage == "complex":
-        array = np.asarray(coefficients, dtype=np.complex128)
+        given = as_array(coefficients, "coefficients")
+        if given.dtype.kind not in "fiubc":
+            raise TypeError(f"Expected `coefficients` to be numbers, got dtype {given.dtype}.")
+        array = given.astype(np.complex128, copy=False)
         n = (math.isqrt(8 * len(array) + 1) - 1) // 2 if array.ndim else 0
         if array.ndim not in (1, 2) or n * (n + 1) // 2 != len(array) or 0 in array.shape:
             raise ValueError(

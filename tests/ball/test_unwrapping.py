@@ -67,3 +67,18 @@ def test_each_pixel_is_looked_up_about_once(monkeypatch):
     sm.ball.unwrap(photo, size=16, **ball)
     # Sides are divided into 1, 2, 3, 4, 6, ...: up to 1.5 times as many as wanted, each way.
     assert sum(looked_up) < 3 * pixels
+
+
+def test_the_filling_is_one_that_the_photo_holds():
+    def unwrap(fill):
+        photo = np.ones((50, 50, 3), np.uint8)
+        options = {"center": (25, 25), "radius": 20, "distance": 3.0, "size": 16}
+        return sm.ball.unwrap(photo, fill=fill, **options)
+
+    for fill, said in ((np.nan, "NaN"), (300, "300"), (-5, "-5")):
+        with pytest.raises(ValueError, match=f"`fill` {said} is no value of uint8"):
+            unwrap(fill)
+    with pytest.raises(ValueError, match="`fill` to have one number for each of 3 channels, got 2"):
+        unwrap([1, 2])
+    found = unwrap([1, 2, 255])
+    assert not found.seen.all() and (found.image[~found.seen] == [1, 2, 255]).all()

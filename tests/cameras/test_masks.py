@@ -163,3 +163,10 @@ def test_masks_of_other_rigs_are_refused(tmp_path):
         sm.cameras.masks(list(RIG))
     with pytest.raises(ValueError, match="at least one view"):
         sm.cameras.masks(sm.cameras.Rig(()))
+
+
+def test_masked_masks_are_refused(tmp_path):
+    rig = sm.cameras.rig(16, n=8)
+    masks = [np.ma.masked_array(mask, mask) for mask in sm.cameras.masks(rig)]
+    with pytest.raises(TypeError, match="`masks` has masked elements"):
+        sm.cameras.write(rig, tmp_path, format="colmap", masks=masks)

@@ -173,3 +173,21 @@ def test_masked_maps_stay_masked():
     assert isinstance(got, np.ma.MaskedArray)
     assert got.mask.tolist() == [True] + [False] * 11
     assert got[1] == 6.5
+
+
+@pytest.mark.parametrize("value", [1_760_000_000_000_000_000, 2**63 - 1, -(2**63), 2**63])
+def test_means_do_not_overflow_and_sums_say_so(value):
+    dtype = np.uint64 if value > 2**63 - 1 else np.int64
+    for n in (3, 4):
+        values = np.full(12 * n**2, value, dtype)
+        assert (healpix.ud_grade(values, 1) == values[:12]).all()
+        with pytest.raises(ValueError, match=f"Sums of `values` do not fit in {np.dtype(dtype)}"):
+            healpix.ud_grade(values, 1, statistic="sum")
+    # A large number may be part of a sum that fits.
+    values = np.zeros(12 * 4**2, dtype)
+    values[::16] = value
+    assert (healpix.ud_grade(values, 1, True, statistic="sum") == values[::16]).all()
+    # Halves go to the even number: 16 numbers of which one half are larger by 1.
+    values = np.full(12 * 4**2, value, dtype) - np.arange(12 * 4**2, dtype=dtype) % 2
+    if value != -(2**63):
+        assert (healpix.ud_grade(values, 1, True) % 2 == 0).all()

@@ -379,3 +379,9 @@ def test_our_own_textures_are_not_read(name: str) -> None:
     for call in (io.read, io.header):
         with pytest.raises(OSError, match=r"cube.*: textures are written and not read \("):
             call(path)
+
+
+def test_headers_are_hashable(tmp_path: Path) -> None:
+    io.write(tmp_path / "a.png", numbered(4, 8, "uint8"))
+    header = io.header(tmp_path / "a.png")
+    assert len({header, io.header(tmp_path / "a.png")}) == 1

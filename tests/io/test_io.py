@@ -233,6 +233,11 @@ def test_tonemap_is_monotonic_and_meets_its_ends() -> None:
 def test_tonemap_of_the_unfit() -> None:
     assert io.tonemap(np.array([[np.nan, -1.0, -np.inf]])).tolist() == [[0, 0, 0]]
     assert io.tonemap(np.zeros((4, 4, 3)), exposure=None).max() == 0
+    for dtype in ("uint8", "uint16", ">u2"):
+        with pytest.raises(TypeError, match=r"linear light, got .*: `io.to_linear` makes it"):
+            io.tonemap(np.zeros((4, 4, 3), dtype))
+    # Other integers are light.
+    assert np.array_equal(io.tonemap(np.eye(4, dtype=int)), io.tonemap(np.eye(4)))
 
 
 def test_exposure_is_in_stops_and_automatic_exposure_ignores_the_scale() -> None:

@@ -93,6 +93,28 @@ def test_a_chain_keeps_its_light_and_begins_with_the_image() -> None:
     assert np.ptp(chain[-1]) < 0.6 * np.ptp(image)
 
 
+@pytest.mark.parametrize("name", ["latlong", "octahedral", "angular", "cube"])
+def test_a_mirror_shows_the_image(name: str) -> None:
+    p = sm.projection(name)
+    light = np.random.default_rng(3).random((*p.shape(24), 2))
+    held = ~np.isnan(p.directions(24)[..., 0])
+    (mirror,) = sm.light.prefilter_chain(light, p, p, size=24, roughness=[0])
+    # A copy by area is the quotient of a sum by a weight: two roundings.
+    assert mirror.dtype == light.dtype and np.abs(mirror - light)[held].max() < 4e-16
+    for size in (7, 60):
+        mirror = sm.light.prefilter(light.astype(np.float32), p, "latlong", size=size, roughness=0)
+        assert np.array_equal(
+            mirror,
+            sm.convert(
+                light.astype(np.float32),
+                p,
+                "latlong",
+                size=size,
+                filter="area" if size == 7 else "bilinear",
+            ),
+        )
+
+
 def test_a_chain_has_a_level_for_each_roughness() -> None:
     white = np.ones((8, 16), np.float32)
 
@@ -352,3 +374,20 @@ def test_textures_have_the_suffix_of_their_format(tmp_path: Path) -> None:
             write(tmp_path / name, [level])
     assert not list(tmp_path.iterdir())
     sm.io.write_dds(tmp_path / "A.DDS", [level])
+
+
+def test_masked_texels_are_missing_in_textures(tmp_path: Path) -> None:
+    level = np.ma.masked_array(np.ones((2, 2, 1)), [[[True], [False]]] * 2)
+    sm.io.write_ktx2(tmp_path / "a.ktx2", [level])
+    texels = np.frombuffer((tmp_path / "a.ktx2").read_bytes()[-32:], "<f2").reshape(2, 2, 4)
+    assert np.isnan(texels[:, 0, :3]).all() and (texels[:, 1] == 1).all()
+
+
+def test_a_bake_is_of_the_precision_of_its_image() -> None:
+    sky = np.full((8, 16, 3), 3.0)
+    made = sm.light.bake(sky, "latlong", specular=False, diffuse_size=4)
+    # Sums of some hundred weights of float64.
+    np.testing.assert_allclose(made.diffuse, 3.0, rtol=1e-14)
+    # Arrays have no one truth: bakes are equal to themselves alone.
+    assert made == made and made != sm.light.bake(sky, "latlong", specular=False, diffuse_size=4)
+    assert len({made, made}) == 1

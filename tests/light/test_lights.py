@@ -140,6 +140,9 @@ def test_lights_are_a_sequence_of_light():
         lights[5]
     with pytest.raises(dataclasses.FrozenInstanceError):
         first.solid_angle = 1.0
+    some = lights[-2:]
+    assert isinstance(some, sm.light.Lights) and len(some) == 2 and len(lights[9:]) == 0
+    assert np.array_equal(some[1].direction, lights[4].direction)
 
 
 def test_few_places_and_no_light():
@@ -318,6 +321,11 @@ def test_a_sun_has_a_solid_angle(solid_angle):
     sun = sm.light.Sun(np.array([0.0, 1.0, 0.0]), solid_angle, np.ones(1), np.zeros(1), 0.0)
     with pytest.raises(ValueError, match=r"`sun\.solid_angle` to be at least 0 and finite, got"):
         sm.light.add_sun(np.zeros((8, 16)), sun, "latlong")
+
+
+def test_a_sun_without_extent_has_no_radiance():
+    point = sm.light.Sun(np.array([0.0, 1.0, 0.0]), 0.0, np.ones(3), np.zeros(3), 0.1)
+    assert not point.radiance.any()
 
 
 def test_sun_that_does_not_fit():

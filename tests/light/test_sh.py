@@ -320,6 +320,29 @@ def test_bad_coefficients(bad: np.ndarray, options: dict[str, Any], message: str
         sm.sh.convert(bad, **options)
 
 
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: sm.sh.convert(np.full((2, 2, 2), 1j), src="pyshtools"), "real .* complex128"),
+        (lambda: sm.sh.convert("abc", src="pyshtools"), "`coefficients` to be real numbers"),
+        (lambda: sm.sh.convert("abc", src="healpy"), "`coefficients` to be numbers, got dtype <U3"),
+        (lambda: sm.sh.convert(np.ones(4), src=3), "`src` to be a str, got int"),
+        (lambda: sm.sh.convert(np.ones(4), dst=3), "`dst` to be a str, got int"),
+        (lambda: sm.sh.window(np.ones(4), window=3), "`window` to be a str, got int"),
+    ],
+)
+def test_what_is_of_another_type_is_named(call: Any, message: str) -> None:
+    with pytest.raises(TypeError, match=message):
+        call()
+
+
+def test_masked_coefficients_are_missing() -> None:
+    squares = np.ma.masked_array(np.ones((2, 2, 2)), np.ones((2, 2, 2), bool))
+    assert np.isnan(sm.sh.convert(squares, src="pyshtools")).all()
+    with pytest.raises(TypeError, match="`coefficients` has masked elements"):
+        sm.sh.convert(np.ma.masked_array(np.ones(3, complex), [1, 0, 0]), src="healpy")
+
+
 def test_order_0_of_means_is_the_light():
     # Fejér's weight of the ring beside a pole is 12 % above its solid angle, at any size.
     for name in ("latlong", "octahedral", "hammer"):

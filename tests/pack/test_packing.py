@@ -820,3 +820,8 @@ def test_invalid_frames():
         assert codes[0] == sm.packing.pack_frame(n[0], t[0]) and codes[2] == sm.packing.pack_frame(
             n[0], t[2]
         )
+    masked = np.ma.masked_array(n, [[False] * 3, [True] * 3, [False] * 3])
+    with pytest.raises(ValueError, match=r"the frame\[1\]"):
+        sm.packing.pack_frame(masked, [1.0, 0, 0])
+    with pytest.raises(ValueError, match=r"the frame\[1\]"):
+        sm.packing.pack_frame([1.0, 0, 0], masked)

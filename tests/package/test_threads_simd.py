@@ -256,3 +256,9 @@ def test_other_python_threads_run_during_a_long_call():
         stop.set()
         t.join(timeout=60)
     assert during >= 12
+
+
+@pytest.mark.parametrize("count", [True, 2.0, "2", None])
+def test_a_count_of_threads_is_a_whole_number(count):
+    with pytest.raises(TypeError, match="Expected `n` to be a whole number"):
+        sm.set_num_threads(count)

@@ -97,6 +97,16 @@ def test_floats_are_tone_mapped_and_integers_shown_as_they_are(ax) -> None:
     assert np.all(shown(ax) == 30)
 
 
+def test_masked_light_is_black_and_masked_pictures_are_refused(ax) -> None:
+    light = np.ma.masked_array(np.full((8, 16, 3), 0.18), np.zeros((8, 16, 3), bool))
+    light[2, 3] = np.ma.masked
+    plot.show(light, "latlong", ax=ax)
+    assert np.all(shown(ax)[2, 3] == 0) and np.all(shown(ax)[2, 4] == 109)
+    picture = np.ma.masked_array(np.ones((8, 16, 3), np.uint8), light.mask)
+    with pytest.raises(TypeError, match="`image` has masked elements"):
+        plot.show(picture, "latlong", ax=ax)
+
+
 def test_faces_stand_in_a_row_in_their_order(ax) -> None:
     image = np.arange(6, dtype=np.uint8)[:, None, None, None] * np.ones((1, 4, 4, 3), np.uint8)
     plot.show(image, "cube", ax=ax)
@@ -136,9 +146,9 @@ def test_indicatrices_of_a_conformal_map_are_round(ax) -> None:
     assert np.ptp(radius, axis=-1) == pytest.approx(np.zeros(len(radius)), abs=1e-6)
 
 
-@pytest.mark.parametrize("wrong", [{"radius": 0.0}, {"step": -1.0}])
-def test_indicatrices_need_positive_sizes(ax, wrong: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match="must be positive"):
+@pytest.mark.parametrize("wrong", [{"radius": 0.0}, {"step": -1.0}, {"step": 400.0}])
+def test_indicatrices_need_sizes_in_range(ax, wrong: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match=r"`radius` above 0 and `step` in \(0, 180\]"):
         plot.tissot("latlong", ax=ax, **wrong)
 
 

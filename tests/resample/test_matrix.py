@@ -72,6 +72,9 @@ def test_what_is_no_matrix():
         make(skipna=True)
     with pytest.raises(ValueError, match="`fill` is no option of a matrix"):
         make(fill=1.0)
+    for option in ("window", "channels_first"):
+        with pytest.raises(ValueError, match=f"`{option}` is no option of a matrix"):
+            make(**{option: True})
     with pytest.raises(ValueError, match="'mode'` is no matrix"):
         make(filter="mode")
     with pytest.raises(TypeError, match=r"sharpness|unexpected"):

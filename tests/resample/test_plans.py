@@ -64,6 +64,25 @@ def test_plans_are_values():
     assert plan != sm.remap_plan("latlong", "cube", size=8)
 
 
+def test_plans_are_equal_by_what_they_do():
+    def plan(**options):
+        return sm.remap_plan("latlong", "octahedral", size=8, **options)
+
+    assert plan(fill=1.0, filter="area") == plan(filter="area", fill=1)
+    assert plan(filter="bilinear", fill=0, antialias=True, window=None) == plan()
+    assert plan().options == () and plan() != plan(antialias=False)
+    for fill in (np.nan, np.array(np.nan), np.float32(np.nan), [np.nan, 1]):
+        some = plan(fill=fill)
+        again = pickle.loads(pickle.dumps(some))
+        assert again == some == plan(fill=fill) and hash(again) == hash(some)
+    window = plan(window=(slice(0, 2), slice(1, None)))
+    assert hash(window) == hash(plan(window=(slice(0, 2), slice(1, None)))) and window != plan()
+    assert window(np.zeros((4, 8))).shape == (2, 7)
+    # 0 says what False does, and is none.
+    with pytest.raises(TypeError, match="any_aspect"):
+        plan(any_aspect=0)
+
+
 def test_the_source_gives_the_size_and_is_held_to():
     plan = sm.remap_plan("latlong", "cube", source_shape=(64, 128))
     image = np.zeros((64, 128, 3), np.float32)
@@ -178,3 +197,10 @@ def test_a_huge_source_stays_on_disk(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "fine"
+
+
+@pytest.mark.parametrize("options", ["cosine", 4, [("filter",)], [(1, "nearest")]])
+def test_options_of_a_plan_are_pairs(options):
+    p = sm.projection("latlong")
+    with pytest.raises(TypeError, match=r"`options` to be .*pairs of a name and a value"):
+        sm.RemapPlan(p, p, (4, 8), options=options)

@@ -176,3 +176,17 @@ def test_hard_directions_and_errors_of_longitude():
         sm.directions_to_lonlat([0, 0, 1], world="north")
     with pytest.raises(TypeError, match="Expected `degrees` to be a bool"):
         sm.directions_to_lonlat([0, 0, 1], degrees=1)
+
+
+def test_points_of_any_distance_are_seen():
+    for distance in (5e-324, 1e-170, 1e-150, 1.0, 1e154, 1e160, 1e308):
+        got = sm.points_to_depth([[0, 0, -distance]], "perspective", 1)
+        # The length is the largest component, once more multiplied by 1.
+        assert got.tolist() == [[distance]]
+    two = np.array([[0, 3e-200, -4e-200], [0, 0, 0]])
+    # A square root, a quotient and a product: some ε.
+    assert sm.points_to_depth(two, "octahedral", 4).max() == pytest.approx(5e-200, rel=1e-15)
+    for fill in ([5.0], np.array([5.0]), np.array(5)):
+        assert sm.points_to_depth(two[1:], "latlong", 2, fill=fill).tolist() == [[5.0] * 4] * 2
+    with pytest.raises(TypeError, match="`fill` to be a number, got an array"):
+        sm.points_to_depth(two, "latlong", 2, fill=np.ones(2))

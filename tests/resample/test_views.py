@@ -90,6 +90,19 @@ def test_opacity_is_of_the_view_alone():
     assert np.allclose(got[seen][:, :3], 1, atol=1e-6) and plain[seen][:, :3].min() < 0.9
 
 
+@pytest.mark.parametrize("feather", [0, 3])
+def test_what_has_no_weight_leaves_the_panorama(feather):
+    whole, crop = panorama(), np.ones((40, 60, 3), np.float32)
+    plain = sm.embed(crop, CAMERA, whole, "latlong", feather=feather)
+    crop[10:30, 10:50, 0] = np.nan
+    got = sm.embed(crop, CAMERA, whole, "latlong", feather=feather, skipna=True)
+    kept = got[..., 0] == whole[..., 0]
+    assert np.array_equal(got[..., 1:], plain[..., 1:]) and (kept & (plain[..., 0] == 1)).any()
+    # Ones, weighed and divided by their weights in float32, beside numbers up to 100.
+    assert np.allclose(got[~kept], plain[~kept], rtol=0, atol=1e-4)
+    assert np.isnan(sm.embed(crop, CAMERA, whole, "latlong", feather=feather)).any()
+
+
 def test_bad_views_are_refused():
     whole, crop = panorama(), np.zeros((20, 30, 3), np.float32)
     with pytest.raises(ValueError, match="channels"):
@@ -100,6 +113,11 @@ def test_bad_views_are_refused():
         sm.embed(crop, CAMERA, whole, "latlong", mask=np.ones((3, 3)))
     with pytest.raises(ValueError, match="mask"):
         sm.embed(crop, CAMERA, whole, "latlong", mask=np.full((20, 30), 2.0))
+    hidden = np.arange(600).reshape(20, 30) < 9
+    with pytest.raises(TypeError, match="`mask` has masked elements"):
+        sm.embed(crop, CAMERA, whole, "latlong", mask=np.ma.masked_array(hidden, hidden))
+    with pytest.raises(ValueError, match="`mask` to have numbers from 0 to 1"):
+        sm.embed(crop, CAMERA, whole, "latlong", mask=np.ma.masked_array(hidden * 1.0, hidden))
     with pytest.raises(ValueError, match="feather"):
         sm.embed(crop, CAMERA, whole, "latlong", feather=-1)
     for option in ("fill", "size", "window", "axes"):

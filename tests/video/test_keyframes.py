@@ -38,6 +38,8 @@ def test_keyframes_are_values() -> None:
         ((1, 1), ((0, 0, 0),) * 2, "rise, got 1 after 1"),
         ((0, np.nan), ((0, 0, 0),) * 2, "finite"),
         ((0,), (("x", 0, 0),), "numbers"),
+        (np.ma.masked_array([0.0, 1.0], [0, 1]), ((0, 0, 0),) * 2, "finite"),
+        ((0, 1j), ((0, 0, 0), (1, 0, 0)), "to be real numbers"),
     ],
 )
 def test_what_is_none_is_an_error(times: tuple, angles: tuple, says: str) -> None:

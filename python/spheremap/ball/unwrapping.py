@@ -13,6 +13,7 @@ from .._show import line
 from ..map.images import target_shape
 from ..map.named import resolve
 from ..map.variants import pose_matrix
+from ..resample.views import unseen
 from .camera import view
 from .doubts import warn_of_ideal_camera
 from .finding import Ball, expect_photo, find
@@ -211,12 +212,13 @@ def unwrap(
         size = fitting_size(target, math.pi * seen_by.outline.mean**2)
     shape = target_shape(target, size, any_aspect)
     channels = 1 if pixels.ndim == 2 else pixels.shape[2]
+    filling = unseen(fill, pixels.dtype, channels)
     reflects, metal = reflectance_of(reflectance, metal, channels)
     shot = Shot(pixels, seen_by, mask, reflects, metal, filter)
     if seen_by.ideal and distance is None:
         warn_of_ideal_camera(seen_by, 2)
     image, least, most = shot.unwrap(target, shape, turn)
-    image = _stored(image, least > 0, pixels.dtype, fill)
+    image = _stored(image, least > 0, filling)
     # In place: at the size of a large photo each is a hundred megabytes.
     with np.errstate(divide="ignore"):
         solid_angle = np.divide(1, np.multiply(least, most, out=most), out=most)
@@ -235,13 +237,11 @@ def unwrap(
 
 
 def _stored(
-    image: NDArray[np.floating[Any]],
-    seen: NDArray[np.bool_],
-    dtype: np.dtype[Any],
-    fill: float | Sequence[float],
+    image: NDArray[np.floating[Any]], seen: NDArray[np.bool_], filling: NDArray[Any]
 ) -> NDArray[Any]:
-    """Return texels in the dtype of the photo. They are overwritten."""
-    image[~seen] = fill
+    """Return texels in the dtype of the photo, that of `filling`. They are overwritten."""
+    dtype = filling.dtype
+    image[~seen] = filling
     if dtype.kind == "u":
         np.floor(np.add(image, 0.5, out=image), out=image)
         np.clip(image, 0, np.iinfo(dtype).max, out=image)

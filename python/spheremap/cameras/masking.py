@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arrays import as_doubles
+from .._arrays import as_array, as_doubles
 from .._scalars import as_flag, as_number
 from ..map.grid import row_blocks
 from .views import Rig
@@ -110,7 +110,7 @@ def masks(
 
 def expect_masks(given: Any, rig: Rig) -> list[Mask]:
     """Return masks as arrays of bool, one of each view's size, or raise."""
-    found = [np.asarray(mask) for mask in given]
+    found = [as_array(mask, "masks") for mask in given]
     if len(found) != len(rig):
         raise ValueError(
             f"Expected `masks` to have one for each of {len(rig)} views, got {len(found)}."

@@ -12,7 +12,8 @@ from .._scalars import as_flag, as_text
 from ..map.images import target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
-from ..resample import convert, sample
+from ..resample import convert
+from ..resample.views import unseen
 from .bands import banded
 from .exposure import coded, expect_curve, gains_of
 from .mixing import by_rows, divided, mixed
@@ -198,7 +199,7 @@ def stitch(
         shape = target_shape(target, max(sizes), any_aspect)
     first = pictures[0].pixels
     channels = first.shape[-1]
-    unseen = _unseen(fill, first.dtype, channels)
+    nothing = unseen(fill, first.dtype, channels)
     parts = blend != "bands" and by_rows([p.pixels.shape[:2] for p in pictures], shape)
     # What is not held is written over by the next one.
     held: dict[int, NDArray[Any]] = {}
@@ -228,12 +229,12 @@ def stitch(
             total: NDArray[Any] = np.empty((*shape, channels + 1), exact(first.dtype))
             banded(target, total, len(pictures), layer)
             held.clear()
-            image = divided(total, unseen)
+            image = divided(total, nothing)
             weight: NDArray[np.float32] | None = total[..., -1].astype(np.float32)
         else:
             image, weight = mixed(
                 shape,
-                unseen,
+                nothing,
                 len(pictures),
                 layer,
                 nearest=blend == "nearest",
@@ -243,12 +244,6 @@ def stitch(
     if is_gray:
         image = image[..., 0]
     return (image, weight) if weight is not None and with_weight else image
-
-
-def _unseen(fill: float | Sequence[float], dtype: np.dtype[Any], channels: int) -> NDArray[Any]:
-    """Return what no view sees, shape (channels,): what a lookup has that sees nothing."""
-    nowhere = np.full(3, np.nan)
-    return sample(np.zeros((1, 2, channels), dtype), nowhere, "latlong", fill=fill)
 
 
 def _factors(exposure: Any, pictures: list[Picture], curve: str) -> NDArray[np.float64]:

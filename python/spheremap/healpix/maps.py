@@ -219,8 +219,8 @@ def ud_grade(
     Raises
     ------
     ValueError
-        For a length that is not 12 n², an `nside` that is neither divisor nor multiple, and shares
-        of integers.
+        For a length that is not 12 n², an `nside` that is neither divisor nor multiple, shares of
+        integers, and sums that their dtype does not hold.
     TypeError
         For values that are not real numbers, and for masked integers.
 
@@ -276,8 +276,7 @@ def _coarser(faces: NDArray[Any], times: int, total: bool, pess: bool) -> NDArra
         if kind == "f":
             into[...] = _of_floats(row, total, pess)
         else:
-            sum_ = row.sum(axis=(0, 2), dtype=sums)
-            into[...] = sum_ if total else _rounded(sum_, times**2)
+            into[...] = _of_integers(row, total, sums)
     return out
 
 
@@ -294,9 +293,22 @@ def _of_floats(row: NDArray[Any], total: bool, pess: bool) -> NDArray[Any]:
         return np.asarray(sums if total else sums / (row.shape[0] * row.shape[2]))
 
 
-def _rounded(sums: NDArray[Any], count: int) -> NDArray[Any]:
-    """Return quotients of integers rounded to the nearest, halves to even, exactly."""
-    whole, rest = np.divmod(sums, count)
+def _of_integers(row: NDArray[Any], total: bool, sums: np.dtype[Any]) -> NDArray[Any]:
+    """Return sums, or means rounded to the nearest, halves to even, exactly."""
+    count = sums.type(row.shape[0] * row.shape[2])
+    found = row.sum(axis=(0, 2), dtype=sums)
+    whole, rest = np.divmod(found, count)
+    largest = max(-int(row.min(initial=0)), int(row.max(initial=0)))
+    if largest * int(count) > np.iinfo(sums).max:
+        # Sums may leave the dtype. Means do not: of each number there is a quotient and a rest.
+        parts = row // count
+        over = (row - parts * count).sum(axis=(0, 2), dtype=sums)
+        quotient = parts.sum(axis=(0, 2), dtype=sums) + over // count
+        if total and (quotient != whole).any():
+            raise ValueError(f"Sums of `values` do not fit in {sums}: pass floats.")
+        whole, rest = quotient, over % count
+    if total:
+        return np.asarray(found)
     up = (2 * rest > count) | ((2 * rest == count) & (whole % 2 == 1))
     return np.asarray(whole + up.astype(whole.dtype))
 

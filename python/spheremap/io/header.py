@@ -51,7 +51,7 @@ PROJECTION = "spheremap:projection"
 
 @dataclass(frozen=True)
 class Header:
-    """What `header` reads of an image file.
+    """What `header` reads of an image file; hashable.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class Header:
     orientation: int
     projection: str | None
     tilt: tuple[float, float]
-    metadata: Mapping[str, Any] = field(repr=False)
+    metadata: Mapping[str, Any] = field(repr=False, hash=False)
 
     @property
     def linear(self) -> bool:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arrays import as_array
 from .._scalars import as_items
 from .whole import as_path, write_bytes
 
@@ -156,7 +157,7 @@ def _expect_suffix(path: str | os.PathLike[str], suffix: str) -> None:
 
 def _halves(levels: Sequence[NDArray[Any]]) -> tuple[list[NDArray[np.float16]], int]:
     """Return the levels as (faces, H, W, 4) half floats, and how many values were too large."""
-    given = [np.asarray(level) for level in as_items(levels, "levels", "arrays")]
+    given = [as_array(level, "levels") for level in as_items(levels, "levels", "arrays")]
     if not given:
         raise ValueError("Expected at least one level.")
     mips: list[NDArray[np.float16]] = []

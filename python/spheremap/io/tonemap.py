@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from .. import _core
-from .._arrays import as_real
+from .._arrays import as_array, as_real
 from .._scalars import as_number, as_text
 from .._srgb import encoded
 from .._threads import on_all_threads
@@ -65,11 +65,12 @@ def tonemap(
     [[0, 118, 255, 255]]
     """
     _core.check_word("curve", as_text(curve, "curve"), list(CURVES))
-    values = as_real(image, "image")
-    if values.dtype in (np.uint8, np.uint16):
+    given = as_array(image, "image")
+    if given.dtype.kind == "u" and given.dtype.itemsize <= 2:
         raise TypeError(
-            f"Expected `image` to be linear light, got {values.dtype}: `io.to_linear` makes it."
+            f"Expected `image` to be linear light, got {given.dtype}: `io.to_linear` makes it."
         )
+    values = as_real(given, "image")
     if values.ndim == 3 and values.shape[-1] != 1:
         values = values[..., : 3 if values.shape[-1] >= 3 else 1]
     if exposure is None:

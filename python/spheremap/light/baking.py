@@ -37,7 +37,7 @@ Image = Any
 _TABLE = 0.2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bake:
     """An environment made ready for rendering: what `bake` returns."""
 
@@ -185,7 +185,7 @@ def bake(
     for kind in counted([kind for kind, wanted in kinds if wanted]):
         if kind == "diffuse":
             light = irradiance(pixels, p, cube, size=diffuse_size, world=world, any_aspect=True)
-            made = replace(made, diffuse=light / np.float32(np.pi))
+            made = replace(made, diffuse=light / light.dtype.type(np.pi))
         elif kind == "specular":
             with part(0, 1 - _TABLE):
                 chain = prefilter_chain(

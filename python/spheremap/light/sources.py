@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
 
@@ -56,12 +56,14 @@ class Light:
     @property
     def radiance(self) -> Array:
         """The mean radiance of its part of the sphere."""
-        return self.irradiance / self.solid_angle if self.solid_angle else self.irradiance * 0
+        return _spread(self.irradiance, self.solid_angle)
 
 
 @dataclass(frozen=True, eq=False)
 class Lights:
     """Directional lights that stand for an image, brightest first; a sequence of `Light`.
+
+    A slice of them is `Lights`.
 
     Attributes
     ----------
@@ -82,8 +84,13 @@ class Lights:
     def __len__(self) -> int:
         return len(self.directions)
 
-    def __getitem__(self, index: int) -> Light:
-        return Light(self.directions[index], self.irradiance[index], float(self.solid_angle[index]))
+    @overload
+    def __getitem__(self, index: int) -> Light: ...
+    @overload
+    def __getitem__(self, index: slice) -> Lights: ...
+    def __getitem__(self, index: int | slice) -> Light | Lights:
+        parts = self.directions[index], self.irradiance[index], self.solid_angle[index]
+        return Lights(*parts) if isinstance(index, slice) else Light(*parts[:2], float(parts[2]))
 
     def __iter__(self) -> Iterator[Light]:
         return (self[index] for index in range(len(self)))
@@ -122,7 +129,7 @@ class Sun:
     @property
     def radiance(self) -> Array:
         """Its mean radiance above the surround."""
-        return self.irradiance / self.solid_angle
+        return _spread(self.irradiance, self.solid_angle)
 
     @property
     def angular_diameter(self) -> float:
@@ -132,6 +139,11 @@ class Sun:
 
     def _repr_html_(self) -> str:
         return _drawn(self, self.direction, self.irradiance)
+
+
+def _spread(irradiance: Array, solid_angle: float) -> Array:
+    """Return the mean radiance over a solid angle; 0 where there is none."""
+    return irradiance / solid_angle if solid_angle else irradiance * 0
 
 
 def _drawn(shown: Lights | Sun, directions: Array, irradiance: Array) -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._scalars import as_number
 from ..map.named import resolve
 from .drawing import OUTSIDE, bare, drawn_shape, label, mark_valid, new_axes
 
@@ -38,7 +39,7 @@ def tissot(
         Of the circles, in degrees. They are mapped by the Jacobian at their centers, so each is
         an ellipse whole on its side of a seam.
     step : float
-        Between the centers, in degrees of latitude and about as much along a parallel.
+        Between the centers, in degrees of latitude and about as much along a parallel; at most 180.
     size : int or tuple of int
         The image size to draw it at, which gives the aspect.
 
@@ -49,7 +50,7 @@ def tissot(
     Raises
     ------
     ValueError, TypeError
-        For a radius or step that is not positive, and a size that the projection cannot have.
+        For a radius or step that is out of range, and a size that the projection cannot have.
     ImportError
         If matplotlib is missing.
 
@@ -60,8 +61,11 @@ def tissot(
     >>> len(ax.collections[0].get_paths()) > 20
     True
     """
-    if not radius > 0 or not step > 0:
-        raise ValueError(f"`radius` and `step` must be positive, got {radius} and {step}.")
+    radius, step = as_number(radius, "radius"), as_number(step, "step")
+    if not radius > 0 or not 0 < step <= 180:
+        raise ValueError(
+            f"Expected `radius` above 0 and `step` in (0, 180], got {radius:g} and {step:g}."
+        )
     ax = new_axes(ax)
     from matplotlib.collections import PolyCollection
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arrays import as_array
 from .._scalars import as_number
 from ..map.named import resolve
 from .drawing import OUTSIDE, bare, expect_image, label, new_axes, rgb
@@ -120,7 +121,7 @@ def show(
         values = pixels if pixels.ndim == 2 else pixels[..., 0]
         _quantity(ax, values, outside, cmap, (vmin, vmax), colorbar)
     else:
-        picture = rgb(np.asarray(pixels), exposure)
+        picture = rgb(as_array(pixels, "image"), exposure)
         if outside is not None:
             picture[outside] = np.rint(np.array(OUTSIDE) * 255)
         ax.imshow(picture, extent=(0, width, height, 0), interpolation="antialiased")

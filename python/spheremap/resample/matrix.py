@@ -88,9 +88,12 @@ def weights_matrix(
         from scipy.sparse import csr_matrix
     except ImportError:
         raise ImportError("`weights_matrix` needs scipy: pip install scipy", name="scipy") from None
-    for name in ("fill", "alpha", "skipna"):
+    for name in ("fill", "alpha", "skipna", "channels_first", "window"):
         if name in options:
-            raise ValueError(f"`{name}` is no option of a matrix: its weights are of texels alone.")
+            raise ValueError(
+                f"`{name}` is no option of a matrix: its weights are those of all texels, and of "
+                "nothing else."
+            )
     given = options.get("filter")
     if isinstance(given, str) and given == "mode":
         raise ValueError("`filter='mode'` is no matrix: it adds no texels up.")

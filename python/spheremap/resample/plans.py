@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, overload
 
@@ -29,7 +31,9 @@ __all__ = ["RemapPlan", "remap_plan"]
 class RemapPlan:
     """A conversion from one projection into another, as `remap_plan` returns it.
 
-    Frozen, hashable and picklable; it holds no arrays of coordinates. Calling it converts.
+    Frozen, hashable and picklable; it holds no arrays of coordinates. Calling it converts. Plans
+    that convert by the same options are equal, in whatever order and with whatever defaults these
+    were given.
 
     Attributes
     ----------
@@ -41,7 +45,8 @@ class RemapPlan:
     source_shape : tuple of int or None
         The shape that images must have, without channels; None for any.
     options : tuple of (str, object)
-        What else `convert` is told: ``filter``, ``fill``, ``world`` and so on.
+        What else `convert` is told, by name: ``filter``, ``fill``, ``world`` and so on, but for
+        what it does by default.
 
     Examples
     --------
@@ -56,6 +61,27 @@ class RemapPlan:
     shape: tuple[int, ...]
     source_shape: tuple[int, ...] | None = None
     options: tuple[tuple[str, Any], ...] = ()
+
+    def __post_init__(self) -> None:
+        pairs = list(as_items(self.options, "options", "pairs of a name and a value"))
+        if not all(
+            isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], str)
+            for pair in pairs
+        ):
+            raise TypeError(
+                f"Expected `options` to be pairs of a name and a value, got {self.options!r}."
+            )
+        plain = {name: _plain(value, name) for name, value in pairs}
+        said = sorted((name, x) for name, x in plain.items() if not _is_default(name, x))
+        object.__setattr__(self, "options", tuple(said))
+
+    def __hash__(self) -> int:
+        # Not of the options: slices have no hash before Python 3.12.
+        return hash((self.src, self.dst, self.shape, self.source_shape))
+
+    def __reduce__(self) -> tuple[type[RemapPlan], tuple[Any, ...]]:
+        # By `__post_init__`, for the one NaN.
+        return RemapPlan, (self.src, self.dst, self.shape, self.source_shape, self.options)
 
     @overload
     def __call__(
@@ -241,15 +267,33 @@ def remap_plan(
     for name in ("image", "out"):
         if name in options:
             raise TypeError(f"`{name}` is no option of a plan: pass it when calling the plan.")
-    options = {k: tuple(v) if _is_list(v) else v for k, v in options.items()}
     source = resolve(source, rotation=rotation)
     plan = RemapPlan(source, target, shape, known, tuple(options.items()))
     _try(plan)
     return plan
 
 
-def _is_list(value: object) -> bool:
-    return isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim > 0)
+def _plain(value: Any, name: str) -> Any:
+    """Return an option in Python's own numbers and tuples, with one and the same NaN.
+
+    So it is equal to another of the same numbers, to NaN as well.
+    """
+    if isinstance(value, np.ndarray | np.generic):
+        value = as_array(value, name).tolist()
+    if isinstance(value, list | tuple):
+        return tuple(_plain(each, name) for each in value)
+    return math.nan if isinstance(value, float) and math.isnan(value) else value
+
+
+def _is_default(name: str, value: object) -> bool:
+    """Tell whether an option says what `convert` does without it; 0 is no False."""
+    known = inspect.signature(convert).parameters.get(name)
+    return (
+        known is not None
+        and isinstance(value, bool | int | float | str | None)
+        and isinstance(value, bool) == isinstance(known.default, bool)
+        and value == known.default
+    )
 
 
 def _reached(channel: object) -> int:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 __all__ = ["depth_to_points", "points_to_depth"]
 
+# Squares below have lost digits, or are 0.
+_LEAST_SQUARE = 1e-290
+
 
 def depth_to_points(
     depth: ArrayLike,
@@ -113,6 +116,19 @@ def _texels(places: NDArray[np.floating[Any]], shape: tuple[int, ...]) -> NDArra
     return index
 
 
+def _lengths(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the lengths of vectors, those whose squares no float holds among them."""
+    squares = np.einsum("ni,ni->n", points, points)
+    lengths = np.sqrt(squares)
+    wild = (squares < _LEAST_SQUARE) | (squares == np.inf)
+    if wild.any():
+        vectors = points[wild]
+        largest = np.abs(vectors).max(axis=-1)
+        scaled = vectors / largest[:, None]
+        lengths[wild] = largest * np.sqrt(np.einsum("ni,ni->n", scaled, scaled))
+    return np.asarray(lengths)
+
+
 def points_to_depth(
     points: ArrayLike,
     /,
@@ -171,7 +187,7 @@ def points_to_depth(
     p = resolve(projection, axes, rotation)
     shape = target_shape(p, size, any_aspect)
     expect_kind(kind, "kind")
-    one = isinstance(fill, Sequence) and len(fill) == 1
+    one = isinstance(fill, Sequence | np.ndarray) and np.ndim(fill) > 0 and len(fill) == 1
     filling = as_number(fill[0] if one else fill, "fill")  # type: ignore[index]
     given = as_doubles(points, "points")
     expect_vectors(given.shape, "points")
@@ -181,10 +197,9 @@ def points_to_depth(
     index = _texels(places.reshape(-1, places.shape[-1]), shape)
     # What lies in no texel goes behind the last.
     nearest = np.full(math.prod(shape) + 1, np.inf)
-    # Beyond the squares that a float holds, a distance is infinite.
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        np.minimum.at(nearest, index, np.einsum("...i,...i", given, given).reshape(-1))
-    depth: NDArray[np.float64] = np.sqrt(nearest[:-1]).reshape(shape)
+    with np.errstate(all="ignore"):
+        np.minimum.at(nearest, index, _lengths(given.reshape(-1, 3)))
+    depth: NDArray[np.float64] = nearest[:-1].reshape(shape)
     empty = ~np.isfinite(depth)
     if kind == "z":
         depth = np.asarray(

@@ -10,9 +10,11 @@ from .._arrays import as_array, as_image, keeps_dtype, spatial_shape
 from .._scalars import as_number
 from ..map.images import Several, images
 from ..map.named import resolve
-from .verbs import convert
+from .verbs import convert, sample
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
     from .._projection import Projection
@@ -70,7 +72,7 @@ def embed(
         As for `convert`, for both images.
     **options
         ``filter``, ``antialias``, ``skipna``, ``alpha`` and ``world``, by which `convert` looks the
-        view up.
+        view up. What has no weight by ``skipna`` leaves the number of `image`.
 
     Returns
     -------
@@ -174,6 +176,8 @@ def embed(
         # No share of infinity is no number.
         with np.errstate(invalid="ignore"):
             blend = np.where(share == 1, new[seen], (1 - share) * under + share * new[seen])
+        if options.get("skipna"):
+            blend = np.where(np.isnan(new[seen]), under, blend)
         if old.dtype.kind == "u":
             blend = np.clip(np.floor(blend + 0.5), 0, np.iinfo(old.dtype).max)
         old[seen] = blend
@@ -183,7 +187,7 @@ def embed(
 def mask_weights(mask: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
     if mask is None:
         return np.ones(shape, np.float32)
-    array = np.asarray(mask)
+    array = as_array(mask, "mask")
     if array.shape != shape:
         raise ValueError(f"Expected `mask` to have shape {shape}, got {array.shape}.")
     if array.dtype == np.uint8:
@@ -193,6 +197,12 @@ def mask_weights(mask: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.f
     if not np.all((array >= 0) & (array <= 1)):
         raise ValueError("Expected `mask` to have numbers from 0 to 1.")
     return array.astype(np.float32)
+
+
+def unseen(fill: float | Sequence[float], dtype: np.dtype[Any], channels: int) -> NDArray[Any]:
+    """Return what a lookup has that sees nothing, shape (channels,), or raise for no such fill."""
+    nowhere = np.full(3, np.nan)
+    return sample(np.zeros((1, 2, channels), dtype), nowhere, "latlong", fill=fill)
 
 
 def _fade(p: Projection, shape: tuple[int, ...], feather: float) -> NDArray[np.float32]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._arrays import as_array
 from .._scalars import as_number
 from ..cameras.quaternions import from_matrix, to_matrix
 from ..io.whole import as_path
@@ -26,7 +27,7 @@ COLUMNS = ("time", "yaw", "pitch", "roll")
 
 @dataclass(frozen=True)
 class Keyframes:
-    """A rotation that changes over time: ``rotation=`` of `convert` takes it.
+    """A rotation that changes over time: ``rotation=`` of `video.convert` takes it.
 
     Called with a time in seconds it gives the rotation there. Between two keyframes it turns about
     one axis at an even speed, the shorter way (Shoemake 1985); before the first and after the last
@@ -65,11 +66,13 @@ class Keyframes:
     angles: tuple[tuple[float, float, float], ...]
 
     def __post_init__(self) -> None:
+        times, angles = as_array(self.times, "times"), as_array(self.angles, "angles")
         try:
-            times = np.asarray(self.times, np.float64)
-            angles = np.asarray(self.angles, np.float64)
+            if "c" in (times.dtype.kind, angles.dtype.kind):
+                raise TypeError
+            times, angles = np.asarray(times, np.float64), np.asarray(angles, np.float64)
         except (TypeError, ValueError, OverflowError):
-            raise ValueError("Expected `times` and `angles` to be numbers.") from None
+            raise ValueError("Expected `times` and `angles` to be real numbers.") from None
         if times.ndim != 1 or not len(times) or angles.shape != (len(times), 3):
             raise ValueError(
                 f"Expected `times` of shape (N,) and `angles` of shape (N, 3), got {times.shape} "

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 import spheremap as sm
@@ -34,21 +37,29 @@ def test_negative_values_are_kept_clipped_or_refused() -> None:
         checked_image(image.astype(np.uint8), negative="zero")
 
 
-# Each function of light that takes an image, as numbers to compare.
+def verbs(p: str) -> dict[str, Callable[..., Any]]:
+    """Return functions of light that take an image of a projection, as numbers to compare."""
+    return {
+        "integrate": lambda x, **o: sm.light.integrate(x, p, **o),
+        "mean": lambda x, **o: sm.light.mean(x, p, **o),
+        "average_direction": lambda x, **o: sm.light.average_direction(x, p, **o),
+        "irradiance": lambda x, **o: sm.light.irradiance(x, p, "cube", size=2, **o),
+        "irradiance_at": lambda x, **o: sm.light.irradiance_at(x, [0, 1, 0], p, **o),
+        "convolve": lambda x, **o: sm.light.convolve(
+            x, p, "cube", size=2, lobe="phong", exponent=2, **o
+        ),
+        "prefilter": lambda x, **o: sm.light.prefilter(
+            x, p, "cube", size=2, roughness=0.8, method="exact", **o
+        ),
+        "energy": lambda x, **o: sm.light.energy(x, p, **o).integral,
+    }
+
+
+# Each function of light that takes an image.
 LIGHT = {
-    "integrate": lambda x, **o: sm.light.integrate(x, "latlong", **o),
-    "mean": lambda x, **o: sm.light.mean(x, "latlong", **o),
-    "average_direction": lambda x, **o: sm.light.average_direction(x, "latlong", **o),
-    "irradiance": lambda x, **o: sm.light.irradiance(x, "latlong", "cube", size=2, **o),
+    **verbs("latlong"),
     "irradiance sh": lambda x, **o: sm.light.irradiance(
         x, "latlong", "cube", size=2, method="sh", order=2, **o
-    ),
-    "irradiance_at": lambda x, **o: sm.light.irradiance_at(x, [0, 1, 0], "latlong", **o),
-    "convolve": lambda x, **o: sm.light.convolve(
-        x, "latlong", "cube", size=2, lobe="phong", exponent=2, **o
-    ),
-    "prefilter": lambda x, **o: sm.light.prefilter(
-        x, "latlong", "cube", size=2, roughness=0.8, method="exact", **o
     ),
     "prefilter_chain": lambda x, **o: sm.light.prefilter_chain(
         x, "latlong", "cube", size=2, levels=1, samples=16, roughness=[0.8], **o
@@ -57,7 +68,6 @@ LIGHT = {
     "sun": lambda x, **o: sm.light.sun(x, "latlong", **o).surround,
     "remove_sun": lambda x, **o: sm.light.remove_sun(x, "latlong", **o)[0],
     "add_sun": lambda x, **o: sm.light.add_sun(x, SUN, "latlong", **o),
-    "energy": lambda x, **o: sm.light.energy(x, "latlong", **o).integral,
     "bake": lambda x, **o: (
         sm.light.bake(x, "latlong", specular=False, diffuse=False, order=1, **o).sh
     ),
@@ -84,24 +94,14 @@ def test_one_rule_for_negative_numbers_in_all_of_light(name) -> None:
 
 # The same of a map with a rim.
 OUTSIDE = {
-    "integrate": lambda x, **o: sm.light.integrate(x, "angular", **o),
-    "mean": lambda x, **o: sm.light.mean(x, "angular", **o),
-    "average_direction": lambda x, **o: sm.light.average_direction(x, "angular", **o),
-    "irradiance": lambda x, **o: sm.light.irradiance(x, "angular", "cube", size=2, **o),
-    "irradiance_at": lambda x, **o: sm.light.irradiance_at(x, [0, 1, 0], "angular", **o),
-    "convolve": lambda x, **o: sm.light.convolve(
-        x, "angular", "cube", size=2, lobe="phong", exponent=2, **o
-    ),
-    "exact": lambda x, **o: sm.light.prefilter(
-        x, "angular", "cube", size=2, roughness=0.8, method="exact", **o
-    ),
+    **verbs("angular"),
     "sampled": lambda x, **o: sm.light.prefilter(
         x, "angular", "cube", size=2, roughness=0.8, method="sampled", samples=16, **o
     ),
+    "mirror": lambda x, **o: sm.light.prefilter(x, "angular", "cube", size=2, roughness=0, **o),
     "bake": lambda x, **o: (
         sm.light.bake(x, "angular", specular=False, size=4, order=1, **o).diffuse
     ),
-    "energy": lambda x, **o: sm.light.energy(x, "angular", **o).integral,
     "ws_psnr": lambda x: sm.light.ws_psnr(x, np.ones_like(x), "angular"),
     "sh": lambda x: sm.sh.project(x, "angular", order=2),
 }

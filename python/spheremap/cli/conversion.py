@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from spheremap import io
 from spheremap.cli import existing, files, picture, targets
 from spheremap.cli.picture import Picture
 from spheremap.cli.steps import Step
-from spheremap.cli.terminal import UsageError, read, tell_tilt, tell_worlds
+from spheremap.cli.terminal import UsageError, tell_tilt, tell_worlds
 from spheremap.io.images import STORED
 from spheremap.map.size import matching_size
 
@@ -134,23 +135,20 @@ def refuse_existing(places: list[Path], options: Options) -> None:
 
 def _loaded(source: Path, options: Options) -> tuple[Picture, sm.Projection, list[str]]:
     """Return an image, its projection, and what was taken for granted."""
+    load = partial(
+        picture.load, part=options.part, fill=options.fill, color_space=options.color_space
+    )
     if targets.has_faces(source):
         src = map_of_faces(options)
-        places = targets.found_faces(source, src)
-        parts = [_read(place, options)[0] for place in places]
+        parts = [load(place) for place in targets.found_faces(source, src)]
         if len({part.pixels.shape for part in parts}) > 1:
             raise ValueError(f"the faces of {str(source)!r} differ in size")
         image = replace(parts[0], pixels=np.concatenate([part.pixels for part in parts]))
         return chosen(image, options), src, []
-    image, head = _read(source, options)
+    head = io.header(source, part=options.part)
+    image = load(source, head=head)
     src, assumed = map_of_file(source, head, options)
     return chosen(image, options), src, assumed
-
-
-def _read(source: Path, options: Options) -> tuple[Picture, io.Header]:
-    head = io.header(source, part=options.part)
-    pixels = read(source, part=options.part, fill=options.fill)
-    return picture.described(pixels, head, color_space=options.color_space), head
 
 
 def map_of_faces(options: Options) -> sm.Projection:

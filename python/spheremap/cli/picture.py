@@ -50,10 +50,18 @@ class Picture:
 
 
 def load(
-    path: Path, *, part: str | None = None, fill: float = 0.0, color_space: str | None = None
+    path: Path,
+    *,
+    part: str | None = None,
+    fill: float = 0.0,
+    color_space: str | None = None,
+    head: io.Header | None = None,
 ) -> Picture:
-    """Read an image file; `color_space` is what the file's colors are, whatever it says."""
-    head = io.header(path, part=part)
+    """Read an image file; `color_space` is what the file's colors are, whatever it says.
+
+    `head` is what `io.header` reads of it, where that is known.
+    """
+    head = io.header(path, part=part) if head is None else head
     return described(read(path, part=part, fill=fill), head, color_space=color_space)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -277,31 +277,21 @@ def _sampled(
 ) -> list[NDArray[np.floating[Any]]]:
     # Texels in which a part of the sphere ends are as bright as what is seen of them: the core
     # knows how much that is.
-    mirrors = [alpha == 0 and source.coverage == "sphere" for alpha in alphas]
-    lobes = [
-        (shape, alpha)
-        for shape, alpha, is_mirror in zip(shapes, alphas, mirrors, strict=True)
-        if not is_mirror
-    ]
-    found: Iterator[NDArray[np.float32]] = iter(())
-    if lobes:
-        sizes, widths = [shape for shape, _ in lobes], [alpha for _, alpha in lobes]
-        with part(0.0, len(lobes) / len(alphas)):
-            rough = _core.prefilter(pixels, source, target, sizes, widths, distribution, samples)
-        found = iter(rough)
-    dtype = result_dtype(pixels)
-    channels = has_channels(pixels, source)
-    levels, done = [], len(lobes)
-    for shape, is_mirror in zip(shapes, mirrors, strict=True):
-        if is_mirror:
-            with part(done / len(alphas), (done + 1) / len(alphas)):
-                level = _mirror(pixels.astype(dtype, copy=False), source, target, shape)
-            done += 1
-        else:
-            sampled = next(found)
-            level = (sampled if channels else sampled[..., 0]).astype(dtype, copy=False)
-        levels.append(level)
-    return levels
+    mirrors = [k for k, alpha in enumerate(alphas) if alpha == 0 and source.coverage == "sphere"]
+    rough = [k for k in range(len(alphas)) if k not in mirrors]
+    dtype, whole = result_dtype(pixels), len(alphas)
+    levels: dict[int, NDArray[np.floating[Any]]] = {}
+    if rough:
+        sizes, widths = [shapes[k] for k in rough], [alphas[k] for k in rough]
+        with part(0.0, len(rough) / whole):
+            found = _core.prefilter(pixels, source, target, sizes, widths, distribution, samples)
+        channels = has_channels(pixels, source)
+        for k, level in zip(rough, found, strict=True):
+            levels[k] = (level if channels else level[..., 0]).astype(dtype, copy=False)
+    for done, k in enumerate(mirrors, len(rough)):
+        with part(done / whole, (done + 1) / whole):
+            levels[k] = _mirror(pixels.astype(dtype, copy=False), source, target, shapes[k])
+    return [levels[k] for k in range(whole)]
 
 
 def _mirror(

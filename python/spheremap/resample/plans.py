@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -18,6 +19,8 @@ from ..map.size import matching_size
 from .verbs import convert
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from .._arrays import Scalar, Size
@@ -287,13 +290,18 @@ def _plain(value: Any, name: str) -> Any:
 
 def _is_default(name: str, value: object) -> bool:
     """Tell whether an option says what `convert` does without it; 0 is no False."""
-    known = inspect.signature(convert).parameters.get(name)
+    known = _parameters().get(name)
     return (
         known is not None
         and isinstance(value, bool | int | float | str | None)
         and isinstance(value, bool) == isinstance(known.default, bool)
         and value == known.default
     )
+
+
+@cache
+def _parameters() -> Mapping[str, inspect.Parameter]:
+    return inspect.signature(convert).parameters
 
 
 def _reached(channel: object) -> int:

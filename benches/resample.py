@@ -68,6 +68,9 @@ COARSER = (
     ("angular", (1024, 1024)),
     ("angular", (512, 512)),
     ("octahedral", (512, 512)),
+    ("latlong", (2048, 4096)),
+    ("latlong", (1024, 2048)),
+    ("latlong", (256, 512)),
 )
 
 

@@ -246,6 +246,9 @@ fn plain<T: Texel>(
     match filter.by_method() {
         ByMethod::Lookup(lookup) => {
             let antialias = options.antialias && filter.info().antialiased;
+            if antialias && filter == Filter::Bilinear && area::convert_smaller(request, out)? {
+                return Ok(());
+            }
             lookup::convert(request, lookup, antialias, out)
         }
         ByMethod::Mipmapped(filter) => mipmapped::convert(request, filter, out),

@@ -2,9 +2,9 @@
 
 use crate::geometry::axes::Rotation;
 use crate::kernel::Scalar;
-use crate::kernel::tile::Tile;
+use crate::kernel::tile::{TILE, Tile};
 use crate::map::Map;
-use crate::map::verbs::{DecodeTile, EncodeTile, JacobianTile};
+use crate::map::verbs::{DecodeTile, DensityCanonical, EncodeTile, JacobianTile};
 use crate::projections::projection::Visitor;
 use crate::projections::projection::one;
 use crate::projections::projection::{Projection, Uv};
@@ -67,6 +67,24 @@ impl<'a> CoordinateMap<'a> {
             turn: self.into_source,
             input: directions.first(count),
             output: uv,
+        });
+    }
+
+    /// Of a target whose rows are parallels: what a width of 1 is at the equator, in radians.
+    pub fn around(&self) -> Option<f64> {
+        let edge = self.target.meridians();
+        edge.map(|edge| 2.0 * std::f64::consts::PI * edge)
+    }
+
+    /// dω/(du dv) at the first `count` places of the target.
+    pub fn densities<R: Scalar>(&self, uv: &Tile<R, 3>, count: usize, densities: &mut [f64; TILE]) {
+        let mut input = [[0.0; 3]; TILE];
+        for (k, input) in input[..count].iter_mut().enumerate() {
+            *input = uv.at(k).map(Scalar::to_f64);
+        }
+        self.target.visit_canonical(DensityCanonical {
+            input: input[..count].as_flattened(),
+            output: &mut densities[..count],
         });
     }
 

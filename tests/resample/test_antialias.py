@@ -80,6 +80,124 @@ def test_a_lone_sun_keeps_its_light(dst):
     assert lost > 75
 
 
+@pytest.mark.parametrize(
+    ("shape", "dst", "size"),
+    [
+        ((256, 512), "latlong", 64),
+        ((256, 512), "latlong", (90, 180)),
+        ((256, 512), "latlong", 181),
+        ((256, 512), "hemi_latlong", 64),
+        ((256, 512), "lambert_cylindrical", 64),
+        ((128, 512), "latlong", 80),
+    ],
+)
+@pytest.mark.parametrize("yaw", [0, 33])
+def test_panoramas_become_smaller_by_area(shape, dst, size, yaw):
+    rng = np.random.default_rng(9)
+    image = rng.random((*shape, 3), np.float32)
+    options = {"size": size, "rotation": sm.rotation(yaw, 0, 0), "any_aspect": True}
+    got = sm.convert(image, "latlong", dst, **options)
+    np.testing.assert_array_equal(got, sm.convert(image, "latlong", dst, filter="area", **options))
+
+
+@pytest.mark.parametrize(
+    ("dst", "size", "options"),
+    [
+        # Texels of it that are less than 1.41 high are interpolated beside others.
+        ("latlong", 182, {}),
+        ("mercator", 64, {}),
+        ("latlong", 60, {"rotation": sm.rotation(0, 1e-3, 0)}),
+        ("latlong", 60, {"filter": "bicubic"}),
+    ],
+)
+def test_others_are_looked_up(dst, size, options):
+    image = np.random.default_rng(9).random((256, 512), np.float32)
+    got = sm.convert(image, "latlong", dst, size=size, **options)
+    options = {**options, "filter": "area"}
+    area = sm.convert(image, "latlong", dst, size=size, **options)
+    assert np.mean(got == area) < 0.1
+
+
+def shares(source: int, target: int) -> np.ndarray:
+    """Return how much of each source texel lies in each of the target, along one side."""
+    ours, theirs = np.linspace(0, source, target + 1), np.arange(source + 1)
+    begin = np.maximum(ours[:-1, None], theirs[None, :-1])
+    end = np.minimum(ours[1:, None], theirs[None, 1:])
+    return np.maximum(end - begin, 0) * target / source
+
+
+@pytest.mark.parametrize(
+    ("name", "source", "target"),
+    [
+        ("cube", 96, 48),
+        ("cube", 100, 41),
+        ("cube", 24, 8),
+        ("cube:unreal", 96, 40),
+        ("cube_equiangular", 96, 48),
+        ("octahedral", 300, 128),
+        ("perspective(fov=90)", 90, 60),
+        ("cylindrical", 96, 40),
+    ],
+)
+@pytest.mark.parametrize("channels", [1, 3, 5])
+def test_smaller_images_of_one_map_are_means_of_rectangles(name, source, target, channels):
+    p = sm.projection(name)
+    image = np.random.default_rng(9).random((*p.shape(source), channels), np.float32)
+    got = sm.convert(image, p, p, size=target)
+    rows, columns = (shares(image.shape[k], got.shape[k]) for k in (-3, -2))
+    want = np.einsum("ij,kl,...jlc->...ikc", rows, columns, image, optimize=True)
+    # Sums in float64, rounded once to float32 below 1.
+    np.testing.assert_allclose(got, want, atol=2**-24, rtol=0)
+
+
+@pytest.mark.parametrize(
+    ("name", "source", "target"),
+    # The density at one side of a texel is twice that at the other, or there is a rim.
+    [("cube", 12, 3), ("perspective(fov=150)", 48, 12), ("angular", 96, 24)],
+)
+def test_solid_angles_that_change_much_within_a_texel_count(name, source, target):
+    image = np.random.default_rng(9).random(sm.projection(name).shape(source), np.float32)
+    got = sm.convert(image, name, name, size=target)
+    k = source // target
+    boxes = image.reshape(*image.shape[:-2], target, k, target, k).mean((-3, -1))
+    # Rounding makes a few equal.
+    assert np.mean(np.isclose(got, boxes, rtol=1e-4)) < 0.2
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32, np.float64])
+def test_smaller_panoramas_have_their_constants_and_holes(dtype):
+    image = np.full((96, 192, 2), 201 if np.dtype(dtype).kind == "u" else 0.1, dtype)
+    for size in (7, 24, 48, 67):
+        got = sm.convert(image, "latlong", "latlong", size=size)
+        assert (got == image[0, 0, 0]).all()
+    if np.dtype(dtype).kind == "f":
+        image[40:42, 100:102, 1] = np.nan
+        got = sm.convert(image, "latlong", "latlong", size=24)
+        assert np.argwhere(np.isnan(got)).tolist() == [[10, 25, 1]]
+        assert np.isfinite(sm.convert(image, "latlong", "latlong", size=24, skipna=True)).all()
+
+
+@pytest.mark.parametrize("filter", ["bilinear", "bicubic"])
+@pytest.mark.parametrize("src", ["latlong", "cube"])
+def test_a_sun_beside_the_poles_keeps_its_light(src, filter):
+    p = sm.projection(src)
+    shape = p.shape(256 if src == "latlong" else 128)
+    solid_angles, after = p.solid_angle(shape), sm.solid_angle("latlong", 64)
+    kept = []
+    for number in range(24):
+        sky = np.zeros(shape, np.float32)
+        # Texels about the middle of the cube's face above, or of the first rows of a latlong.
+        at = (number // 3, 20 * number) if src == "latlong" else (2, 64 + number // 3, 64)
+        sky[at] = 1e4
+        seen = sm.convert(sky, src, "latlong", size=64, filter=filter)
+        kept.append((seen * after).sum() / (1e4 * solid_angles[at]))
+    if src == "latlong" and filter == "bilinear":
+        np.testing.assert_allclose(kept, 1, 1e-6)  # sums in float32
+    else:
+        # Places and texels beat against each other, as anywhere.
+        assert np.min(kept) > 0.65 and np.max(kept) < 1.4
+
+
 @pytest.mark.parametrize("filter", MEANS)
 def test_a_finer_target_is_what_it_was(filter):
     image = np.random.default_rng(4).random((16, 32, 3), np.float32)

@@ -16,11 +16,13 @@
 //!   of each it covers (`slices`).
 //! - A texel that covers much is halved, again and again, until one Jacobian describes each part: a part has at
 //!   most [`MOST`](crate::resample::sample::MOST) places and spans at most [`WIDEST`]. Near a pole halving ends with the rows.
+//! - Rows of a panorama's texels have densities of their own: beside its poles each place counts as much as it has there. With one weight for a
+//!   part, a sun in the first of r rows had r times its light.
 //! - What the source does not hold has no part in a mean. A texel whose own center sees nothing is `fill`, as without.
 //!
 //! A lone sun of one texel keeps its energy within 9 % (r near 1.4), 1 % from r = 4 on, where texels are parallelograms in the source; within
-//! 40 % where they are halved, and beside poles, where a part holds rows of different solid angles, within a factor of two to three: places and
-//! texels beat against each other. `filter="area"` keeps it exactly.
+//! 40 % where they are halved, and within a factor of two beside poles of the source: places and texels beat against each other. `filter="area"`
+//! keeps it exactly, as images do that become smaller along straight rows, which take that way ([`area`](crate::resample::area)).
 //!
 //! What did not help: a mip chain. It costs a copy, and a lookup in it is as wide as a coarse texel is long: twice
 //! the error of these means.
@@ -53,6 +55,9 @@ use std::ops::Range;
 /// as a share of how narrow it is, where that is more.
 const BEND: f64 = 1.0 / 350.0;
 
+/// By how much densities at both ends of a part, or of a texel that is taken for a parallelogram, may differ, as a share of that in its middle.
+const UNEVEN: f64 = 1.0 / 8.0;
+
 /// Terms of third order, of a texel that reaches one source texel from its center, with which those of a run are as good as of one shape.
 /// Slopes of 16 texels are k²/2 of a third derivative u‴ from those in the middle, and from a line through the nodes at most 17.5 u‴; places are
 /// moved by up to half of that. A texel's own term of third order is u‴/48, so this is a share of 1/32.
@@ -63,6 +68,8 @@ pub(crate) struct Antialias<'s, 'a, T: Texel, R> {
     source: &'s Texture<'a, T>,
     target: &'s Raster,
     coordinate_map: CoordinateMap<'s>,
+    /// Of a target whose rows are parallels: what a width of 1 is at the equator, in radians.
+    around: Option<f64>,
     channels: usize,
     filter: LookupFilter,
     lookups: Lookups<'s, 'a, T, T::Float, R>,
@@ -157,6 +164,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             source,
             target,
             coordinate_map,
+            around: coordinate_map.around(),
             channels,
             filter,
             lookups: Lookups::new(source, filter, nothing),
@@ -376,7 +384,17 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         });
         let n = (self.measuring).measure(&self.coordinate_map, &self.source.raster, parts);
         let [a, b] = self.measuring.angles.0.each_ref().map(|row| &row[..n]);
-        a.iter().chain(b).all(|angle| *angle <= WIDEST)
+        let narrow = a.iter().chain(b).all(|angle| *angle <= WIDEST);
+        narrow && (self.around.is_none() || self.is_even(patch))
+    }
+
+    /// Whether no texel of a patch of parallels has rows of different densities, by what was measured of three rows of it.
+    fn is_even(&self, patch: &Block) -> bool {
+        let Tile([_, solid_angles]) = &self.measuring.extents;
+        let middles = [1, 4, 7].map(|k| solid_angles[k]);
+        let least = middles.into_iter().fold(f64::INFINITY, f64::min);
+        let change = (middles[2] - middles[0]).abs();
+        change <= UNEVEN * least * (patch.rows.max(2) - 1) as f64
     }
 
     /// Averages over texels that are parallelograms about places of the source, by their `slopes`; what is in the way of one is left
@@ -534,7 +552,8 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             if self.next.count + places > TILE {
                 self.look();
             }
-            self.next.begin(texels[part], self.weight(part));
+            let weight = self.weight(part);
+            self.next.begin(texels[part], weight);
             let (room, into) = self.take(part, places);
             room.write_lane(lane, into);
         }
@@ -551,9 +570,23 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         (&self.room, [&mut us[own.clone()], &mut vs[own]])
     }
 
-    /// How much each place of a part counts.
-    fn weight(&self, part: usize) -> f64 {
-        self.measuring.extents.0[1][part] / self.divided.total(part)
+    /// How much each place of a part counts, and whether that is times the density there.
+    fn weight(&self, part: usize) -> (f64, bool) {
+        let Measuring {
+            angles, extents, ..
+        } = &*self.measuring;
+        let [width, height] = self.measuring.sizes.at(part);
+        // Next to the axis densities of rows are as different as they are far from it.
+        let uneven = self.around.is_some_and(|around| {
+            let [along, down] = angles.at(part);
+            down * around * width > UNEVEN * along
+        });
+        let whole = if uneven {
+            width * height
+        } else {
+            extents.0[1][part]
+        };
+        (whole / self.divided.total(part), uneven)
     }
 
     /// Looks the samples up, whose places are in the target, and adds the values of those before.
@@ -564,6 +597,7 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
             return;
         }
         let uv = self.lookups.tile();
+        self.next.share(&self.coordinate_map, uv);
         self.coordinate_map.take(uv, n);
         for (seen, u) in self.next.seen.iter_mut().zip(&uv.0[0][..n]) {
             *seen = !u.is_nan();
@@ -604,15 +638,11 @@ impl<'s, 'a, T: Texel, R: Scalar> Antialias<'s, 'a, T, R> {
         };
         let owners = &mut self.owners[self.current];
         let values = &self.values[self.current * TILE * channels..][..TILE * channels];
-        let list = &owners.list[..owners.length];
-        for (k, owner) in list.iter().enumerate() {
-            let end = list
-                .get(k + 1)
-                .map_or(owners.count, |next| usize::from(next.first));
-            let own = usize::from(owner.first)..end;
-            let seen = &owners.seen[own.clone()];
+        for (number, owner) in owners.list[..owners.length].iter().enumerate() {
+            let own = owners.samples(number);
             let values = &values[own.start * channels..own.end * channels];
-            self.sums.add::<_, CHANNELS>(*owner, channels, values, seen);
+            let counted = (&owners.seen[own.clone()], &owners.shares[own]);
+            (self.sums).add::<_, CHANNELS>(*owner, channels, values, counted);
         }
         (owners.count, owners.length) = (0, 0);
     }

@@ -10,12 +10,12 @@
 
 use crate::geometry::solid_angle::Rect;
 use crate::image::pieces::Pieces;
-use crate::image::texel::Texel;
+use crate::map::Map;
 use crate::map::verbs::DensityCanonical;
 use crate::resample::area::graticule::{edges, met};
 use crate::resample::area::lattice::{Lattice, NOTHING};
 use crate::resample::area::sweep::Add;
-use crate::resample::request::Request;
+use crate::resample::request::Sight;
 use glam::DMat3;
 use std::ops::Range;
 
@@ -30,9 +30,9 @@ pub(super) const MOST: f64 = 16.0;
 
 /// Whether both images are of one map and none is turned, and solid angles are integrals of the density: in a lens of more than 180° a
 /// texel beyond its own half sees something, and has none.
-pub(super) fn serves<T: Texel>(request: Request<'_, T>) -> bool {
-    let unturned = request.rotation.is_none_or(|r| r == DMat3::IDENTITY);
-    unturned && request.image.map().same_formula(request.map) && !request.map.overlaps()
+pub(super) fn serves(source: &Map, sight: Sight<'_>) -> bool {
+    let unturned = sight.rotation.is_none_or(|r| r == DMat3::IDENTITY);
+    unturned && source.same_formula(sight.map) && !sight.map.overlaps()
 }
 
 /// What a row or column of the source and one of the target have in common.

@@ -13,13 +13,14 @@ use crate::error::Error;
 use crate::geometry::solid_angle::Rect;
 use crate::image::texel::Texel;
 use crate::kernel::{Scalar, SimdWork, interrupt, run_simd, threads};
+use crate::map::Map;
 use crate::number::angle;
 use crate::number::real::Real;
 use crate::resample::area::frame::turn;
 use crate::resample::area::lattice::{Lattice, NOTHING};
 use crate::resample::area::statistic::{Of, Sum, Tallies, is_plain};
 use crate::resample::filters::AreaFilter;
-use crate::resample::request::Request;
+use crate::resample::request::{Request, Sight};
 use fearless_simd::{Simd, SimdBase};
 use std::ops::Range;
 
@@ -27,26 +28,34 @@ use std::ops::Range;
 const HAIR: f64 = 1e-11;
 
 /// For each row or column of a target those of the source that it meets, and how much of it lies in each.
-struct Shares {
+pub(super) struct Shares {
     ends: Vec<usize>,
     all: Vec<(usize, f64)>,
+    /// How many of the source's one covers, of the one that covers fewest.
+    fewest: f64,
 }
 
 impl Shares {
-    /// Those of as many intervals of the target as are given, among the source's; `add` calls back with all that one meets, and how
-    /// long that is.
-    fn new(count: usize, mut add: impl FnMut(usize, &mut dyn FnMut(usize, f64))) -> Self {
+    /// Those of as many intervals of the target as are given, among the source's; `add` calls back with all that one meets, how
+    /// much they share, and how much of the source's own that is along the image.
+    pub(super) fn new(
+        count: usize,
+        mut add: impl FnMut(usize, &mut dyn FnMut(usize, f64, f64)),
+    ) -> Self {
         let mut shares = Shares {
             ends: Vec::with_capacity(count),
             all: Vec::with_capacity(2 * count),
+            fewest: f64::INFINITY,
         };
         for number in 0..count {
             let start = shares.all.len();
-            let mut whole = 0.0;
-            add(number, &mut |at, part| {
+            let (mut whole, mut covered) = (0.0, 0.0);
+            add(number, &mut |at, part, of_it| {
                 whole += part;
+                covered += of_it;
                 shares.all.push((at, part));
             });
+            shares.fewest = shares.fewest.min(covered);
             for (_, part) in &mut shares.all[start..] {
                 *part /= whole;
             }
@@ -65,8 +74,8 @@ impl Shares {
 
 /// What two images have in common.
 pub(super) struct Graticule {
-    rows: Shares,
-    columns: Shares,
+    pub(super) rows: Shares,
+    pub(super) columns: Shares,
 }
 
 /// The edges of an image's columns (axis 0) or rows, first to last.
@@ -84,19 +93,22 @@ pub(super) fn met(edges: &[f64], [from, to]: [f64; 2]) -> Range<usize> {
 
 impl Graticule {
     /// None unless columns of both images are meridians and rows parallels, about the same axis.
-    pub fn between<T: Texel>(request: Request<'_, T>) -> Result<Option<Self>, Error> {
-        let (source, target) = (request.image.map(), request.map);
+    pub fn between(
+        (source, shape): (&Map, &[usize]),
+        sight: Sight<'_>,
+    ) -> Result<Option<Self>, Error> {
+        let target = sight.map;
         let (Some(from_edge), Some(into_edge)) = (source.meridians(), target.meridians()) else {
             return Ok(None);
         };
         const AS_IT_IS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let turn = turn(source, target, request.rotation, AS_IT_IS);
+        let turn = turn(source, target, sight.rotation, AS_IT_IS);
         let upright = angle::length(turn[1][0], turn[1][2]) <= HAIR;
         if !upright {
             return Ok(None);
         }
-        let from = Lattice::new(source, request.image.shape(), None)?.refine(1);
-        let into = Lattice::new(target, request.shape, None)?.refine(1);
+        let from = Lattice::new(source, shape, None)?.refine(1);
+        let into = Lattice::new(target, sight.shape, None)?.refine(1);
         let rows = rows([&from, &into], turn[1][1].signum());
         let mirrored = turn[0][0] * turn[2][2] < turn[0][2] * turn[2][0];
         // Where the target's middle meridian lies.
@@ -106,7 +118,13 @@ impl Graticule {
         Ok(Some(Graticule { rows, columns }))
     }
 
+    /// How many columns and rows of the source a texel of the target covers, of those that cover fewest.
+    pub fn fewest(&self) -> [f64; 2] {
+        [&self.columns, &self.rows].map(|shares| shares.fewest)
+    }
+
     /// Fills the image that a request asks for.
+    #[inline(never)]
     pub fn convert<T: Texel>(&self, request: Request<'_, T>, of: Of, out: &mut [T]) {
         let (image, window) = (request.image, request.window);
         let channels = image.channels();
@@ -203,9 +221,10 @@ fn rows([from, into]: [&Lattice<'_>; 2], way: f64) -> Shares {
         let (from, to) = (a.min(b), a.max(b));
         let whole = zone(from, to);
         for k in met(&theirs, [from, to]) {
-            let part = zone(from.max(theirs[k]), to.min(theirs[k + 1]));
+            let (first, last) = (from.max(theirs[k]), to.min(theirs[k + 1]));
+            let part = zone(first, last);
             if part > NOTHING * zones[k].min(whole) {
-                add(k, part);
+                add(k, part, (last - first) / (theirs[k + 1] - theirs[k]));
             }
         }
     })
@@ -233,8 +252,9 @@ fn columns(
             let [from, to] = [left, right].map(|place| place + 2.0 * around as f64);
             for k in met(&theirs, [from, to]) {
                 let part = to.min(theirs[k + 1]) - from.max(theirs[k]);
-                if part > NOTHING * (theirs[k + 1] - theirs[k]).min(to - from) {
-                    add(k, part);
+                let own = theirs[k + 1] - theirs[k];
+                if part > NOTHING * own.min(to - from) {
+                    add(k, part, part / own);
                 }
             }
         }

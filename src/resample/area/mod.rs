@@ -64,6 +64,7 @@ mod frame;
 mod general;
 mod graticule;
 mod lattice;
+mod smaller;
 mod sphere;
 mod statistic;
 mod sweep;
@@ -90,6 +91,7 @@ use crate::resample::area::traced::density::Density;
 use crate::resample::filters::AreaFilter;
 use crate::resample::request::Request;
 use crate::resample::window::Window;
+pub(crate) use smaller::convert_smaller;
 
 /// Fills the image that a request asks for with what each of its texels covers, by `filter`. With `skipna`, what is not finite has no
 /// weight.
@@ -141,6 +143,7 @@ const WIDEST: f64 = 12.0;
 /// Target cells along a side of a face, at least, on the fast path.
 const FEWEST_TARGET: usize = 64;
 
+#[inline(never)]
 fn convert_by<T: Texel>(
     path: Path,
     tally: &Tally,
@@ -158,12 +161,12 @@ fn convert_by<T: Texel>(
     } = request;
     if path == Path::Best
         && !of.whole
-        && let Some(graticule) = Graticule::between(request)?
+        && let Some(graticule) = Graticule::between((image.map(), image.shape()), request.sight())?
     {
         graticule.convert(request, of, out);
         return Ok(());
     }
-    let alike = path == Path::Best && alike::serves(request);
+    let alike = path == Path::Best && alike::serves(image.map(), request.sight());
     let frame = frame(image.map(), map, rotation);
     let source = || Ok(Lattice::new(image.map(), image.shape(), None)?.counted_once());
     let mut from = source()?;

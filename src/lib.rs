@@ -57,9 +57,9 @@
 //!
 //! - Zero, NaN and infinite directions, directions outside the coverage and coordinates outside the valid
 //!   image give NaN in every component. Nothing panics on data; slices of wrong lengths are an [`Error`].
-//! - Round trips hold 9.5e-7 rad in f32 and 2e-15 in f64 for directions of any length, except at the blind spot
-//!   of the mirror ball (1.2e-3 / 6e-8) and the rim of a MatCap (4.8e-4 / 2.5e-8), which are properties of
-//!   those maps.
+//! - Round trips hold 9.5e-7 rad in f32 and 2e-15 in f64 for directions of any length, except where a map itself loses
+//!   digits: at the blind spot of the mirror ball (1.2e-3 / 6e-8), at the rim of a MatCap (4.8e-4 / 2.5e-8) and at other rims and
+//!   poles. Each map's own bounds are the claim [`Info::round_trip`](projections::Info::round_trip) of the registry.
 //! - Every instruction-set level and any number of threads give the same bits.
 //! - Texel solid angles sum to the coverage's solid angle.
 //!
@@ -68,7 +68,7 @@
 //! - `rayon` (on by default): large calls run on all cores. Without it, on the caller's thread.
 //! - `python`: the module that the Python package `spheremap` is built on. A Rust program has no use for it.
 //!
-//! [`glam`] and [`ndarray`] are exported, so that a program can use the versions whose types are taken here.
+//! [`glam`] and [`half`] are exported, so that a program can use the versions whose types are taken here.
 
 // Essays link to what they speak of, private or not: in `cargo doc --document-private-items` these links lead there.
 #![allow(rustdoc::private_intra_doc_links)]
@@ -113,9 +113,9 @@ mod py;
 pub use error::Error;
 pub use geometry::{World, Worlds};
 pub use glam;
+pub use half;
 pub use kernel::Scalar;
 pub use map::{Element, Grid, Map, MapOptions, compare, conventions};
-pub use ndarray;
 
 /// What a program of a few lines needs: `use spheremap::prelude::*`.
 ///

@@ -5,13 +5,14 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use proptest::test_runner::{RngSeed, TestRunner};
-use spheremap::geometry::from_angles;
+use spheremap::geometry::{Rect, from_angles};
 use spheremap::glam::DVec3;
 use spheremap::image::{ImageView, Texel, directions, shape_of_size, solid_angles};
 use spheremap::projections::{Coverage, Info, Outline, REGISTRY};
 use spheremap::resample::{Filter, Options, convert};
 use spheremap::{Element, Error, Grid, Map, MapOptions, Scalar, simd};
 use std::fmt::Debug;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 type Outcome = Result<(), TestCaseError>;
 
@@ -788,4 +789,36 @@ fn a_constant_image_stays_constant() {
     constant_images::<f16>();
     constant_images::<f32>();
     constant_images::<f64>();
+}
+
+#[test]
+fn sides_that_are_no_numbers_see_nothing() {
+    for map in maps() {
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let right = Rect {
+                u1: wrong,
+                ..Rect::WHOLE
+            };
+            let upper = Rect {
+                v0: wrong,
+                ..Rect::WHOLE
+            };
+            for rect in [right, upper] {
+                assert!(map.solid_angle(rect).is_nan(), "{}", describe(&map));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_zero_of_either_sign_is_one_map() {
+    let with = |cx: f64| {
+        let given = [("cx", cx)];
+        Map::with("perspective", MapOptions::new().parameters(&given)).map(|map| {
+            let mut hasher = DefaultHasher::new();
+            map.hash(&mut hasher);
+            (hasher.finish(), map.parameters().to_vec(), map)
+        })
+    };
+    assert_eq!(with(-0.0), with(0.0));
 }

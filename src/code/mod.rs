@@ -91,8 +91,15 @@ pub fn code(map: &Map, language: &str, options: &CodeOptions<'_>) -> Result<Stri
         doc: vec![verb.says(map)],
         program: program(map, verb, order.style),
     };
-    let functions: Vec<Function> = options.verbs.iter().map(function).collect();
+    let functions: Vec<Function> = once(options.verbs).map(function).collect();
     order.text(header::lines(map, options), &functions)
+}
+
+/// Each of some verbs, once.
+pub(crate) fn once<V: PartialEq>(verbs: &[V]) -> impl Iterator<Item = &V> {
+    let first = |(k, verb): &(usize, &V)| !verbs[..*k].contains(verb);
+    let each = verbs.iter().enumerate().filter(first);
+    each.map(|(_, verb)| verb)
 }
 
 #[cfg(test)]

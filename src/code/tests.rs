@@ -254,3 +254,11 @@ fn what_cannot_be_written_says_why() {
     assert!(says("c", CodeOptions::new().name("union")).contains("word"));
     assert!(says("c", CodeOptions::new().verbs(&[])).contains("verb"));
 }
+
+#[test]
+fn a_verb_asked_for_twice_is_there_once() {
+    let map = Map::new("octahedral").unwrap();
+    let written = |verbs: &[Verb]| code(&map, "glsl", &CodeOptions::new().verbs(verbs));
+    let twice = written(&[Verb::Decode, Verb::Encode, Verb::Decode]);
+    assert_eq!(twice, written(&[Verb::Decode, Verb::Encode]));
+}

@@ -16,6 +16,10 @@ use std::fmt;
 use std::str::FromStr;
 
 /// The signed world axes that point right, down and forward.
+///
+/// # Panics
+/// What takes them expects them to be a permutation, as those are that were parsed: where a number of `world` is more than 2, it
+/// may panic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Axes {
     /// `world[k]` is the number of the world axis along view axis k.
@@ -235,6 +239,15 @@ pub fn rows(m: DMat3) -> [[f64; 3]; 3] {
 /// ```
 pub fn rotation(rows: [[f64; 3]; 3]) -> Result<DMat3, Error> {
     let m = DMat3::from_cols_array_2d(&rows).transpose();
+    expect_rotation(Some(m))?;
+    Ok(m)
+}
+
+/// An error if a matrix, where there is one, is no proper rotation: by the rules of [`rotation`].
+pub(crate) fn expect_rotation(matrix: Option<DMat3>) -> Result<(), Error> {
+    let Some(m) = matrix else {
+        return Ok(());
+    };
     let defect = m * m.transpose() - DMat3::IDENTITY;
     if !defect
         .to_cols_array()
@@ -248,7 +261,7 @@ pub fn rotation(rows: [[f64; 3]; 3]) -> Result<DMat3, Error> {
             "its determinant is -1, a mirror image; use `axes` for that".to_owned(),
         ));
     }
-    Ok(m)
+    Ok(())
 }
 
 /// The rotation of these angles in degrees: roll about +z, then pitch about +x, then yaw about +y, each

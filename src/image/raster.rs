@@ -490,7 +490,8 @@ impl Raster {
 pub fn shape_of_size(map: &Map, n: usize) -> Vec<usize> {
     let face_layout = map.face_layout();
     let (width, height) = map.face_size(n);
-    let (rows, columns) = (height * face_layout.rows, width * face_layout.columns);
+    let rows = height.saturating_mul(face_layout.rows);
+    let columns = width.saturating_mul(face_layout.columns);
     if face_layout.is_atlas {
         vec![rows, columns]
     } else {

@@ -8,7 +8,7 @@ use fearless_simd::{
 use half::f16;
 
 /// A texel type. Filters run in `Float` and round once.
-pub trait Texel: Copy + Default + Send + Sync + Filtered<Self> + 'static {
+pub trait Texel: Copy + std::fmt::Debug + Default + Send + Sync + Filtered<Self> + 'static {
     /// What filters compute in.
     type Float: Scalar + Texel<Float = Self::Float> + Filtered<Self>;
     /// The value.

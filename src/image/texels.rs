@@ -1,7 +1,7 @@
 //! The texels of an image as places on the sphere: their centers, directions and solid angles.
 
 use crate::error::{Error, expect_length};
-use crate::geometry::axes::Rotation;
+use crate::geometry::axes::{Rotation, expect_rotation};
 use crate::geometry::solid_angle::Rect;
 use crate::image::pieces::Pieces;
 use crate::image::raster::{Block, Raster};
@@ -64,7 +64,7 @@ impl<R: Scalar> Centers<R> {
 /// The direction of every texel center, three numbers each; NaN outside the valid image. `rotation` turns the content.
 ///
 /// # Errors
-/// The shape is none of the map's, or `out` has not three numbers a texel.
+/// The shape is none of the map's, `out` has not three numbers a texel, or `rotation` is none.
 ///
 /// ```
 /// use spheremap::{Map, image::directions};
@@ -81,6 +81,7 @@ pub fn directions<R: Scalar>(
 ) -> Result<(), Error> {
     let raster = Raster::new(map, shape)?;
     expect_length("out", out.len(), raster.texels().saturating_mul(3))?;
+    expect_rotation(rotation)?;
     let directions = Directions::new(map, &raster, rotation);
     threads::bands(
         out,

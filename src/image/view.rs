@@ -17,7 +17,7 @@ pub struct ImageView<'a, T> {
 
 impl<'a, T: Texel> ImageView<'a, T> {
     /// An image of `map`. `shape` is (rows, columns), or (faces, rows, columns) where faces are not laid out in one
-    /// image; `texels` are its texels row by row, `channels` numbers each.
+    /// image; `texels` are its texels row by row, `channels` numbers each. Proportions are not checked: an image may be stretched.
     ///
     /// # Errors
     /// For a shape that the map has not, no channels, and another number of texels.
@@ -115,6 +115,9 @@ impl<'a, T: Texel> ImageView<'a, T> {
     }
 
     /// The numbers of one texel.
+    ///
+    /// # Panics
+    /// There is no texel of this index.
     ///
     /// ```
     /// use spheremap::{Map, image::ImageView};

@@ -40,7 +40,11 @@ const AROUND: usize = 20;
 /// # Ok::<(), spheremap::Error>(())
 /// ```
 pub fn fill(distribution: Distribution, size: usize, out: &mut [f64]) -> Result<(), Error> {
-    expect_length("out", out.len(), 2 * size * size)?;
+    expect_length(
+        "out",
+        out.len(),
+        size.saturating_mul(size).saturating_mul(2),
+    )?;
     let along = gauss_legendre(ALONG);
     let around = gauss_legendre(AROUND);
     let at = |k: usize| (k as f64 + 0.5) / size as f64;

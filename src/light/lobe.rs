@@ -109,6 +109,28 @@ impl Lobe {
         })
     }
 
+    /// An error where its parameter is negative or no number. A cosine may be negative.
+    pub(crate) fn expect(self) -> Result<(), Error> {
+        let (name, value, least) = match self {
+            Lobe::Cosine => return Ok(()),
+            Lobe::Cone(cos) => ("cosine", cos, f64::NEG_INFINITY),
+            Lobe::Phong(exponent) => ("exponent", exponent, 0.0),
+            Lobe::VonMisesFisher(kappa) => ("kappa", kappa, 0.0),
+            Lobe::Ggx(alpha) | Lobe::Charlie(alpha) => ("alpha", alpha, 0.0),
+        };
+        if value >= least {
+            return Ok(());
+        }
+        let and = if least == 0.0 {
+            " and not negative"
+        } else {
+            ""
+        };
+        Err(Error::Contradiction(format!(
+            "`{name}` of a lobe must be a number{and}, got {value}."
+        )))
+    }
+
     /// Its integral over the sphere, where that is part of the result: π for the cosine, whose result is
     /// irradiance, and 1 for the others, whose result is a mean.
     fn scale(self) -> f64 {
@@ -380,7 +402,7 @@ const FINDING: f64 = 3000.0;
 /// none, and a lobe so narrow that it meets no texel, give NaN.
 ///
 /// # Errors
-/// The slices' lengths do not go together, or there is no memory for it.
+/// The slices' lengths do not go together, the lobe's parameter is negative or NaN, or there is no memory for it.
 ///
 /// ```
 /// use spheremap::light::{Lobe, under};
@@ -399,6 +421,7 @@ pub fn under<T: Texel>(
     normals: &[f64],
     out: &mut [f64],
 ) -> Result<(), Error> {
+    lobe.expect()?;
     expect_multiple("normals", normals.len(), 3)?;
     expect_length("out", out.len(), normals.len() / 3 * image.channels())?;
     if out.is_empty() {

@@ -23,6 +23,7 @@ use crate::image::ImageView;
 use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::texels::directions;
+use crate::kernel::memory::expect_room;
 use crate::kernel::{interrupt, threads};
 use crate::light::lobe::{self, Lobe};
 use crate::light::pyramid::{Pyramid, PyramidLevel, Rows};
@@ -81,6 +82,7 @@ impl Distribution {
 }
 
 /// An image to be filtered.
+#[derive(Debug)]
 pub struct Source {
     channels: usize,
     pyramids: Vec<Pyramid>,
@@ -127,7 +129,8 @@ impl Source {
     /// a texel may take: so many lookups, or the sum over as many texels of a small image as take as long.
     ///
     /// # Errors
-    /// The shape is none of the map's, or `out` does not hold a number for each texel and channel.
+    /// The shape is none of the map's, `out` does not hold a number for each texel and channel, `alpha` is negative or NaN, or
+    /// there is no memory for it.
     ///
     /// ```
     /// use spheremap::light::prefilter::{Distribution, Source};
@@ -150,6 +153,8 @@ impl Source {
     ) -> Result<(), Error> {
         let raster = Raster::new(map, shape)?;
         expect_length("out", out.len(), raster.texels() * self.channels)?;
+        distribution.lobe(alpha).expect()?;
+        expect_room::<f64>(3 * raster.texels())?;
         let mut normals = vec![0.0; 3 * raster.texels()];
         directions(map, shape, None, &mut normals)?;
         let own = map.coverage().solid_angle() / raster.texels() as f64;
@@ -159,12 +164,14 @@ impl Source {
             return self.sum(level, distribution.lobe(alpha), &normals, out);
         }
         let normals = normals.as_chunks::<3>().0;
+        // A sample, and the numbers that it is made of; without a width one is enough.
+        expect_room::<[u8; 64]>(if alpha > 0.0 { samples } else { 1 })?;
         let samples = spread(distribution, alpha, samples);
         let total: f64 = samples.iter().map(|s| s.local[2]).sum();
         let own = if is_wide { 0.0 } else { own };
         const RUN: usize = 256;
         let channels = self.channels;
-        let work = normals.len() * samples.len();
+        let work = normals.len().saturating_mul(samples.len());
         let run = |number: usize, out: &mut [f32]| {
             let normals = &normals[number * RUN..][..out.len() / channels];
             let mut rows = Rows::new(normals);
@@ -195,7 +202,7 @@ impl Source {
     /// The level over which a lobe is summed; none where it is sampled.
     fn summed(&self, alpha: f64, samples: usize) -> Option<usize> {
         let levels = &self.pyramids.first()?.levels;
-        let few = |level: &PyramidLevel| 6 * level.n * level.n <= SUMMED * samples;
+        let few = |level: &PyramidLevel| 6 * level.n * level.n <= SUMMED.saturating_mul(samples);
         let first = levels.iter().position(few)?;
         let wide = |number: &usize| levels[*number].n as f64 * alpha;
         (first..levels.len())
@@ -276,4 +283,34 @@ fn spread(distribution: Distribution, alpha: f64, count: usize) -> Vec<Sample> {
         .map(sample)
         .filter(|sample| sample.local[2] > 0.0)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_filtered_is_an_error() {
+        let map = Map::new("cube").unwrap();
+        let image = ImageView::new(&map, &[6, 4, 4], 1, &[0.5_f32; 96]).unwrap();
+        let source = Source::new(&image).unwrap();
+        let filter = |alpha, samples| {
+            let out = &mut [0.0; 96];
+            source.filter(&map, &[6, 4, 4], Distribution::Ggx, alpha, samples, out)
+        };
+        assert_eq!(filter(0.01, 8), Ok(()));
+        assert_eq!(filter(0.0, usize::MAX), Ok(()));
+        for samples in [usize::MAX, 1 << 52] {
+            let error = filter(0.01, samples).unwrap_err();
+            assert!(matches!(error, Error::Memory { .. }), "{error}");
+        }
+        for alpha in [-0.5, f64::NAN] {
+            assert!(
+                filter(alpha, 8)
+                    .unwrap_err()
+                    .to_string()
+                    .contains("`alpha`")
+            );
+        }
+    }
 }

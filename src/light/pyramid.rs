@@ -32,6 +32,7 @@ const LARGEST: usize = 512;
 pub type Texel4 = [f32; 4];
 
 /// One level: six faces of (n + 2)² texels.
+#[derive(Debug)]
 pub struct PyramidLevel {
     /// Texels along a face, without its border.
     pub n: usize,
@@ -39,6 +40,7 @@ pub struct PyramidLevel {
 }
 
 /// All levels, the finest first.
+#[derive(Debug)]
 pub struct Pyramid {
     /// The levels.
     pub levels: Vec<PyramidLevel>,

@@ -15,7 +15,7 @@
 //!
 //! Angles are twice the angle of half a chord, which keeps its digits near 0; no angle comes from a math library. All
 //! sums run in stored order, so nothing about the machine shows in a result. Singular: an image without light
-//! above its dull part, or whose light around the peak sums to nothing (a bright texel among negative ones), has no sun.
+//! above its dull part, whose brightest texel is NaN or infinite, or whose light around the peak sums to nothing (a bright texel among negative ones), has no sun.
 
 use super::lit::{Cap, Counted, Lit};
 use super::survey::Survey;
@@ -265,7 +265,8 @@ fn found(lit: &Lit) -> Option<(Sun, Vec<usize>)> {
     let gap = core
         .windows(2)
         .position(|pair| pair[1] - pair[0] > 1.5 * step);
-    let last = core[gap.unwrap_or(core.len() - 1)];
+    // Nothing is above NaN, nor above the infinite.
+    let last = *core.get(gap.unwrap_or(core.len().saturating_sub(1)))?;
     let reach = last + 1.5 * step;
     if last > LARGEST {
         return None;
@@ -491,5 +492,24 @@ mod tests {
         assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
         assert!((twice_arcsine(0.5) - PI / 3.0).abs() < 1e-15);
         assert_eq!(twice_arcsine(1.5), PI);
+    }
+
+    #[test]
+    fn what_is_no_number_is_no_sun() {
+        let mut infinite = vec![0.5; 64 * 128];
+        infinite[20 * 128 + 40] = f64::INFINITY;
+        let mut half = vec![f64::NAN; 64 * 128];
+        half[..32 * 128].fill(1.0);
+        for image in [vec![f64::NAN; 64 * 128], infinite, half] {
+            assert_eq!(find(&view(&image), &[1.0]), Ok(None));
+            let mut out = vec![0.0; image.len()];
+            assert_eq!(remove(&view(&image), &[1.0], &mut out), Ok(None));
+            assert!(
+                out.iter()
+                    .zip(&image)
+                    .all(|(a, b)| a.to_bits() == b.to_bits())
+            );
+        }
+        assert_eq!(find(&view(&[1.0; 64 * 128]), &[f64::NAN]), Ok(None));
     }
 }

@@ -185,6 +185,9 @@ impl Map {
 
     /// The same map with its faces laid out otherwise.
     ///
+    /// # Errors
+    /// It has no such layout.
+    ///
     /// ```
     /// let cross = spheremap::Map::new("cube")?.with_layout("cross")?;
     /// assert_eq!(cross.uv_width(), 2);
@@ -396,7 +399,8 @@ impl Map {
         self.kind.visit(Get(n))
     }
 
-    /// The exact solid angle that a rectangle of a canonical face sees, rims included.
+    /// The exact solid angle that a rectangle of a canonical face sees, rims included; NaN of one with a side that is no
+    /// finite number. Sides are those of a texel or the like: 0 ≤ u0 ≤ u1 ≤ 1, and the same in v.
     ///
     /// ```
     /// use spheremap::geometry::Rect;
@@ -411,6 +415,12 @@ impl Map {
             fn visit<P: Projection>(self, p: P) -> f64 {
                 p.solid_angle(self.0)
             }
+        }
+        if ![rect.u0, rect.u1, rect.v0, rect.v1]
+            .iter()
+            .all(|x| x.is_finite())
+        {
+            return f64::NAN;
         }
         self.visit_canonical(Get(rect))
     }
@@ -866,7 +876,8 @@ fn parameters(
             .map(|(_, x)| *x);
         let value = by_caller.or(by_convention).unwrap_or(parameter.default);
         if value > parameter.above && value <= parameter.maximum {
-            Ok(value)
+            // No -0, so that what is equal has one hash.
+            Ok(value + 0.0)
         } else {
             Err(Error::Parameter {
                 name: parameter.name,

@@ -105,7 +105,8 @@ impl Scheme for Fibonacci {
 
     fn decode(&self, codes: &[u64], d: &mut [f64]) {
         for (code, d) in codes.iter().zip(d.as_chunks_mut::<3>().0) {
-            *d = self.point(*code);
+            // Beyond the last there is no point; it stands for them.
+            *d = self.point((*code).min(self.n as u64 - 1));
         }
     }
 

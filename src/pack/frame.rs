@@ -25,6 +25,7 @@ pub const FRAMES: &[(&str, u32, u32)] = &[("frame32", 32, 20), ("frame64", 64, 4
 const BLOCK: usize = 1 << 12;
 
 /// A way of packing frames.
+#[derive(Debug)]
 pub struct FramePacking {
     normal: Packing,
     normal_bits: u32,

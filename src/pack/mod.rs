@@ -42,6 +42,7 @@ pub use source::CodeOptions;
 use crate::code::Program;
 use crate::error::{Error, expect_length};
 use crate::kernel::threads;
+use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -101,6 +102,7 @@ pub enum Unit {
 }
 
 /// What a scheme claims about itself, in all its sizes.
+#[derive(Debug)]
 pub struct Family {
     /// The first part of its names.
     pub name: &'static str,
@@ -194,6 +196,12 @@ pub trait Scheme: Send + Sync {
     /// Replaces codes by the one that stands for all of the same direction. In whole numbers: to decode and encode
     /// again would round.
     fn canonical(&self, codes: &mut [u64]);
+}
+
+impl fmt::Debug for Packing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Packing").field(&self.name).finish()
+    }
 }
 
 /// One scheme.
@@ -520,7 +528,7 @@ impl Packing {
     /// Codes of directions; the index of the first that has none, where that is not to be passed over.
     ///
     /// # Errors
-    /// There are not three numbers of directions for each code.
+    /// There are not three numbers of directions for each code, or its integers have fewer bits than a code.
     ///
     /// ```
     /// use spheremap::pack::{Invalid, Packing, Rounding};
@@ -540,6 +548,7 @@ impl Packing {
         codes: &mut [S],
     ) -> Result<Option<usize>, Error> {
         expect_length("directions", directions.len(), 3 * codes.len())?;
+        self.expect_bits(S::BITS)?;
         let first = AtomicUsize::new(usize::MAX);
         let start = directions.as_ptr() as usize;
         threads::blocks(directions, 3, codes, 1, |d, codes| {
@@ -591,6 +600,17 @@ impl Packing {
         good
     }
 
+    /// An error if an integer of so many bits does not hold a code.
+    fn expect_bits(&self, bits: u32) -> Result<(), Error> {
+        if bits >= self.bits {
+            return Ok(());
+        }
+        Err(Error::Shape(format!(
+            "Expected `codes` of '{}' to be integers of at least {} bits, got {bits}.",
+            self.name, self.bits
+        )))
+    }
+
     fn is_invalid<R: Real>(&self, d: &[R; 3]) -> bool {
         let d = d.map(|x| x.to_f64());
         !has_direction(d) || (self.family.hemisphere && d[2] < 0.0)
@@ -600,7 +620,8 @@ impl Packing {
         d.as_chunks::<3>().0.iter().position(|d| self.is_invalid(d))
     }
 
-    /// Unit directions of codes.
+    /// Unit directions of codes. Those that are none ([`Packing::first_out_of_range`]) give one as well, of no meaning: of
+    /// `fibonacci` that of the last code.
     ///
     /// # Errors
     /// There is not room for three numbers of directions for each code.
@@ -690,5 +711,36 @@ impl Packing {
             return None;
         }
         codes.iter().position(|code| code.word() >= limit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_not_cut_off() {
+        let oct = Packing::new("oct24").unwrap();
+        let ahead = [0.0_f64, 0.0, 1.0];
+        let error = oct.pack(Rounding::Nearest, Invalid::Raise, &ahead, &mut [0_u16]);
+        let text = error.unwrap_err().to_string();
+        assert!(
+            text.contains("`codes`") && text.contains("24 bits"),
+            "{text}"
+        );
+        let wide = oct.pack(Rounding::Nearest, Invalid::Raise, &ahead, &mut [0_u32]);
+        assert_eq!(wide, Ok(None));
+        assert_eq!(format!("{oct:?}"), "Packing(\"oct24\")");
+    }
+
+    #[test]
+    fn codes_beyond_the_last_point_are_the_last() {
+        let points = Packing::new("fibonacci8").unwrap();
+        let mut all = [0.0_f64; 9];
+        let codes = [255_u64, 256, 1 << 63];
+        points.unpack(&codes, &mut all).unwrap();
+        assert_eq!(all[..3], all[3..6]);
+        assert_eq!(all[..3], all[6..]);
+        assert_eq!(points.first_out_of_range(&codes), Some(1));
     }
 }

@@ -5,7 +5,7 @@
 use super::Packing;
 use super::printed::{Asked, Verb};
 use super::rounding::Rounding;
-use crate::code::{Argument, Function, Gives, Order, Program, Words, wrapped};
+use crate::code::{Argument, Function, Gives, Order, Program, Words, once, wrapped};
 use crate::error::Error;
 use crate::number::graph::Style;
 
@@ -85,7 +85,7 @@ impl Packing {
                 program,
             })
         };
-        let functions: Option<Vec<Function>> = options.verbs.iter().map(function).collect();
+        let functions: Option<Vec<Function>> = once(options.verbs).map(function).collect();
         let Some(functions) = functions else {
             return Err(Error::Code(format!(
                 "'{}' is no formula that can be printed: it searches a point set, or repeats the integers of \

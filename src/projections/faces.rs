@@ -206,6 +206,9 @@ impl FaceTable {
 
     /// `stored` are the numbers under which the first canonical faces are stored, each as it is drawn.
     ///
+    /// # Panics
+    /// There are more than 12.
+    ///
     /// ```
     /// use spheremap::projections::FaceTable;
     /// assert_eq!(FaceTable::ordered(&[1, 0]).stored[..3], [1, 0, 2]);

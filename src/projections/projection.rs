@@ -361,7 +361,10 @@ pub trait Projection: Copy + Send + Sync + 'static {
 
     /// Width and height of a face of size `n`: n is its height where it is wider than high.
     fn size(self, n: usize) -> (usize, usize) {
-        (n * Self::INFO.aspect.0, n * Self::INFO.aspect.1)
+        (
+            n.saturating_mul(Self::INFO.aspect.0),
+            n.saturating_mul(Self::INFO.aspect.1),
+        )
     }
 
     /// The part of the sphere it holds.

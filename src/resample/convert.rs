@@ -6,6 +6,7 @@ use crate::image::raster::Raster;
 use crate::image::texel::Texel;
 use crate::image::view::ImageView;
 use crate::kernel::Scalar;
+use crate::kernel::memory::expect_room;
 use crate::map::Map;
 use crate::resample::filters::{ByMethod, Filter};
 use crate::resample::options::Options;
@@ -20,9 +21,11 @@ use crate::resample::{area, lookup, mipmapped};
 /// The worlds of both maps are matched: up stays up, what is ahead stays ahead, and nothing is mirrored
 /// ([`Map::in_world_of`]), unless [`Options::worlds`] says that (x, y, z) stays what it is.
 ///
+/// Proportions are not checked: a shape other than [`Map::face_size`] tells gives an image that is stretched.
+///
 /// # Errors
 /// For a shape that the map has not, a window beyond it, an `out` of another length, a `fill` of another number of channels or beyond the range
-/// of `T`, and an `alpha` that is no channel.
+/// of `T`, an `alpha` that is no channel, and a `rotation` that is none.
 ///
 /// ```
 /// use spheremap::image::ImageView;
@@ -50,6 +53,7 @@ pub fn convert<T: Texel>(
     let channels = image.channels();
     let map = &matched(map, image.map(), options);
     let window = &windowed(map, shape, options)?;
+    let rotation = options.turn()?;
     let count = window.texels();
     expect_numbers(count, channels, out.len())?;
     let fill = options.fill.texel(channels)?;
@@ -62,7 +66,7 @@ pub fn convert<T: Texel>(
         image,
         map,
         shape,
-        rotation: options.rotation,
+        rotation,
         fill: &fill,
         window,
     };
@@ -85,7 +89,7 @@ pub fn convert<T: Texel>(
             image: &image,
             map,
             shape,
-            rotation: options.rotation,
+            rotation,
             fill: &nothing,
             window,
         };
@@ -120,7 +124,7 @@ pub(crate) fn convert_levels<T: Texel>(
         image,
         map,
         shape,
-        rotation: options.rotation,
+        rotation: options.turn()?,
         fill: &options.fill.texel(channels)?,
         window,
     };
@@ -145,7 +149,7 @@ pub(crate) fn tiles_seen(
     let sight = Sight {
         map,
         shape,
-        rotation: options.rotation,
+        rotation: options.turn()?,
         window: &windowed(map, shape, options)?,
     };
     mipmapped::seen(sight, (src, &source), levels, (tile, every), filter)
@@ -179,7 +183,7 @@ fn expect_numbers(count: usize, channels: usize, numbers: usize) -> Result<(), E
 /// What [`convert`] fills, as an array of its own.
 ///
 /// # Errors
-/// As for [`convert`].
+/// As for [`convert`], and where there is no memory for the array.
 ///
 /// ```
 /// use spheremap::image::ImageView;
@@ -200,10 +204,10 @@ pub fn converted<T: Texel>(
     shape: &[usize],
     options: &Options,
 ) -> Result<Vec<T>, Error> {
-    let raster = Raster::new(map, shape)?;
-    let window = options.window.as_ref();
-    let count = window.map_or(raster.texels(), Window::texels);
-    let mut out = vec![T::default(); count * image.channels()];
+    let texels = windowed(map, shape, options)?.texels();
+    let count = texels.saturating_mul(image.channels());
+    expect_room::<T>(count)?;
+    let mut out = vec![T::default(); count];
     convert(image, map, shape, options, &mut out)?;
     Ok(out)
 }
@@ -258,13 +262,17 @@ fn plain<T: Texel>(
 
 #[cfg(test)]
 mod tests {
-    use super::{convert, sample};
+    use super::{convert, converted, sample};
     use crate::error::Error;
     use crate::geometry::world::Worlds;
+    use crate::image::texels::directions;
     use crate::image::view::ImageView;
     use crate::map::Map;
     use crate::resample::filters::Filter;
+    use crate::resample::mip_sampler::MipSampler;
     use crate::resample::options::{Fill, Options};
+    use crate::resample::window::Window;
+    use glam::{DMat3, DVec3};
 
     /// Up is up in both, and what lies ahead and to the right as well.
     #[test]
@@ -337,5 +345,43 @@ mod tests {
         assert!(look(5, Filter::Bilinear, &mut [0.0; 2]).is_err());
         assert!(look(6, Filter::Area, &mut [0.0; 2]).is_err());
         assert!(look(6, Filter::Ewa, &mut [0.0; 2]).is_err());
+    }
+
+    #[test]
+    fn what_is_no_rotation_is_an_error_with_every_filter() {
+        let latlong = Map::new("latlong").unwrap();
+        let image = ImageView::new(&latlong, &[1, 2], 1, &[0.5_f32; 2]).unwrap();
+        let wrong = [DVec3::new(1.0, 1.0, -1.0), DVec3::splat(2.0), DVec3::NAN];
+        for turn in wrong.map(DMat3::from_diagonal) {
+            for filter in Filter::ALL {
+                let options = Options::new().filter(*filter).rotation(turn);
+                let got = converted(&image, &latlong, &[1, 2], &options);
+                assert!(matches!(got, Err(Error::Rotation(_))), "{filter:?} {turn}");
+            }
+            let options = Options::new().rotation(turn);
+            let got = sample(&image, &[0.0, 0.0, 1.0], &options, &mut [0.0]);
+            assert!(matches!(got, Err(Error::Rotation(_))));
+            let levels = options.filter(Filter::Trilinear);
+            assert!(MipSampler::new(&image, &levels).is_err());
+            let toward = directions(&latlong, &[1, 2], Some(turn), &mut [0.0; 6]);
+            assert!(matches!(toward, Err(Error::Rotation(_))));
+        }
+    }
+
+    #[test]
+    fn a_window_is_checked_before_there_is_room_for_it() {
+        let latlong = Map::new("latlong").unwrap();
+        let image = ImageView::new(&latlong, &[1, 2], 1, &[0.5_f32; 2]).unwrap();
+        for end in [1 << 40, usize::MAX] {
+            let window = Window {
+                rows: 0..end,
+                columns: 0..end,
+            };
+            let options = Options::new().window(window);
+            assert!(matches!(
+                converted(&image, &latlong, &[8, 16], &options),
+                Err(Error::Shape(_))
+            ));
+        }
     }
 }

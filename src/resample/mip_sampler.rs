@@ -103,6 +103,20 @@ impl<'a> Detail<'a> {
     }
 }
 
+/// An error unless each level has fewer texels than the one before.
+fn expect_falling(first: usize, further: impl Iterator<Item = usize>) -> Result<(), Error> {
+    let mut before = first;
+    for texels in further {
+        if texels >= before {
+            return Err(Error::Shape(format!(
+                "Expected every level to be smaller than the one before, got {texels} texels after {before}."
+            )));
+        }
+        before = texels;
+    }
+    Ok(())
+}
+
 /// An image and its mip chain, to be looked up in directions.
 ///
 /// ```
@@ -119,6 +133,7 @@ impl<'a> Detail<'a> {
 /// assert_eq!(gray, [0.5]);
 /// # Ok::<(), spheremap::Error>(())
 /// ```
+#[derive(Debug)]
 pub struct MipSampler<'a, T: Texel> {
     image: ImageView<'a, T>,
     filter: MipmappedFilter,
@@ -135,8 +150,8 @@ impl<'a, T: Texel> MipSampler<'a, T> {
     /// Of an image. Makes its levels.
     ///
     /// # Errors
-    /// For a filter other than [`Trilinear`](crate::resample::Filter::Trilinear) and [`Ewa`](crate::resample::Filter::Ewa), a `fill` of another number of channels, and an
-    /// `alpha` that is no channel; where there is no memory for the levels, or the call is stopped.
+    /// For a filter other than [`Trilinear`](crate::resample::Filter::Trilinear) and [`Ewa`](crate::resample::Filter::Ewa), a `fill` of another number of channels, an
+    /// `alpha` that is no channel, and a `rotation` that is none; where there is no memory for the levels, or the call is stopped.
     ///
     /// ```
     /// use spheremap::image::ImageView;
@@ -159,7 +174,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
         Ok(MipSampler {
             image: *image,
             filter,
-            rotation: options.rotation,
+            rotation: options.turn()?,
             fill,
             weighted,
             given: Vec::new(),
@@ -170,7 +185,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
     /// Of an image and further levels of the caller's, each smaller than the one before: prefiltered reflections, say.
     ///
     /// # Errors
-    /// For levels of another map or number of channels, and as for [`MipSampler::new`]; options that weight texels are for
+    /// For levels of another map or number of channels, or no smaller than the one before, and as for [`MipSampler::new`]; options that weight texels are for
     /// levels that are made.
     ///
     /// ```
@@ -201,6 +216,8 @@ impl<'a, T: Texel> MipSampler<'a, T> {
                 "Expected every level to be an image of one projection with {channels} channels."
             )));
         }
+        let texels = further.iter().map(|level| level.raster().texels());
+        expect_falling(image.raster().texels(), texels)?;
         if options.alpha.is_some() || options.skipna {
             return Err(Error::Contradiction(
                 "`alpha` and `skipna` weight the texels that levels are made of; these are made already".to_owned(),
@@ -209,7 +226,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
         Ok(MipSampler {
             image: *image,
             filter,
-            rotation: options.rotation,
+            rotation: options.turn()?,
             fill: options.fill.texel(channels)?,
             weighted: None,
             given: further.to_vec(),
@@ -373,6 +390,7 @@ mod tests {
         let of_levels = |level, options: Options| MipSampler::of_levels(&image, &[level], &options);
         assert!(of_levels(one, options(Filter::Trilinear)).is_ok());
         assert!(of_levels(three, options(Filter::Trilinear)).is_err());
+        assert!(of_levels(image, options(Filter::Trilinear)).is_err());
         assert!(of_levels(one, options(Filter::Trilinear).skipna(true)).is_err());
         let pair = |n: usize| Detail::Derivatives([&d[..6], &d[..n]]);
         assert!(ewa.sample(&d, pair(6), &mut out).is_ok());

@@ -1,6 +1,7 @@
 //! What a lookup or a conversion may be asked for.
 
 use crate::error::Error;
+use crate::geometry::axes::expect_rotation;
 use crate::geometry::world::Worlds;
 use crate::image::texel::Texel;
 use crate::resample::filters::Filter;
@@ -75,7 +76,8 @@ impl Fill {
 pub struct Options {
     /// How a value is made of texels; bilinear by default.
     pub filter: Filter,
-    /// Turns the content in its own world, that of what is looked up; none by default.
+    /// Turns the content in its own world, that of what is looked up; none by default. A matrix that is no rotation is an
+    /// [`Error::Rotation`] of whatever takes these options.
     pub rotation: Option<DMat3>,
     /// What a conversion does where the worlds of its maps differ; by default they are matched.
     pub worlds: Worlds,
@@ -83,7 +85,7 @@ pub struct Options {
     /// not concern filters that are not [`antialiased`](crate::resample::filters::claims::FilterInfo::antialiased), nor
     /// lookups of directions.
     pub antialias: bool,
-    /// The value where there is none.
+    /// The value where there is none; by default [`Fill::Nothing`], NaN for floats and 0 for integers. (In Python it is 0.)
     pub fill: Fill,
     /// The channel that says how opaque a texel is, if there is one: the others are then means by opacity.
     pub alpha: Option<usize>,
@@ -210,6 +212,12 @@ impl Options {
     pub fn window(mut self, window: impl Into<Option<Window>>) -> Options {
         self.window = window.into();
         self
+    }
+
+    /// The rotation, where it is one.
+    pub(crate) fn turn(&self) -> Result<Option<DMat3>, Error> {
+        expect_rotation(self.rotation)?;
+        Ok(self.rotation)
     }
 
     /// The channel of opacity, where it weights anything: labels are not averaged.

@@ -78,7 +78,10 @@ pub fn pad<T: Texel>(
     filter.lookup()?;
     let (map, raster, channels) = (image.map(), image.raster(), image.channels());
     let whole = padded_shape(map, image.shape(), n)?;
-    if out.len() != whole.iter().product::<usize>() * channels {
+    let wanted = whole
+        .iter()
+        .fold(channels, |all, side| all.saturating_mul(*side));
+    if out.len() != wanted {
         return Err(Error::Shape(format!(
             "Expected room for {channels} channels of an image of shape {}, got {} texels.",
             tuple(&whole),

@@ -32,6 +32,7 @@ pub(crate) struct Weights {
 }
 
 /// An image's values times their weights, and these weights.
+#[derive(Debug)]
 pub(crate) struct Weighted<T: Texel> {
     texels: Vec<T::Float>,
     weights: Weights,

@@ -41,7 +41,7 @@ impl Window {
     /// assert_eq!(Window { rows: 3..3, columns: 0..8 }.texels(), 0);
     /// ```
     pub fn texels(&self) -> usize {
-        self.rows.len() * self.columns.len()
+        self.rows.len().saturating_mul(self.columns.len())
     }
 
     /// An error unless an image holds all of it.

@@ -128,7 +128,7 @@ impl Distribution {
     /// `sample` divides by the density.
     ///
     /// # Errors
-    /// There is not one luminance a texel, or the image is black or too bright to sum.
+    /// There is not one luminance a texel, a luminance is negative or NaN, or the image is black or too bright to sum.
     ///
     /// ```
     /// use spheremap::light::distribution::Distribution;
@@ -160,6 +160,7 @@ impl Distribution {
         expect_room::<u8>(texels.saturating_mul(per_texel))?;
         let sources = Sources::new(map, &raster);
         let light = sources.of(luminance);
+        expect_luminance(&light)?;
         accumulate(&mut conditional, columns, split, &rows, &light);
         let mut marginal = Vec::with_capacity(rows.len() + 1);
         let mut integral = 0.0;
@@ -168,16 +169,7 @@ impl Distribution {
             integral += row[columns];
             marginal.push(integral);
         }
-        if !(integral > 0.0 && integral.is_finite()) {
-            let what = if integral == 0.0 {
-                "is black: there is nothing"
-            } else {
-                "is too bright"
-            };
-            return Err(Error::Contradiction(format!(
-                "the image {what} to sample by (its luminance integrates to {integral})"
-            )));
-        }
+        expect_bright(integral)?;
         let points = conditional.len();
         threads::rows(&mut conditional, columns + 1, points, |_, row| {
             normalize(row)
@@ -251,6 +243,31 @@ impl Distribution {
     }
 }
 
+/// An error where a texel that covers something has a luminance that is negative or no number.
+fn expect_luminance(luminance: &[f64]) -> Result<(), Error> {
+    match luminance.iter().find(|x| x.is_nan() || **x < 0.0) {
+        None => Ok(()),
+        Some(wrong) => Err(Error::Contradiction(format!(
+            "`luminance` must be finite and not negative, got {wrong}."
+        ))),
+    }
+}
+
+/// An error unless there is light to sample by, and not too much to sum.
+fn expect_bright(integral: f64) -> Result<(), Error> {
+    if integral > 0.0 && integral.is_finite() {
+        return Ok(());
+    }
+    let what = if integral == 0.0 {
+        "is black: there is nothing"
+    } else {
+        "is too bright"
+    };
+    Err(Error::Contradiction(format!(
+        "the image {what} to sample by (its luminance integrates to {integral})"
+    )))
+}
+
 /// The cells of the last images: of small ones they take longer than all else, up to half a second.
 static CELLS: Kept<Cells> = Kept::new(MOST_KEPT);
 
@@ -302,5 +319,19 @@ mod tests {
                 info.name
             );
         }
+    }
+
+    #[test]
+    fn luminance_that_is_none_is_named() {
+        let map = Map::new("latlong").unwrap();
+        let image = ImageView::new(&map, &[1, 2], 1, &[1.0_f32; 2]).unwrap();
+        let says = |luminance: [f64; 2]| {
+            let error = Distribution::new(&image, &luminance).unwrap_err();
+            error.to_string()
+        };
+        assert!(says([1.0, -2.0]).contains("not negative, got -2"));
+        assert!(says([f64::NAN, 1.0]).contains("not negative, got NaN"));
+        assert!(says([f64::INFINITY, 1.0]).contains("too bright"));
+        assert!(says([0.0, -0.0]).contains("black"));
     }
 }

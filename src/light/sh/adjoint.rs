@@ -4,7 +4,7 @@
 //! and the fit symmetric, so the transposed is a function on the sphere, whose coefficients are those of the gradient after
 //! the same fit, at the texels' directions and times their weights.
 
-use super::evaluate::{evaluate, rotate};
+use super::evaluate::{evaluate, transformed};
 use super::fit::Normal;
 use super::rings::Rings;
 use super::{HIGHEST, Samples, count, too_high};
@@ -47,7 +47,7 @@ pub fn project_adjoint(
         }
         let [a, b, c] = rings.frame;
         let back = [0, 1, 2].map(|k| [a[k], b[k], c[k]]);
-        let own = rotate(gradient, channels, order, &back)?;
+        let own = transformed(gradient, channels, order, &back)?;
         let (function, weights) = match samples {
             Samples::Points => (own, rings.exact()),
             Samples::Means => {

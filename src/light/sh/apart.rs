@@ -4,9 +4,10 @@
 //! elsewhere plain sums with the basis and, for the fit, the sums of the basis itself. [`Apart::project`] makes of all of them
 //! what [`super::project`] makes of the image.
 
+use super::evaluate::transformed;
 use super::fit::{self, Normal, order_of_fit};
 use super::rings::Rings;
-use super::{HIGHEST, Samples, count, rotate, too_high};
+use super::{HIGHEST, Samples, count, too_high};
 use crate::error::{Error, expect_length};
 use crate::image::ImageView;
 use crate::image::texel::Texel;
@@ -112,7 +113,7 @@ impl<'a> Apart<'a> {
             } else {
                 rings.sum(&fourier, channels, high, &rings.exact())
             };
-            return rotate(&own, channels, self.order, &rings.frame);
+            return transformed(&own, channels, self.order, &rings.frame);
         }
         let moments = if self.fitted { count(2 * high) } else { 0 };
         let per = count(high) * channels + moments;

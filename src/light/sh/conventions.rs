@@ -14,7 +14,7 @@
 //!
 //! Nothing is lost on the way to a convention and back, but by irradiance what is above degree 2.
 
-use super::evaluate::{rotate, scale_degrees};
+use super::evaluate::{scale_degrees, transformed};
 use super::lobes;
 use crate::error::Error;
 use std::f64::consts::PI;
@@ -42,6 +42,7 @@ pub enum Storage {
 }
 
 /// How a program writes coefficients.
+#[derive(Clone, Copy, Debug)]
 pub struct Convention {
     /// Its name.
     pub name: &'static str,
@@ -155,6 +156,9 @@ pub const CONVENTIONS: [Convention; 11] = [
 
 /// The convention of this name.
 ///
+/// # Errors
+/// No convention has it.
+///
 /// ```
 /// assert_eq!(spheremap::light::sh::conventions::find("3dgs")?.name, "3dgs");
 /// # Ok::<(), spheremap::Error>(())
@@ -167,6 +171,9 @@ pub fn find(name: &str) -> Result<&'static Convention, Error> {
 /// Rewrites the coefficients of one convention for another: the function stays the same.
 ///
 /// `values` are as `src` stores them, `channels` numbers (complex ones with two each) an entry.
+///
+/// # Errors
+/// There are not as many numbers as `src` has of some order, or `dst` needs a higher one.
 ///
 /// ```
 /// use spheremap::light::sh::conventions::{convert, find};
@@ -190,11 +197,11 @@ impl Storage {
     /// assert_eq!(spheremap::light::sh::conventions::Storage::Rows.numbers(2), 9);
     /// ```
     pub fn numbers(self, order: usize) -> usize {
-        let n = order + 1;
+        let n = order.saturating_add(1);
         match self {
-            Storage::Rows => n * n,
-            Storage::Squares => 2 * n * n,
-            Storage::Complex => n * (n + 1),
+            Storage::Rows => n.saturating_mul(n),
+            Storage::Squares => n.saturating_mul(n).saturating_mul(2),
+            Storage::Complex => n.saturating_mul(n.saturating_add(1)),
         }
     }
 
@@ -207,7 +214,7 @@ impl Storage {
         let n = match self {
             Storage::Rows => numbers.isqrt(),
             Storage::Squares => (numbers / 2).isqrt(),
-            Storage::Complex => ((4 * numbers + 1).isqrt() - 1) / 2,
+            Storage::Complex => (numbers.saturating_mul(4).saturating_add(1).isqrt() - 1) / 2,
         };
         (n > 0 && self.numbers(n - 1) == numbers).then(|| n - 1)
     }
@@ -275,7 +282,7 @@ impl Convention {
         }
         if self.about_y {
             // The transpose of `TO_Y`.
-            own = rotate(
+            own = transformed(
                 &own,
                 channels,
                 order,
@@ -289,7 +296,7 @@ impl Convention {
     fn write(&self, mut own: Vec<f64>, channels: usize) -> Result<Vec<f64>, Error> {
         let mut order = (own.len() / channels).isqrt() - 1;
         if self.about_y {
-            own = rotate(&own, channels, order, &TO_Y)?;
+            own = transformed(&own, channels, order, &TO_Y)?;
         }
         if self.irradiance {
             if order < 2 {

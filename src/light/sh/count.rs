@@ -6,5 +6,6 @@
 /// assert_eq!(spheremap::light::sh::count(2), 9);
 /// ```
 pub fn count(order: usize) -> usize {
-    (order + 1) * (order + 1)
+    let rows = order.saturating_add(1);
+    rows.saturating_mul(rows)
 }

@@ -5,8 +5,9 @@
 //! [`super::lobes`], those of windows [`super::windows`].
 
 use super::basis::{Basis, Points, analyze_points};
-use super::rings;
+use super::{count, rings};
 use crate::error::{Error, expect_length, expect_multiple};
+use crate::geometry::axes::rotation;
 use crate::kernel::threads;
 
 /// The value at each direction (three numbers of any length): one number a channel. NaN for a direction
@@ -61,14 +62,14 @@ pub fn evaluate(
     Ok(())
 }
 
-/// The coefficients of the image turned by an orthogonal matrix (rows): f'(M d) = f(d).
+/// The coefficients of the image turned by a rotation (rows): f'(M d) = f(d).
 ///
 /// A band-limited function is known from its values on a grid of rings of the same order. So it is looked up
 /// at the turned grid and analyzed again, which is exact but for rounding, at any order, and needs
 /// no recursion over rotation matrices.
 ///
 /// # Errors
-/// There are not (order + 1)² coefficients a channel.
+/// There are not (order + 1)² coefficients a channel, or `matrix` is no rotation.
 ///
 /// ```
 /// use spheremap::light::sh;
@@ -83,7 +84,23 @@ pub fn rotate(
     order: usize,
     matrix: &[[f64; 3]; 3],
 ) -> Result<Vec<f64>, Error> {
-    let expected = (order + 1) * (order + 1) * channels;
+    rotation(*matrix)?;
+    transformed(coefficients, channels, order, matrix)
+}
+
+/// The same by any orthogonal matrix: frames of images may mirror.
+pub(super) fn transformed(
+    coefficients: &[f64],
+    channels: usize,
+    order: usize,
+    matrix: &[[f64; 3]; 3],
+) -> Result<Vec<f64>, Error> {
+    if channels == 0 {
+        return Err(Error::Shape(
+            "Expected coefficients of at least one channel, got 0.".to_owned(),
+        ));
+    }
+    let expected = count(order).saturating_mul(channels);
     expect_length("coefficients", coefficients.len(), expected)?;
     let grid = rings::grid(2 * order + 1);
     let mut directions = Vec::with_capacity(3 * grid.len());
@@ -119,4 +136,26 @@ pub fn scale_degrees(
     Ok(rows
         .flat_map(|(k, row)| row.iter().map(move |x| x * factors[k.isqrt()]))
         .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_rotations_rotate() {
+        let of = |m: [f64; 3], channels| {
+            let matrix = [[m[0], 0.0, 0.0], [0.0, m[1], 0.0], [0.0, 0.0, m[2]]];
+            rotate(&[0.0, 0.0, 1.0, 0.0], channels, 1, &matrix)
+        };
+        assert!(of([-1.0, -1.0, 1.0], 1).is_ok());
+        for wrong in [[1.0, 1.0, -1.0], [2.0; 3], [f64::NAN; 3]] {
+            assert!(matches!(of(wrong, 1), Err(Error::Rotation(_))));
+        }
+        for channels in [0, 3, usize::MAX] {
+            assert!(of([1.0; 3], channels).is_err());
+        }
+        assert!(rotate(&[], 0, usize::MAX, &[[0.0; 3]; 3]).is_err());
+        assert_eq!(count(usize::MAX), usize::MAX);
+    }
 }

@@ -23,6 +23,7 @@ use std::f64::consts::PI;
 pub const HIGHEST: usize = 10_000;
 
 /// A lobe about an axis.
+#[derive(Clone, Copy, Debug)]
 pub struct Lobe {
     /// Its name.
     pub name: &'static str,
@@ -74,6 +75,9 @@ pub const LOBES: [Lobe; 4] = [
 
 /// The lobe of this name.
 ///
+/// # Errors
+/// No lobe has it.
+///
 /// ```
 /// assert_eq!(spheremap::light::sh::lobes::find("cosine")?.factors(0.0, 1)?.len(), 2);
 /// # Ok::<(), spheremap::Error>(())
@@ -85,6 +89,9 @@ pub fn find(name: &str) -> Result<&'static Lobe, Error> {
 
 impl Lobe {
     /// The factors of degrees 0 to `order`. A lobe without a parameter takes any.
+    ///
+    /// # Errors
+    /// The order is above [`HIGHEST`], or the parameter out of its range.
     ///
     /// ```
     /// use spheremap::light::sh::lobes;

@@ -93,7 +93,7 @@ pub fn project<T: Texel>(
                 kept(&normal, channels, order).ok_or_else(|| too_high(shape, order, highest / 2))?
             }
         };
-        return rotate(&own, channels, order, &rings.frame);
+        return evaluate::transformed(&own, channels, order, &rings.frame);
     }
     let texels = interrupt::part(0.0, 0.5, || texels(map, shape))?;
     if !whole {

@@ -6,10 +6,12 @@
 //! negative in space. Sines and exponentials are the library's own, so that every machine makes the same bits.
 
 use crate::error::Error;
+use crate::kernel::memory::expect_room;
 use crate::number::real::Real;
 use std::f64::consts::PI;
 
 /// A window over degrees.
+#[derive(Clone, Copy, Debug)]
 pub struct Window {
     /// Its name.
     pub name: &'static str,
@@ -45,6 +47,9 @@ pub const WINDOWS: [Window; 3] = [
 
 /// The window of this name.
 ///
+/// # Errors
+/// No window has it.
+///
 /// ```
 /// assert_eq!(spheremap::light::sh::windows::find("hann")?.name, "hann");
 /// # Ok::<(), spheremap::Error>(())
@@ -58,18 +63,22 @@ impl Window {
     /// The factors of degrees 0 to `order`; by default the width is order + 1, the mildest that acts on
     /// all degrees.
     ///
+    /// # Errors
+    /// The width is not positive, or there is no memory for so many factors.
+    ///
     /// ```
     /// use spheremap::light::sh::windows;
     /// assert_eq!(windows::find("hann")?.factors(None, 1)?, [1.0, 0.5]);
     /// # Ok::<(), spheremap::Error>(())
     /// ```
     pub fn factors(&self, width: Option<f64>, order: usize) -> Result<Vec<f64>, Error> {
-        let width = width.unwrap_or((order + 1) as f64);
+        let width = width.unwrap_or(order.saturating_add(1) as f64);
         if width <= 0.0 || width.is_nan() {
             return Err(Error::Contradiction(format!(
                 "`width` must be positive, got {width}."
             )));
         }
+        expect_room::<f64>(order.saturating_add(1))?;
         Ok((0..=order).map(|l| (self.fade)(l as f64 / width)).collect())
     }
 }
@@ -127,5 +136,13 @@ mod tests {
             assert!(error.to_string().contains("must be positive"));
         }
         assert!(find("box").is_err());
+    }
+
+    #[test]
+    fn more_degrees_than_there_is_room_for() {
+        for order in [usize::MAX, usize::MAX - 1, 1 << 58] {
+            let error = find("hann").unwrap().factors(None, order).unwrap_err();
+            assert!(matches!(error, Error::Memory { .. }), "{error}");
+        }
     }
 }

@@ -40,6 +40,7 @@ const CHUNK: usize = 256;
 /// assert_eq!(mean, [1.5]);
 /// # Ok::<(), spheremap::Error>(())
 /// ```
+#[derive(Debug)]
 pub struct Sampler<'a, T: Texel> {
     texels: &'a [T],
     size: [usize; 2],

@@ -19,6 +19,7 @@ use glam::DMat3;
 const CHUNK: usize = 1 << 16;
 
 /// An image that can be looked up in directions, with options that were checked.
+#[derive(Debug)]
 pub struct Sampler<'a, T: Texel> {
     image: ImageView<'a, T>,
     filter: LookupFilter,
@@ -32,7 +33,7 @@ impl<'a, T: Texel> Sampler<'a, T> {
     /// Of an image. [`Options::antialias`] does not concern it: a direction has no width.
     ///
     /// # Errors
-    /// For a filter that looks no direction up, a `fill` of another number of channels, and an `alpha` that is no channel.
+    /// For a filter that looks no direction up, a `fill` of another number of channels, an `alpha` that is no channel, and a `rotation` that is none.
     ///
     /// ```
     /// use spheremap::image::ImageView;
@@ -52,7 +53,7 @@ impl<'a, T: Texel> Sampler<'a, T> {
             image: *image,
             filter,
             ringing: options.filter.info().ringing,
-            rotation: options.rotation,
+            rotation: options.turn()?,
             fill,
             weighted: Weighted::new(image, opacity, skipna)?,
         })

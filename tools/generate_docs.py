@@ -74,7 +74,7 @@ def image(entry: dict) -> str:
 def parameter(p: dict) -> str:
     unit = f" {p['unit']}" if p["unit"] else ""
     return (
-        f"`{p['name']}` ({p['minimum']:g} … {p['maximum']:g}{unit}, default {p['default']:g}): "
+        f"`{p['name']}` in ({p['minimum']:g}, {p['maximum']:g}]{unit}, default {p['default']:g}: "
         f"{p['doc']}"
     )
 

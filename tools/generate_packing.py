@@ -302,7 +302,9 @@ has the worst case of `precise` within 0.1 %, and decodes nothing. With δ = 1/(
 the step of the snorm grid, the error of `oct` is never above (3/√2)δ with `nearest` and √2·δ with
 `precise`, in exact arithmetic; float32, used for fields of up to 16 bits, adds up to 5e-7 rad,
 and Draco's decoder, float32 for all, up to 1e-6.
-`sm.packing.packing(name).bounds` has the bound of each scheme.
+`sm.packing.packing(name).bounds` has the bound of each scheme. `unpack` computes in float32 unless
+told otherwise, whatever the code: fields of 23 bits and more (`oct46`, `oct64`, `oct32x2`), whose
+bounds are smaller than what that adds, want `dtype=np.float64`.
 
 In a shader ([languages](languages.md)): `sm.packing.code("oct16", "glsl")` prints both ways, with
 the integers of `pack` and the bits of `unpack`. This is the decoder, and that of `woct16`:

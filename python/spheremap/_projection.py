@@ -802,7 +802,10 @@ class Projection(_core.Projection):
             ``"bilinear"``, the default, ``"nearest"``, ``"catmull-rom"`` (also called
             ``"bicubic"``), which interpolates, ``"mitchell"``, which is softer and rings less, ...
             With `lod` or `derivatives` ``"trilinear"``, the default there, or ``"ewa"``. The
-            documentation's table has all. All know what lies beyond an edge: seams do not show.
+            documentation's table has all. All know what lies beyond an edge: seams do not show. The
+            exception are seams along a curved rim (``mollweide``, ``hammer``, ``sinusoidal``),
+            where texels of the one side do not lie beside those of the other: the two sides differ
+            by what lies a texel or two away.
         fill : float or sequence of float
             The value for directions that the image does not hold, or one for each channel. Black by
             default; NaN marks what is missing in an image of floats.

@@ -77,8 +77,9 @@ class Packing:
         The ways of rounding it has.
     bounds : mapping of str to float
         For each way of rounding, an angle in radians that the error of a direction never
-        exceeds, in exact arithmetic. float32, where it is computed in, adds at most 5e-7, and in
-        Draco's decoder 1e-6.
+        exceeds, in exact arithmetic. float32, in which `unpack` computes unless it is told float64,
+        adds at most 5e-7, and Draco's decoder 1e-6. Of fields of 23 bits and more ("oct46",
+        "oct64", "oct32x2") that is more than the bound itself: ``dtype=np.float64`` keeps it.
     hemisphere : bool
         Whether it holds directions with z >= 0 only.
     exact : str or None
@@ -112,7 +113,7 @@ class Packing:
 
     @property
     def bound(self) -> float:
-        """The bound of the default rounding, in radians."""
+        """The bound of the default rounding, in radians; see `bounds` for what float32 adds."""
         return self.bounds.get("precise", self.bounds[self.roundings[0]])
 
 
@@ -413,7 +414,9 @@ def unpack(
     name : Packing or str
         The scheme, as for `packing`.
     dtype : {float32, float64}
-        The type to compute.
+        The type to compute. float32 adds up to 5e-7 rad to the scheme's ``bound``, which is more
+        than the bound itself where fields have 23 bits or more, as in "oct46", "oct64" and
+        "oct32x2": float64 keeps that.
     out : ndarray, optional
         Where to put the result: C-contiguous, of the result's shape and dtype.
 

@@ -168,7 +168,7 @@ fn of_kinds(p: &Map, q: &Map) -> Comparison {
     let ahead = |map: &Map| signed_axis(map.axes().world[2], map.axes().negative[2]);
     if ahead(p) != ahead(q) {
         differences.push(format!(
-            "what lies ahead differs: {} and {}",
+            "the middle of the picture differs: {} and {}",
             ahead(p),
             ahead(q)
         ));

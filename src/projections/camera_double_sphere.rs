@@ -2,7 +2,8 @@
 //!
 //! Source: Usenko, Demmel & Cremers 2018, The Double Sphere Camera Model, equations 40 to 52; see `double_sphere`.
 //!
-//! Domain: directions that the rectangle shows, nearer to the axis than the paper's equation 43 allows; else NaN.
+//! Domain: directions that the rectangle shows, nearer to the axis than the paper's equation 43 allows, as in the programs whose numbers
+//! these are; else NaN. The image itself may go on beyond, or end before: see `double_sphere`.
 
 use crate::number::angle;
 use crate::number::real::{Real, max};

@@ -5,8 +5,10 @@
 //! fov/2. It fits fisheyes as well as a polynomial of four terms, and has a closed inverse. α = 0 is the
 //! unified camera.
 //!
-//! Domain: directions within fov/2 of the axis, else NaN; fov/2 must stay below arccos(-w2) of the paper's
-//! equation 43, where the image ends or turns back. Singular: none in the image.
+//! Domain: directions within fov/2 of the axis, else NaN; fov/2 must stay below the angle at which the image ends or
+//! turns back. There z + ξ d1 = -w1 d2, with the paper's w1: solved for z, the cosine is -ξ(1 - w1²) - w1√(1 - ξ²(1 - w1²)).
+//! The -w2 of equation 43 is another number, as it takes d2 for 1: of ξ = -0.2 and α = 0.6 it says 122.1° where the image ends
+//! at 123.2°, and of ξ = α = 1, which is the equisolid lens r = sin(θ/2), 135° where it ends at 180°. Singular: none in the image.
 
 use crate::geometry::solid_angle::Rect;
 use crate::number::angle;
@@ -24,7 +26,7 @@ pub struct DoubleSphere {
     angle: f64,
     /// The image radius there.
     radius: f64,
-    /// Directions of a smaller cosine are not seen (equation 43, times -1).
+    /// Directions of a smaller cosine are not seen.
     least_cosine: f64,
 }
 
@@ -37,13 +39,13 @@ impl DoubleSphere {
         } else {
             (1.0 - alpha) / alpha
         };
-        let w2 = (w1 + xi) / (2.0 * w1 * xi + xi * xi + 1.0).sqrt();
+        let k = (1.0 - w1) * (1.0 + w1);
         let mut lens = DoubleSphere {
             xi,
             alpha,
             angle: lens::rim(parameters[0]),
             radius: 1.0,
-            least_cosine: -w2,
+            least_cosine: -xi * k - w1 * (1.0 - xi * xi * k).sqrt(),
         };
         lens.radius = sin / lens.depth(1.0, cos, sin * sin).0;
         lens
@@ -130,7 +132,7 @@ impl Projection for DoubleSphere {
                 0.0
             }
         };
-        lens::grows(lens.angle, slope, lens.radius, "`xi` and `alpha`")
+        lens::grows(lens.angle, &slope, lens.radius, "`xi` and `alpha`")
     }
 
     fn with_parameters(parameters: &[f64]) -> Self {
@@ -142,7 +144,7 @@ impl Projection for DoubleSphere {
     }
 
     fn density_range(self) -> (f64, f64) {
-        lens::extremes(1.0, |r| one::density(self, Uv::centered(r, 0.0, 0.0)))
+        lens::extremes(1.0, &|r| one::density(self, Uv::centered(r, 0.0, 0.0)))
     }
 
     fn seam(self) -> Seam {

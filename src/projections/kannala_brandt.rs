@@ -210,7 +210,7 @@ impl Projection for KannalaBrandt {
         };
         lens::grows(
             lens.rim * PI,
-            slope,
+            &slope,
             lens.radius * PI,
             "`k1`, `k2`, `k3`, `k4`",
         )?;
@@ -237,7 +237,7 @@ impl Projection for KannalaBrandt {
     }
 
     fn density_range(self) -> (f64, f64) {
-        let (low, high) = lens::extremes(1.0, |r| one::density(self, Uv::centered(r, 0.0, 0.0)));
+        let (low, high) = lens::extremes(1.0, &|r| one::density(self, Uv::centered(r, 0.0, 0.0)));
         // sin π is 0 and not what a rounded π gives.
         (if self.rim == 1.0 { 0.0 } else { low }, high)
     }

@@ -129,7 +129,7 @@ impl Projection for Pannini {
                 0.0
             }
         };
-        lens::grows(view.angle, slope, view.half[0], "`d` and `s`")
+        lens::grows(view.angle, &slope, view.half[0], "`d` and `s`")
     }
 
     fn with_parameters(parameters: &[f64]) -> Self {
@@ -146,7 +146,7 @@ impl Projection for Pannini {
 
     fn density_range(self) -> (f64, f64) {
         // Largest on the horizon and smallest on the edge above or below it, for each column.
-        let along = |q: f64| lens::extremes(1.0, |p| one::density(self, Uv::centered(p, q, 0.0)));
+        let along = |q: f64| lens::extremes(1.0, &|p| one::density(self, Uv::centered(p, q, 0.0)));
         let (horizon, edge) = (along(0.0), along(1.0));
         (horizon.0.min(edge.0), horizon.1.max(edge.1))
     }

@@ -84,7 +84,7 @@ impl Projection for Unified {
                 0.0
             }
         };
-        lens::grows(lens.angle, slope, lens.radius, "`xi`")
+        lens::grows(lens.angle, &slope, lens.radius, "`xi`")
     }
 
     fn with_parameters(parameters: &[f64]) -> Self {
@@ -96,7 +96,7 @@ impl Projection for Unified {
     }
 
     fn density_range(self) -> (f64, f64) {
-        lens::extremes(1.0, |r| one::density(self, Uv::centered(r, 0.0, 0.0)))
+        lens::extremes(1.0, &|r| one::density(self, Uv::centered(r, 0.0, 0.0)))
     }
 
     fn seam(self) -> Seam {

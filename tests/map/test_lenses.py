@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import cv2
 import numpy as np
@@ -86,6 +87,59 @@ def test_special_lenses_are_other_maps():
     for fov in (100, 200):
         same(sm.projection("kannala_brandt", fov=fov), sm.projection("angular", fov=fov))
         same(sm.projection("unified", xi=1, fov=fov), sm.projection("stereographic", fov=fov))
+
+
+def test_a_double_sphere_is_the_equisolid_lens_beyond_the_papers_limit():
+    # Equation 43 of the paper ends this lens 135 degrees from the axis.
+    a = sm.projection("double_sphere", xi=1, alpha=1, fov=300)
+    b = sm.projection("equisolid", fov=300)
+    # 150 degrees from the axis 1 + z is 0.13, off by ε/2: by 4 ε of itself, and the root by half.
+    assert np.allclose(a.encode(D), b.encode(D), rtol=0, atol=1e-14, equal_nan=True)
+    uv = b.encode(D[b.covers(D)])
+    # Back as far from the axis, dθ/dr is 2/cos(75°) = 8: eight times as much.
+    assert np.abs(a.decode(uv) - b.decode(uv)).max() < 1e-13
+
+
+@pytest.mark.parametrize(("xi", "alpha"), [(-0.9, 0.3), (-0.2, 0.6), (0.5, 0.2), (0.7, 0.9)])
+def test_a_double_sphere_reaches_as_far_as_its_radius_grows(xi, alpha):
+    theta = np.linspace(0, math.pi, 1_000_001)
+    far = np.hypot(np.sin(theta), xi + np.cos(theta))
+    depth = alpha * far + (1 - alpha) * (xi + np.cos(theta))
+    with np.errstate(divide="ignore"):
+        radius = np.where(depth > 0, np.sin(theta) / depth, -1)
+    end = math.degrees(theta[np.argmax(np.diff(radius) <= 0)])
+    # Far enough from the end that the slope is 1 % of the chord's.
+    p = sm.projection("double_sphere", xi=xi, alpha=alpha, fov=2 * (end - 3))
+    d = D[p.covers(D)]
+    # Where the slope is least, 7 % of the chord's, a dozen errors of ε become 200.
+    assert np.abs(p.decode(p.encode(d)) - d).max() < 1e-13
+    assert not p.covers(D[-D[:, 2] < math.cos(math.radians(end))]).any()
+    with pytest.raises(ValueError, match="stops growing at") as caught:
+        sm.projection("double_sphere", xi=xi, alpha=alpha, fov=2 * end + 10)
+    # Steps of 2e-4 degrees, and four decimals.
+    assert float(re.search(r"at (\d+\.\d+)", str(caught.value))[1]) == pytest.approx(end, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "end"),
+    [
+        ("unified", {"xi": 0.5, "fov": 270}, 120),
+        ("unified", {"xi": 0.5, "fov": 240}, 120),
+        ("unified", {"xi": 0.5, "fov": 239.9}, 120),
+        ("unified", {"fov": 359}, math.degrees(math.acos(-0.9))),
+        ("unified", {"xi": 3, "fov": 300}, math.degrees(math.acos(-1 / 3))),
+        ("double_sphere", {"xi": 0, "alpha": 1, "fov": 180}, 90),
+        ("double_sphere", {"xi": 0, "alpha": 1, "fov": 179.5}, 90),
+        ("double_sphere", {"xi": 0, "alpha": 1, "fov": 270}, 90),
+        ("kannala_brandt", {"k1": -0.2}, math.degrees(math.sqrt(1 / 0.6))),
+        ("kannala_brandt", {"k1": -0.4, "fov": 360}, math.degrees(math.sqrt(1 / 1.2))),
+    ],
+)
+def test_the_message_says_where_a_lens_ends(name, parameters, end):
+    with pytest.raises(ValueError, match="stops growing at") as caught:
+        sm.projection(name, **parameters)
+    # Four decimals, and a slope of 1e-9 of that on the axis for 0: 6e-8 degrees.
+    assert float(re.search(r"at (\d+\.\d+)", str(caught.value))[1]) == pytest.approx(end, abs=1e-4)
 
 
 @pytest.mark.parametrize(

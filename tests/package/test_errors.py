@@ -204,6 +204,55 @@ def test_the_number_of_a_channel_is_a_whole_number(alpha):
             call()
 
 
+@pytest.mark.parametrize("flag", [1, 0, None, "no", 1.0, np.ones(2, bool)])
+def test_a_flag_is_a_bool_and_its_message_has_its_name(flag):
+    p = sm.projection("latlong")
+    calls = {
+        "skipna": [
+            lambda: sm.convert(IMAGE, p, "cube", size=2, skipna=flag),
+            lambda: sm.convert(IMAGE[None], p, "cube", size=2, skipna=flag),
+            lambda: sm.convert(IMAGE > 0, p, "cube", size=2, filter="nearest", skipna=flag),
+            lambda: sm.sample(IMAGE, D, p, skipna=flag),
+            lambda: p.sample(IMAGE, D, skipna=flag),
+            lambda: p.convert(IMAGE, "cube", size=2, skipna=flag),
+            lambda: sm.remap_plan(p, "cube", size=2, skipna=flag),
+            lambda: sm.embed(IMAGE, p, IMAGE, p, skipna=flag),
+            lambda: sm.light.integrate(IMAGE, p, skipna=flag),
+        ],
+        "antialias": [
+            lambda: sm.convert(IMAGE, p, "cube", size=2, antialias=flag),
+            lambda: sm.remap_plan(p, "cube", size=2, antialias=flag),
+            lambda: sm.embed(IMAGE, p, IMAGE, p, antialias=flag),
+        ],
+        "channels_first": [lambda: sm.convert(IMAGE, p, "cube", size=2, channels_first=flag)],
+        "nest": [lambda: sm.healpix.pix2vec(4, 0, nest=flag)],
+    }
+    for name, those in calls.items():
+        for call in those:
+            with pytest.raises(TypeError, match=f"Expected `{name}` to be a bool, got"):
+                call()
+
+
+def test_a_flag_may_be_numpys():
+    yes = np.True_
+    once = sm.convert(IMAGE, "latlong", "cube", size=2, skipna=yes, antialias=yes)
+    assert np.array_equal(once, sm.convert(IMAGE, "latlong", "cube", size=2, skipna=True))
+
+
+def test_what_a_verb_does_not_take_is_said_in_its_name():
+    for call, verb in (
+        (lambda **o: sm.remap_plan("latlong", "cube", size=4, **o), "remap_plan"),
+        (lambda **o: sm.projection("latlong").plan("cube", size=4, **o), "remap_plan"),
+        (
+            lambda **o: sm.weights_matrix("latlong", "cube", size=2, source_shape=(8, 16), **o),
+            "weights_matrix",
+        ),
+        (lambda **o: sm.embed(IMAGE, "latlong", IMAGE, "latlong", **o), "embed"),
+    ):
+        with pytest.raises(TypeError, match=f"`filtr` is no option of `{verb}`; it takes .*filter"):
+            call(filtr="area")
+
+
 def test_fill_must_fit():
     for fill in (-1, 256, 0.5, float("nan")):
         try:

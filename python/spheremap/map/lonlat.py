@@ -73,8 +73,9 @@ def lonlat_to_directions(
     Parameters
     ----------
     lonlat : array_like, shape (..., 2)
-        Longitude and latitude, of any size: 370° is 10°. From 2⁵⁰ half turns on, where numbers are
-        a quarter turn apart, they count as 0.
+        Longitude and latitude, of any size: a longitude of 370° is 10°, and a latitude beyond ±90°
+        goes on over the pole and down on the other side, so that (10°, 95°) is (-170°, 85°). From
+        2⁵⁰ half turns on, where numbers are a quarter turn apart, they count as 0.
     world, degrees
         As for `directions_to_lonlat`.
 
@@ -96,6 +97,11 @@ def lonlat_to_directions(
     [1.0, 0.0, 0.0]
     >>> (sm.lonlat_to_directions([90, 0], world="+y +z +x").round(6) + 0.0).tolist()
     [0.0, 1.0, 0.0]
+
+    Five degrees over the pole:
+
+    >>> sm.directions_to_lonlat(sm.lonlat_to_directions([10, 95])).round(6).tolist()
+    [-170.0, 85.0]
     """
     return _core.lonlat_to_directions(lonlat, as_text(world, "world"), _half_turn(degrees))
 

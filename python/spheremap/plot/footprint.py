@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._scalars import as_flag
 from ..map.named import resolve_pair
 from .distortion import texel_uv
 from .drawing import bare, drawn_shape, label, mark_valid, new_axes, pieces, places
@@ -72,6 +73,7 @@ def footprints(
     >>> len(ax.collections)
     12
     """
+    labels = as_flag(labels, "labels")
     source, target = resolve_pair(src, dst, rotation, world)
     shape = drawn_shape(target, size)
     if image is None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .plans import remap_plan
+from .plans import expect_options, remap_plan
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,6 +24,9 @@ __all__ = ["weights_matrix"]
 
 # Numbers of an image with channels that is converted at a time: 32 MiB.
 _NUMBERS = 1 << 22
+
+# Options of `convert` that are none of a matrix.
+_REFUSED = ("fill", "alpha", "skipna", "channels_first", "window")
 
 # What a conversion's rounding may make of a number near 1.
 _ROUNDING = 1e-9
@@ -88,12 +91,13 @@ def weights_matrix(
         from scipy.sparse import csr_matrix
     except ImportError:
         raise ImportError("`weights_matrix` needs scipy: pip install scipy", name="scipy") from None
-    for name in ("fill", "alpha", "skipna", "channels_first", "window"):
+    for name in _REFUSED:
         if name in options:
             raise ValueError(
                 f"`{name}` is no option of a matrix: its weights are those of all texels, and of "
                 "nothing else."
             )
+    expect_options(options, "weights_matrix", _REFUSED)
     given = options.get("filter")
     if isinstance(given, str) and given == "mode":
         raise ValueError("`filter='mode'` is no matrix: it adds no texels up.")

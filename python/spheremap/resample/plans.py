@@ -256,6 +256,7 @@ def remap_plan(
     >>> plan(np.zeros((64, 128), np.uint8)).shape
     (32, 64)
     """
+    expect_options(options, "remap_plan")
     source, target = resolve(src), resolve(dst)
     any_aspect = options.get("any_aspect", False)
     known = None
@@ -267,13 +268,26 @@ def remap_plan(
             raise TypeError("Expected `size`, or the `source_shape` that gives it.")
         size = matching_size(known, source, target)
     shape = target_shape(target, size, any_aspect)
-    for name in ("image", "out"):
-        if name in options:
-            raise TypeError(f"`{name}` is no option of a plan: pass it when calling the plan.")
     source = resolve(source, rotation=rotation)
     plan = RemapPlan(source, target, shape, known, tuple(options.items()))
     _try(plan)
     return plan
+
+
+def expect_options(options: Mapping[str, Any], verb: str, refused: tuple[str, ...] = ()) -> None:
+    """Raise TypeError for what `convert` does not take, in the name of the verb that hands it on.
+
+    What the verb itself refuses is not among the names of the message.
+    """
+    for name in ("image", "out"):
+        if name in options:
+            raise TypeError(f"`{name}` is no option of a plan: pass it when calling the plan.")
+    known = [name for name, p in _parameters().items() if p.kind is p.KEYWORD_ONLY]
+    for name in options:
+        if name not in known:
+            others = {"size", "rotation", "out", *refused}
+            taken = ", ".join(each for each in known if each not in others)
+            raise TypeError(f"`{name}` is no option of `{verb}`; it takes {taken} of `convert`'s.")
 
 
 def _plain(value: Any, name: str) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import _core
 from .._arrays import IMAGE_DTYPES, keeps_dtype, spatial_axes
-from .._scalars import as_text, as_whole
+from .._scalars import as_flag, as_text, as_whole
 from ..map.images import images, is_chain, target_shape
 from ..map.named import resolve
 from ..map.size import matching_size
@@ -66,7 +66,9 @@ def sample(
         ``"bilinear"``, the default, ``"nearest"``, ``"catmull-rom"`` (also called ``"bicubic"``),
         which interpolates, ``"mitchell"``, which is softer and rings less [1]_, ... With `lod` or
         `derivatives` ``"trilinear"``, the default there, or ``"ewa"``. The documentation's
-        table has all. All know what lies beyond an edge: seams do not show.
+        table has all. All know what lies beyond an edge: seams do not show. The exception are seams
+        along a curved rim (``mollweide``, ``hammer``, ``sinusoidal``), where texels of the one side
+        do not lie beside those of the other: the two sides differ by what lies a texel or two away.
     fill : float or sequence of float
         The value for directions that the image does not hold, or one for each channel. Black by
         default; NaN marks what is missing in an image of floats.
@@ -157,6 +159,7 @@ def sample(
         filter = as_text(filter, "filter")
     if alpha is not None:
         alpha = as_whole(alpha, "alpha")
+    skipna = as_flag(skipna, "skipna")
 
     def looked_up(image: Any, fill: Any, out: Any) -> NDArray[Any]:
         return _core.Projection.sample(
@@ -338,6 +341,7 @@ def convert(
     filter = as_text(filter, "filter")
     if alpha is not None:
         alpha = as_whole(alpha, "alpha")
+    skipna, antialias = as_flag(skipna, "skipna"), as_flag(antialias, "antialias")
 
     def converted(image: Any, fill: Any, out: Any) -> NDArray[Any]:
         return _core.convert(

@@ -459,7 +459,7 @@ impl<L: Lens> Projection for Camera<L> {
         }
         // Along the circle at which the lens ends, where that lies in the image.
         let (sin, cos) = angle::sin_cos(self.lens.rim() * (1.0 - 1e-12));
-        let rim = lens::extremes(2.0 * PI, |azimuth| {
+        let rim = lens::extremes(2.0 * PI, &|azimuth| {
             let (y, x) = angle::sin_cos(azimuth);
             let uv = one::encode(self, [sin * x, sin * y, cos]);
             if one::contains(self, uv) {

@@ -25,27 +25,54 @@ pub const fn fov(default: f64, maximum: f64) -> Parameter {
 /// radius rounded by ε moves an angle by a hundred.
 pub const LEAST_SLOPE: f64 = 0.01;
 
-/// Whether the image radius grows all the way from the axis to `rim`, an angle; if not, a message.
-pub fn grows(rim: f64, slope: impl Fn(f64) -> f64, radius: f64, names: &str) -> Result<(), String> {
-    const STEPS: usize = 2048;
+/// Whether the image radius grows all the way from the axis to `rim`, an angle; if not, a message. Where there is no image the slope is 0.
+pub fn grows(rim: f64, slope: &dyn Fn(f64) -> f64, radius: f64, names: &str) -> Result<(), String> {
     let least = LEAST_SLOPE * radius / rim;
-    for k in 0..=STEPS {
-        let angle = rim * k as f64 / STEPS as f64;
-        // A negation: what is not a number does not grow.
-        if !(radius > 0.0 && slope(angle) > least) {
-            return Err(format!(
-                "Expected {names} of a lens whose image radius grows up to `fov`/2 = {} degrees from the axis, got one \
-                 that stops growing at {:.4}.",
-                rim.to_degrees(),
-                angle.to_degrees()
-            ));
+    // A radius below 0 is that of a lens whose image ended before.
+    let slow = if radius > 0.0 {
+        first_at_most(least, rim, slope)
+    } else {
+        Some(rim)
+    };
+    let Some(slow) = slow else {
+        return Ok(());
+    };
+    // At its end a lens turns back, or its image runs away from all that lies before. A slope of 0 is what rounding makes of it.
+    let found = match first_at_most(1e-9 * slope(0.0), PI, slope) {
+        Some(end) if end <= rim => format!("stops growing at {:.4}", end.to_degrees()),
+        Some(end) if slow == 0.0 || slope(rim) <= least => {
+            format!("stops growing at {:.4}, too near to that", end.to_degrees())
+        }
+        _ => format!("all but stops growing at {:.4}", slow.to_degrees()),
+    };
+    Err(format!(
+        "Expected {names} of a lens whose image radius grows up to `fov`/2 = {} degrees from the axis, got one that \
+         {found}.",
+        (rim.to_degrees() * 1e9).round() / 1e9
+    ))
+}
+
+/// The first angle up to `end` at which a slope is at most `least`.
+fn first_at_most(least: f64, end: f64, slope: &dyn Fn(f64) -> f64) -> Option<f64> {
+    const STEPS: usize = 2048;
+    let at = |k: usize| end * k as f64 / STEPS as f64;
+    // A negation: what is not a number does not grow.
+    let stands = |angle: f64| !(slope(angle) > least);
+    let k = (0..=STEPS).find(|&k| stands(at(k)))?;
+    let (mut low, mut high) = (at(k.saturating_sub(1)), at(k));
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if stands(middle) {
+            high = middle;
+        } else {
+            low = middle;
         }
     }
-    Ok(())
+    Some(high)
 }
 
 /// The smallest and the largest value of a smooth function on [0, end].
-pub fn extremes(end: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
+pub fn extremes(end: f64, f: &dyn Fn(f64) -> f64) -> (f64, f64) {
     const STEPS: usize = 512;
     let at = |k: usize| end * k as f64 / STEPS as f64;
     let largest = |sign: f64| {

@@ -387,3 +387,51 @@ def test_a_view_of_more_texels_than_there_are_addresses():
     huge = np.broadcast_to(np.uint8(1), (2**30, 2**31))
     with pytest.raises(MemoryError, match="no room"):
         sm.align.identify(huge, np.ones((8, 16)), "latlong", "latlong")
+
+
+@some_fast(
+    "program",
+    ["blender", "healpy", "unreal", "pbrt", "usd-z-up", "openimageio-z-up"],
+    fast=("blender", "openimageio-z-up"),
+)
+def test_a_yaw_is_about_what_is_up_in_the_world_of_the_first(program):
+    name = f"latlong:{program}"
+    source = sm.convert(SOURCE, "latlong", name, size=64)
+    image = np.roll(source, 5, axis=1)
+    result = sm.align.identify(source, image, name, name)
+    best = result.best
+    # 5 of 128 columns; `with_grid` tries yaws 0.07° apart.
+    assert result.certain and abs(abs(best.yaw) - 5 / 128 * 360) < 0.15, str(result)
+    assert best.axes == sm.projection(name).axes and not best.mirrored
+    up = sm.projection(name).world.split()[1]
+    assert f"° about {up}" in str(result).splitlines()[1]
+    assert best.projection.world == sm.projection(name).world
+    # What is up stays.
+    axis = "xyz".index(up[1])
+    assert best.rotation[axis, axis] == 1
+    d = sm.directions("octahedral", 40).reshape(-1, 3)
+    want, got = sm.sample(source, d, name), seen_through(best, image, d)
+    # A yaw 0.1° off on slopes of some units a radian.
+    assert np.sqrt(np.mean((want - got) ** 2)) < 0.02 * np.std(want)
+
+
+def test_what_multiplies_a_channel_does_not_matter():
+    plain = sm.align.identify(SOURCE, CUBE, "latlong", "cube").candidates[0]
+    image = CUBE * np.array([0.2, 1, 3], np.float32)
+    found = sm.align.identify(SOURCE, image, "latlong", "cube").best
+    # Roundings of float32, in a correlation.
+    assert found is not None and abs(found.score - plain.score) < 1e-5
+
+
+def test_numbers_beyond_float32():
+    wide = SOURCE[::2, ::2].astype(np.float64)
+    result = sm.align.identify(wide * 1e300, wide[:, ::-1] * 1e-300)
+    assert result.certain and result.best.axes == "-x -y -z"
+
+
+def test_a_grid_finer_than_the_first_image_can_tell_is_not_told(data_folder):
+    venice = openimageio_oracle.read(data_folder / "venice.exr")[..., :3]
+    small = sm.convert(venice, "latlong", "latlong", size=64)
+    fine = sm.convert(small, "latlong", "latlong", size=200)
+    result = sm.align.identify(small, fine)
+    assert result.certain and result.best.grid in (None, "centers"), str(result)

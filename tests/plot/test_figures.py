@@ -215,3 +215,30 @@ def test_channels_first_are_told() -> None:
     for image, projection in ((np.ones((3, 32, 64)), "latlong"), (np.ones((6, 3, 8, 8)), "cube")):
         with pytest.raises(ValueError, match="looks like channels first"):
             plot.show(image, projection)
+
+
+def test_words_stand_below_the_pictures_in_a_figure_without_a_layout() -> None:
+    bare = Figure(figsize=(12, 5))
+    FigureCanvasAgg(bare)
+    axes = plot.compare("latlong:blender", "cube:opengl", size=32, figure=bare)
+    bare.canvas.draw()
+    (words,) = [text for text in bare.texts if text.get_text().startswith("latlong:blender ->")]
+    assert words.get_window_extent().y1 <= min(ax.get_window_extent().y0 for ax in axes)
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "words"),
+    [
+        (lambda: plot.show(SKY, "latlong", ax=3), TypeError, "`ax`"),
+        (lambda: plot.compare("latlong", "cube", figure="x"), TypeError, "`figure`"),
+        (lambda: plot.chain([SKY, SKY], "latlong", titles="ab"), TypeError, "`titles`"),
+        (lambda: plot.show(SKY, "latlong", cmap="x"), ValueError, "no color map 'x'"),
+        (lambda: plot.show(SKY, "latlong", cmap=3), TypeError, "`cmap`"),
+        (lambda: plot.show(SKY, "latlong", vmin="a"), TypeError, "`vmin`"),
+        (lambda: plot.show(SKY, "latlong", vmin=np.nan), ValueError, "`vmin`"),
+        (lambda: plot.show(SKY, "latlong", vmin=2, vmax=1), ValueError, "`vmin` must be less"),
+    ],
+)
+def test_what_cannot_be_drawn(call, kind, words) -> None:
+    with pytest.raises(kind, match=words):
+        call()

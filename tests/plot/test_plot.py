@@ -58,6 +58,15 @@ def test_labels_stand_where_the_directions_land(ax) -> None:
     assert found["+y"][1] < 10 and found["-y"][1] > 90
 
 
+@pytest.mark.parametrize("flag", ["labels", "mask", "colorbar"])
+def test_flags_are_bools(flag: str, ax) -> None:
+    with pytest.raises(TypeError, match=f"Expected `{flag}` to be a bool, got int"):
+        plot.show(np.zeros((8, 16)), "latlong", ax=ax, **{flag: 1})
+    if flag == "labels":
+        with pytest.raises(TypeError, match="Expected `labels` to be a bool, got int"):
+            plot.footprints("latlong", "cube", size=2, ax=ax, labels=1)
+
+
 def test_directions_that_are_not_covered_get_no_label(ax) -> None:
     plot.show(np.zeros((64, 64, 3), np.float32), "matcap", ax=ax)
     assert "-z" not in texts(ax) and "+z" in texts(ax)

@@ -17,7 +17,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -71,7 +71,9 @@ class Candidate:
     axes : str
         The axes of the second image in the world of the first.
     yaw : float
-        Degrees in [-45, 45) that the second image is turned about +y after that.
+        Degrees in [-45, 45) that undo what is left after that: by so much the content of the second
+        image has to be turned about what is up in the world of the first, counterclockwise seen
+        from above, to show what the first shows.
     grid : str or None
         The grid on which the second image's texels lie, where it can be told.
     score : float
@@ -94,11 +96,14 @@ class Candidate:
 
     @property
     def rotation(self) -> Array:
-        """The yaw as a matrix, for `rotation=` of `sample` and `convert`."""
-        return np.asarray(rotation(self.yaw, 0, 0))
+        """The yaw as a matrix in the world of the first, for `rotation=` of `sample`, `convert`."""
+        ours = _to_our_world(self.projection)
+        return np.asarray(ours.T @ np.asarray(rotation(self.yaw, 0, 0)) @ ours)
 
     def __str__(self) -> str:
         words = f'axes "{self.axes}", yaw {self.yaw:+.2f}°'
+        up = self.projection.world.split()[1]
+        words += f" about {up}" if up != "+y" else ""
         words += f", grid {self.grid}" if self.grid else ""
         words += f", as {self.kind}" if self.kind else ""
         return f"{self.score:+.4f}  {words}{', mirrored' if self.mirrored else ''}"
@@ -157,7 +162,7 @@ def identify(
     Parameters
     ----------
     image_a, image_b : array_like, shape (H, W), (H, W, C), or with faces (F, N, N, ...)
-        The same scene, each in any projection, at any size, exposure and color.
+        The same scene, each in any projection, at any size, exposure and white balance.
     a, b : Projection or str, optional
         The maps of both. `a` is believed with all that it says; of `b` the projection and the
         layout are, and the axes and the grid are looked for, and where faces do not fit, their
@@ -185,9 +190,11 @@ def identify(
     through them shows what image a shows. Axes and yaw are told in the world of `a`; the rows of
     the table are those of programs whose images look so once worlds are matched, as `convert` does.
 
-    Images of one scene, clean and of the kinds that are given, score above 0.98. Below 0.995, or
-    where a face does not fit, kinds of the same shape are tried in place of the given ones, and all
-    orders of six faces with all quarter turns, among them those of the table.
+    Images of one scene, clean and of the kinds that are given, score above 0.98, whatever each
+    channel is multiplied by; where channels are exchanged, or one is compared with three, down to
+    0.6, which may be too little to tell. Below 0.995, or where a face does not fit, kinds of the
+    same shape are tried in place of the given ones, and all orders of six faces with all quarter
+    turns, among them those of the table.
 
     Negative texels count as black, texels outside a disk and those that are not finite do not count
     at all.
@@ -206,8 +213,13 @@ def identify(
     with part(0, _READ):
         given = counted([("image_a", image_a, a), ("image_b", image_b, b)])
         first, second = (_Image(*image) for image in given)
-    # The second one's axes are looked for in the world of the first.
-    second.map = changed(second.map, world=first.map.world)
+    # The second one's axes are those in the world of the first. They are looked for in ours, where
+    # +y is up: a yaw turns about what is up.
+    world = first.map
+    second.map = changed(second.map, world=world.world)
+    for image in (first, second):
+        image.names = sides(image.map)
+        image.map = image.map.in_world_of("latlong")
     if first.values.shape[-1] != second.values.shape[-1]:
         first.to_gray()
         second.to_gray()
@@ -231,6 +243,7 @@ def identify(
         usual = ranked[0][0]
         with part(_REFINED, 1):
             certain, reason, candidates = _looked_at_again(many, usual, certain, reason, candidates)
+    candidates = [_in_world_of(world, candidate) for candidate in candidates]
     rows = _rows(candidates[0]) if certain else ()
     return Identification(certain, reason, tuple(candidates[:count]), rows)
 
@@ -328,7 +341,8 @@ def _other_order(first: _Image, second: _Image, candidates: list[Candidate]) -> 
     p = second.map
     best: Arrangement | None = None
     for yaw in counted(sorted({0.0, *(c.yaw for c in candidates)})):
-        found = arranged(partial(first.look, projection=first.map), second.values, p, yaw)
+        look = partial(first.look, projection=first.map)
+        found = arranged(look, second.values, p, yaw, second.names)
         if found is not None and (best is None or found.score > best.score):
             best = found
     if best is None or not best.fits or 1 - best.score > 0.5 * (1 - candidates[0].score):
@@ -354,8 +368,25 @@ def _rows(best: Candidate) -> tuple[str, ...]:
     return tuple(found)
 
 
+def _in_world_of(other: Projection, found: Candidate) -> Candidate:
+    """Return a candidate told in the world of another map."""
+    p = found.projection.in_world_of(other)
+    return replace(found, axes=p.axes, projection=p)
+
+
+def _to_our_world(p: Projection) -> Array:
+    """Return what takes directions of a map's world to ours: right is +x, up +y, ahead -z."""
+    return np.array([[1.0], [1.0], [-1.0]]) * axes_matrix(p.world)
+
+
 class _Image:
-    """An image with its map, compressed in tone, in float32."""
+    """An image with its map, compressed in tone, in float32.
+
+    `names` are those of its faces, by the map that was given.
+    """
+
+    map: Projection
+    names: tuple[str, ...]
 
     def __init__(self, name: str, image: ArrayLike, projection: ProjectionLike | None) -> None:
         values = as_array(image, name)
@@ -373,8 +404,8 @@ class _Image:
                     "[sm.align.identify(a, b) for a, b in zip(images_a, images_b)]."
                 )
         expect_room(values.shape, np.dtype(np.float32))
-        with np.errstate(over="ignore"):
-            # What is too large for a float is not finite.
+        # Float32 has not the range of wider floats, which `_compressed` brings into it.
+        if values.dtype.kind != "f" or values.dtype.itemsize < 4:
             values = values.astype(np.float32)
         if not channels:
             values = values[..., None]
@@ -384,22 +415,26 @@ class _Image:
         self.values = self._compressed(name, values)
 
     @staticmethod
-    def _compressed(name: str, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    def _compressed(name: str, values: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
         known = np.isfinite(values)
-        bright = values[known & (values > 0)]
         if not known.any():
             raise ValueError(f"Expected `{name}` to hold finite values, got none.")
-        if bright.size == 0:
-            return np.where(known, np.float32(0), np.float32(np.nan))
-        level = np.float32(np.median(bright))
-        with np.errstate(invalid="ignore"):
-            toned = np.log1p(np.maximum(values, 0) / level)
-        return np.where(known, toned, np.float32(np.nan))
+        toned = np.empty(values.shape, np.float32)
+        # Each channel by its own level: what multiplies one changes nothing.
+        for c in range(values.shape[-1]):
+            channel = values[..., c]
+            bright = channel[known[..., c] & (channel > 0)]
+            # Halves, as the middle of two large numbers is not to overflow.
+            level = 2 * np.median(bright / 2) if bright.size else 1.0
+            with np.errstate(invalid="ignore", over="ignore"):
+                toned[..., c] = np.log1p(np.maximum(channel, 0) / values.dtype.type(level))
+        # What is too large for its level is not finite.
+        return np.where(known & np.isfinite(toned), toned, np.float32(np.nan))
 
     def taken_as(self, p: Projection) -> _Image:
         """Return the same texels in another map."""
         other = object.__new__(_Image)
-        other.map, other.values = p, self.values
+        other.map, other.values, other.names = p, self.values, self.names
         return other
 
     def to_gray(self) -> None:
@@ -560,7 +595,7 @@ class _Points:
         if p.layout is None:
             return []
         uv = np.asarray(apart(p).encode(self.directions, rotation=turn))
-        names = sides(self.second.map)
+        names = self.second.names
         part = np.nan_to_num(uv[:, 2]).astype(np.intp)
         shown = self.second.look(self.directions, p, turn)
         known = np.isfinite(uv[:, 0])
@@ -623,8 +658,9 @@ class _Points:
                 continue  # a single row lies on no two corners
         results.sort(reverse=True)
         score, yaw, grid = results[0]
-        # What is left unexplained has to shrink by a tenth.
-        if len(results) > 1 and (1 - score) > 0.9 * (1 - results[1][0]):
+        # What is left unexplained has to shrink by an eighth: by a tenth it does for a wrong grid,
+        # too, where the second image is much finer than the first.
+        if len(results) > 1 and (1 - score) > 0.875 * (1 - results[1][0]):
             score = self.score(given, found.yaw)
             return self.candidate(found.axes, found.yaw, score, of=given)
         return self.candidate(found.axes, float(yaw), score, grid, of=given)

@@ -165,11 +165,15 @@ def _ways() -> list[tuple[str, Callable[[Any], Any]]]:
 
 
 def arranged(
-    look: Callable[[Array], Array], values: NDArray[np.float32], p: Projection, yaw: float
+    look: Callable[[Array], Array],
+    values: NDArray[np.float32],
+    p: Projection,
+    yaw: float,
+    names: tuple[str, ...],
 ) -> Arrangement | None:
     """Return the best arrangement of the faces of an image; None where these are not six.
 
-    `look` gives what the other image shows in directions of its world.
+    `look` gives what the other image shows in directions of its world; `names` are of the faces.
     """
     upright = _upright(p)
     if upright.faces != _FACES:
@@ -206,7 +210,7 @@ def arranged(
     assert best is not None
     score, order, choice = best
     directions = np.empty_like(places)
-    words, tiles, names = [], np.empty_like(shown), sides(p)
+    words, tiles = [], np.empty_like(shown)
     for face, side in enumerate(order):
         name, way = ways[choice[face, side]]
         directions[face], tiles[face] = way(places[side]), way(shown[side])

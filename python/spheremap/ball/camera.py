@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._scalars import as_number
+from .._scalars import as_number, kind_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 _STEPS, _STEPS_FAR = 9, 4
 # The nearest camera, in radii from the center.
 NEAREST = 1.001
+# Radii of an outline, in pixels: beyond, its numbers end.
+_SMALLEST, _LARGEST = 1e-3, 1e7
 # From here on a camera is the ideal one: directions differ by 1e-8.
 _IDEAL = 1e8
 # How far two statements about one camera may differ, in the size of the outline.
@@ -247,6 +249,18 @@ def _across(axis: Array) -> Array:
     return np.asarray(v / np.linalg.norm(v))
 
 
+def number(value: object, name: str) -> float:
+    """Return a number as a float; a bool is none."""
+    if isinstance(value, bool | np.bool_):
+        raise TypeError(f"Expected `{name}` to be a number, got {kind_of(value)}.")
+    return as_number(value, name)
+
+
+def optional_number(value: object, name: str) -> float | None:
+    """Return a number as a float, or None."""
+    return None if value is None else number(value, name)
+
+
 def view(
     size: tuple[int, int],
     outline: Outline | None,
@@ -264,11 +278,8 @@ def view(
     """
     height, width = size
     middle = (width / 2, height / 2) if principal is None else principal
-    if distance is not None:
-        distance = as_number(distance, "distance")
-    if fov is not None:
-        fov = as_number(fov, "fov")
-    if distance is not None and (math.isinf(distance) or (distance >= _IDEAL and fov is None)):
+    fov, distance = optional_number(fov, "fov"), optional_number(distance, "distance")
+    if distance is not None and distance >= _IDEAL and fov is None:
         distance = None
     if distance is not None and not distance >= NEAREST:
         raise ValueError(
@@ -278,6 +289,17 @@ def view(
     if fov is not None and not 1e-6 <= fov < 179:
         raise ValueError(f"`fov` must be in [1e-6, 179) degrees, got {fov}.")
     focal = math.inf if fov is None else width / 2 / math.tan(math.radians(fov) / 2)
+    if outline is not None:
+        for radius in (outline.along, outline.across):
+            if not _SMALLEST <= radius <= _LARGEST:
+                raise ValueError(
+                    f"`radius` must be from {_SMALLEST:g} to {_LARGEST:g} pixels, got {radius:g}."
+                )
+    if fov is not None and distance == math.inf:
+        raise ValueError(
+            f"`fov` {fov:g} and `distance` inf do not go together: the ideal camera, "
+            "infinitely far away, has no angle. Give one of both."
+        )
     if outline is None:
         if fov is None or distance is None or center is None:
             raise ValueError("Without `radius`, `fov` and `distance` must both be given.")
@@ -304,6 +326,11 @@ def view(
                 f"{math.degrees(2 * math.atan(width / 2 / found)):.4g}. Give two of the three."
             )
     alpha, beta = _angles(off, outline.mean, focal)
+    if distance is None and beta > math.asin(1 / NEAREST):
+        raise ValueError(
+            f"`fov` {fov:g} and a `radius` of {outline.mean:g} pixels do not go together: the "
+            f"camera would be nearer to the ball's center than {NEAREST} radii."
+        )
     return _seen(size, outline.center, middle, focal, alpha, beta)
 
 

@@ -19,7 +19,9 @@ import numpy as np
 
 from .._arrays import as_array, as_image
 from .._progress import counted, done, part
+from .._scalars import as_number, as_whole
 from .._show import line
+from ..resample.views import mask_weights
 from .camera import Outline
 from .circles import circles
 from .rim import Picture, compression, found_near, prominence, refined
@@ -72,7 +74,10 @@ class Ball:
     Raises
     ------
     ValueError
-        For a center or radii that are not two numbers.
+        For a center or radii that are not two numbers, an angle that is not finite, and a
+        confidence that is not from 0 to 1.
+    TypeError
+        For an angle or a confidence that is no number.
     """
 
     center: tuple[float, float]
@@ -89,6 +94,10 @@ class Ball:
             fits = pair.shape == (2,) and pair.dtype.kind in "fiu"
             if not (fits and np.isfinite(pair).all() and (pair > least).all()):
                 raise ValueError(f"Expected `{name}` to be two finite numbers{above}, got {given}.")
+        if not math.isfinite(as_number(self.angle, "angle")):
+            raise ValueError(f"Expected `angle` to be a finite number, got {self.angle}.")
+        if not 0 <= as_number(self.confidence, "confidence") <= 1:
+            raise ValueError(f"Expected `confidence` to be from 0 to 1, got {self.confidence}.")
 
     @property
     def radius(self) -> float:
@@ -108,16 +117,28 @@ class Ball:
         points : ndarray, shape (count, 2)
             (x, y) in pixels, from the upper left corner of the photo.
 
+        Raises
+        ------
+        ValueError, TypeError
+            For a count that is no whole number above 0.
+
         Examples
         --------
         >>> import spheremap as sm
         >>> sm.ball.Ball((40, 30), (10, 8), 0, 1).points(4).round(6).tolist()
         [[50.0, 30.0], [40.0, 38.0], [30.0, 30.0], [40.0, 22.0]]
         """
+        if as_whole(count, "count") < 1:
+            raise ValueError(f"`count` must be at least 1, got {count}.")
         return self._outline().points(count)
 
     def _outline(self) -> Outline:
         return Outline(self.center, *self.radii, math.radians(self.angle))
+
+
+def ball_of(rim: Outline, confidence: float) -> Ball:
+    """Return the ball with this outline."""
+    return Ball(rim.center, (rim.along, rim.across), math.degrees(rim.angle), confidence)
 
 
 def expect_photo(shape: tuple[int, ...], name: str) -> None:
@@ -140,7 +161,7 @@ def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
         Of any brightness. The ball's radius lies between 6 % and 75 % of the shorter side; part of
         it may lie outside the photo.
     mask : array_like, shape (H, W), optional
-        Pixels where it is 0 are not looked at.
+        As for `unwrap`. Pixels where it is 0 are not looked at.
 
     Returns
     -------
@@ -171,12 +192,7 @@ def find(photo: ArrayLike, /, *, mask: ArrayLike | None = None) -> Ball:
     gray = _toned(image)
     known = np.isfinite(gray)
     if mask is not None:
-        weights = np.asarray(mask)
-        if weights.shape != gray.shape:
-            raise ValueError(
-                f"Expected `mask` to have the photo's shape {gray.shape}, got {weights.shape}."
-            )
-        known &= weights > 0
+        known &= mask_weights(mask, gray.shape) > 0
     if min(gray.shape) < 16 or not known.any():
         raise ValueError("no ball found: the photo is too small or empty.")
     gray = np.where(known, gray, np.median(gray[known]))

@@ -70,7 +70,7 @@ class Placed:
     """A photo, its rim, and how its camera is turned; what of them is to be found.
 
     `seen_by` returns the camera that sees a rim, with a lens whose picture is `lens` times as wide
-    as far; None where it is known.
+    as far; None where it is known. `gain` makes its channels as bright as those of the others.
     """
 
     shot: Shot
@@ -80,6 +80,7 @@ class Placed:
     free_rim: bool
     free_turn: bool
     lens: float | None = None
+    gain: Array | float = 1.0
 
     def changed(self, change: Array) -> Placed:
         """Return it turned by three radians, its rim moved and grown by shares of the radius.
@@ -229,7 +230,8 @@ def _disks(d: Array, width: Array) -> Array:
 def _brightness(photo: Placed, d: Array) -> Array:
     """Return the logarithm of what a photo shows in disks; NaN if it shows not all of them."""
     shape = d.shape[:-1]
-    values = photo.shot.look((d @ photo.turn).reshape(-1, 3)).mean(axis=-1).reshape(shape)
+    colors = photo.shot.look((d @ photo.turn).reshape(-1, 3)) * photo.gain
+    values = colors.mean(axis=-1).reshape(shape)
     mean = np.maximum(values.mean(axis=-1), 0)
     bright = mean[np.isfinite(mean) & (mean > 0)]
     # What is far below the middle is noise, and its logarithm would be loud.

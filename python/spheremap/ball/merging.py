@@ -12,20 +12,22 @@ import numpy as np
 
 from .._arrays import as_image
 from .._progress import counted, part
-from .._scalars import as_items, as_number
+from .._scalars import as_items, as_whole, kind_of
 from .._show import line
 from .._threads import on_all_threads
-from ..align.rotation_search import Match, Panorama, median, search
+from ..align.rotation_search import Match, Panorama, median, points, search
+from ..align.rotation_search import refined as refined_match
 from ..map.images import target_shape
 from ..map.named import resolve
 from ..map.variants import pose_matrix
 from ..resample.verbs import sample
-from .camera import view
+from ..resample.views import unseen
+from .camera import number, optional_number, view
 from .doubts import warn_of_ideal_camera, warn_of_unknown_distance
-from .finding import Ball, expect_photo, find
+from .finding import Ball, ball_of, expect_photo, find
 from .joint import LIKELY_ANGLE, Placed, refined
 from .metals import reflectance_of
-from .photo import Shot, expect_point_filter, fitting_size
+from .photo import Shot, expect_point_filter, expect_seen, fitting_size
 from .supersample import Texels
 
 if TYPE_CHECKING:
@@ -49,6 +51,9 @@ _LEAST_CORRELATION = 0.5
 _PHOTOGRAPHER = 1e-4
 # An estimate of the camera that may be farther off than this angle, in radians, is none.
 _MOST_DOUBT = math.radians(3)
+# A pose is refined with the gains of the channels, on so many points, and so often if these differ
+# by more than this share: the white balance changes where a photo is bright.
+_SAME_GAIN, _BALANCED_POINTS, _BALANCED = 0.01, 20_000, 3
 # The weight of a photo goes with this power of its pixels per radian: at 4 what is sampled half as
 # finely counts a sixteenth.
 _POWER = 4
@@ -64,22 +69,25 @@ class MergedBalls:
     Attributes
     ----------
     image : ndarray of float32 or float64, the shape of `projection` + channels
-        In the frame of the first photo's camera (or in that of the given poses).
+        In the frame of the first photo's camera (or in that of the given poses). It is float64 if
+        one of the photos is.
     weights : ndarray of float32, shape (K,) + the shape of `projection`
         How much each photo counts in each direction; they sum to 1, or to 0 where none saw
         anything.
     coverage : float
-        The share of the sphere that some photo saw.
+        The share of what `projection` covers that some photo saw: of the sphere, mostly.
     residual : float
         The root mean square difference of the photos from their mean, in stops, where they overlap.
     poses : ndarray, shape (K, 3, 3)
-        The orientation of each camera: from its frame to that of the result.
+        The orientation of each camera: from its frame to the world, which is +y up and -z ahead
+        whatever `projection` is.
     exposures : ndarray, shape (K, C)
         What the channels of each photo were multiplied by; 1 for the first.
     correlations : ndarray, shape (K,)
         Of each photo with those before it: 1 for the first, NaN where the pose was given.
     balls : tuple of Ball
-        The rims, as they were used.
+        The rims, as they were used: of a circle off the camera's axis the ellipse of the same area
+        that a ball has there.
     distances : ndarray, shape (K,)
         From the center of the ball to each camera, in radii of the ball; infinite for the ideal
         camera.
@@ -138,6 +146,8 @@ class MergedBalls:
         >>> round(merged.angle(1), 3)
         120.0
         """
+        if not 0 <= as_whole(photo, "photo") < len(self.poses):
+            raise IndexError(f"there is no photo {photo}, but 0 to {len(self.poses) - 1}.")
         turn = self.poses[0].T @ self.poses[photo]
         return math.degrees(math.acos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
 
@@ -167,14 +177,16 @@ def merge(
     photos : sequence of array_like, shape (H, W) or (H, W, C)
         Linear light, of any sizes.
     poses : sequence, optional
-        The orientation of each photo's camera in the world, as `pose` of `unwrap`. By
-        default they are found; the result is then in the frame of the first camera.
+        The orientation of each photo's camera in the world, as `pose` of `unwrap`. By default they
+        are found, and so is one that is None; if all are, the result is in the frame of the first
+        camera.
     balls : sequence of Ball or None, optional
         The rim in each photo. By default, and for None, `find` finds it. One with a confidence
         below 1 is refined together with the poses, unless the camera is ideal.
     fov, distance : float or sequence, optional
         As for `unwrap`; one for all or one for each photo. If neither is given, two or more photos
-        tell: one angle is assumed for all of them, and found together with the poses.
+        tell: one angle is assumed for all of them, and found together with the poses. With None for
+        one photo the other one of both has to be given for it.
     masks : sequence of array_like or None, optional
         For each photo what counts, of its shape (H, W): bool, 0 to 1, or uint8 from 0 to 255.
     photographer : float
@@ -190,8 +202,9 @@ def merge(
     Raises
     ------
     ValueError
-        If no ball is found, if photos do not overlap, for lists of different lengths, a mask of
-        another shape, or photos with different channels.
+        If no ball is found, or nothing of it is shown, if photos do not overlap, for lists of
+        different lengths, a mask of another shape, photos with different channels, and `fov` or
+        `distance` given for some photos alone.
     TypeError
         For an unsupported dtype.
 
@@ -204,6 +217,9 @@ def merge(
     The camera that is found is off by 0.1° to 0.6° at the rim, in photos of 256 pixels; `doubt` is
     larger where the photos say less, as from one place they say nothing. A `UserWarning` says so
     where it is above 3°, and where a single photo is taken to be of the ideal camera.
+
+    Where the white balance differs, poses that were found are refined once the exposures of the
+    channels are known.
 
     Exposures are the weighted median of the ratio of what two photos show, channel by channel.
 
@@ -236,11 +252,15 @@ def merge(
                 f"Expected all photos to have the same channels, got shapes {arrays[0].shape} and "
                 f"{pixels.shape}."
             )
-    if not 0 <= as_number(photographer, "photographer") < 90:
+    if not 0 <= number(photographer, "photographer") < 90:
         raise ValueError(f"`photographer` must be in [0, 90) degrees, got {photographer}.")
     expect_point_filter(filter)
     channels = arrays[0].shape[2:]
     reflects, metal = reflectance_of(reflectance, metal, channels[0] if channels else 1)
+    dtype = np.dtype(np.float64 if any(a.dtype == np.float64 for a in arrays) else np.float32)
+    filling = unseen(fill, dtype, channels[0] if channels else 1)
+    angles, distances = _numbers(fov, count, "fov"), _numbers(distance, count, "distance")
+    known = _poses(poses, count)
     shots, rims, cameras = [], [], []
     outlines = _each(balls, count, "balls")
     for outline in outlines:
@@ -249,8 +269,8 @@ def merge(
     given = zip(
         arrays,
         outlines,
-        _each(fov, count, "fov"),
-        _each(distance, count, "distance"),
+        angles,
+        distances,
         _each(masks, count, "masks"),
         strict=True,
     )
@@ -259,12 +279,19 @@ def merge(
             rim = find(pixels, mask=mask) if ball is None else ball
             camera = partial(_camera, pixels.shape[:2], angle, far)
             shots.append(Shot(pixels, camera(rim), mask, reflects, metal, filter))
+            expect_seen(shots[-1])
         except ValueError as error:
             raise ValueError(f"photo {k + 1}: {error}") from None
         rims.append(rim)
         cameras.append(camera)
     # Two photos say how far the camera is; one says nothing of it.
-    unknown = count > 1 and fov is None and distance is None
+    told = [any(x is not None for x in pair) for pair in zip(angles, distances, strict=True)]
+    if any(told) and not all(told):
+        raise ValueError(
+            f"photo {told.index(False) + 1} has neither `fov` nor `distance`, which photo "
+            f"{told.index(True) + 1} has: give one of both for each photo, or for none."
+        )
+    unknown = count > 1 and not any(told)
     lens = None
     if unknown:
         lens = math.tan(LIKELY_ANGLE) * arrays[0].shape[1] / rims[0].radius
@@ -272,11 +299,8 @@ def merge(
             shot.seen_by(camera(rim, lens))
             for shot, rim, camera in zip(shots, rims, cameras, strict=True)
         ]
-    elif all(shot.view.ideal for shot in shots) and not _meant(distance):
+    elif not any(told):
         warn_of_ideal_camera(shots[0].view, 2)
-    known = None
-    if poses is not None:
-        known = [pose_matrix(pose) for pose in _each(list(poses), count, "poses")]
     seen_behind = math.radians(photographer)
     # Without what a single photo needs not.
     several = count > 1
@@ -284,11 +308,21 @@ def merge(
         turns, gains, correlations = _aligned(shots, known, seen_behind)
     placed = [
         Placed(
-            shot, rim, turn, camera, rim.confidence < 1 and not shot.view.ideal, known is None, lens
+            shot,
+            rim,
+            turn,
+            camera,
+            rim.confidence < 1 and not shot.view.ideal,
+            pose is None,
+            lens,
+            gain,
         )
-        for shot, rim, turn, camera in zip(shots, rims, turns, cameras, strict=True)
+        for shot, rim, turn, camera, pose, gain in zip(
+            shots, rims, turns, cameras, known, gains, strict=True
+        )
     ]
-    placed[0].free_turn = False
+    if all(pose is None for pose in known):
+        placed[0].free_turn = False
     doubt = 0.0
     # With rims that are certain the rotation is as good as it gets.
     if unknown or (several and any(p.free_rim for p in placed)):
@@ -296,11 +330,12 @@ def merge(
             placed, doubt = refined(placed, seen_behind)
         shots, rims, turns = ([getattr(p, n) for p in placed] for n in ("shot", "ball", "turn"))
         with part(_REFINED, _AGAIN):
-            _, gains, _ = _aligned(shots, turns, seen_behind)
+            _, gains, _ = _aligned(shots, list(turns), seen_behind)
     if unknown and doubt > _MOST_DOUBT:
         warn_of_unknown_distance(doubt)
 
     target = resolve(dst)
+    ours = target.in_world_of("latlong")
     if size is None:
         size = max(fitting_size(target, math.pi * s.view.outline.mean**2) for s in shots)
     shape = target_shape(target, size, any_aspect)
@@ -310,9 +345,9 @@ def merge(
     with part(_AGAIN * several, 1):
         for k, shot in counted([*enumerate(shots)]):
             with part(0, 0.75):
-                texels, least, _ = shot.unwrap(target, shape, turns[k])
+                texels, least, _ = shot.unwrap(ours, shape, turns[k])
             with part(0.75, 1):
-                fade = _weight(shot, target, shape, turns[k], seen_behind)
+                fade = _weight(shot, ours, shape, turns[k], seen_behind)
             # One that is not finite in some channel is no light.
             finite = np.asarray(np.isfinite(texels).all(axis=-1))
             # Scaled, so that a power of a few hundred pixels stays a number of usual size.
@@ -325,16 +360,18 @@ def merge(
     weights /= np.where(seen, total, 1)
     solid_angle = target.solid_angle(shape, any_aspect=True).reshape(-1)
     residual = _residual(values, image, weights, solid_angle)
-    dtype = np.float64 if arrays[0].dtype == np.float64 else np.float32
     return MergedBalls(
-        image=np.where(seen[:, None], image, fill).astype(dtype).reshape(shape + channels),
+        image=np.where(seen[:, None], image, filling).astype(dtype).reshape(shape + channels),
         weights=weights.astype(np.float32).reshape(count, *shape),
         coverage=float(solid_angle[seen].sum() / solid_angle.sum()),
         residual=residual,
         poses=np.array(turns),
         exposures=np.array(gains),
         correlations=np.array(correlations),
-        balls=tuple(rims),
+        balls=tuple(
+            ball_of(shot.view.outline, rim.confidence)
+            for shot, rim in zip(shots, rims, strict=True)
+        ),
         distances=np.array([shot.view.distance for shot in shots]),
         fov=shots[0].view.fov,
         doubt=math.degrees(doubt),
@@ -365,15 +402,33 @@ def _camera(
     return view(shape, ball._outline(), fov=fov, distance=distance)
 
 
-def _meant(distance: float | Sequence[float | None] | None) -> bool:
-    """Whether some camera was said to be so far away that it is ideal."""
-    return any(d is not None for d in np.atleast_1d(np.asarray(distance, object)))
+def _numbers(value: Any, count: int, name: str) -> list[float | None]:
+    """Return a number or None for each photo, of one for all or of as many."""
+    # One number is what has no items.
+    if value is None or isinstance(value, str) or not hasattr(value, "__len__"):
+        return [optional_number(value, name)] * count
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        return [optional_number(value[()], name)] * count
+    return [optional_number(each, name) for each in _each(value, count, name)]
+
+
+def _poses(poses: Any, count: int) -> list[Array | None]:
+    """Return the pose of each photo, None where it is to be found."""
+    found: list[Array | None] = []
+    for k, pose in enumerate(_each(poses, count, "poses")):
+        try:
+            found.append(None if pose is None else pose_matrix(pose))
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"`poses` of photo {k + 1}: {error}") from None
+    return found
 
 
 def _each(value: Any, count: int, name: str) -> list[Any]:
-    """Return one value for each photo."""
-    if value is None or isinstance(value, (int, float)):
-        return [value] * count
+    """Return one value for each photo, or None for each."""
+    if value is None:
+        return [None] * count
+    if isinstance(value, str | bytes):
+        raise TypeError(f"Expected `{name}` to be a sequence of entries, got {kind_of(value)}.")
     values = list(as_items(value, name, "entries"))
     if len(values) != count:
         raise ValueError(
@@ -474,31 +529,50 @@ def _panorama(color: Array, weight: Array) -> Panorama:
 
 
 def _aligned(
-    shots: list[Shot], known: list[Array] | None, behind: float
+    shots: list[Shot], known: list[Array | None], behind: float
 ) -> tuple[list[Array], list[Array], list[float]]:
     """Return the rotation, the exposure and the correlation of each photo."""
-    if len(shots) == 1:
-        turn = np.eye(3) if known is None else known[0]
-        return [turn], [np.ones(shots[0].channels)], [1.0]
+    count = len(shots)
+    # Those whose pose is known come first: they say in which frame the others are.
+    base, *others = sorted(range(count), key=lambda k: known[k] is None)
+    first = known[base]
+    turns = [np.eye(3) if first is None else first] * count
+    gains, correlations = [np.ones(shots[0].channels)] * count, [math.nan] * count
+    correlations[0] = 1.0
+    if count == 1:
+        return turns, gains, correlations
     with part(0, 0.3):
         panoramas = [_Colors(shot, behind) for shot in counted(shots)]
     levels = min(len(p.colors) for p in panoramas)
     scene = _Scene(levels)
-    turns = [np.eye(3) if known is None else known[0]]
-    gains, correlations = [np.ones(shots[0].channels)], [1.0]
-    scene.add(panoramas[0], turns[0], gains[0])
+    scene.add(panoramas[base], turns[base], gains[base])
     with part(0.3, 1):
-        for k, colors in counted([*enumerate(panoramas)][1:]):
-            if known is None:
+        for k in counted(others):
+            colors, turn = panoramas[k], known[k]
+            if turn is None:
                 match = _found(k, scene, colors, levels)
-                turns.append(match.rotation)
-                correlations.append(match.correlation)
+                match, gains[k] = _balanced(k, scene, colors, match, levels - 1)
+                turns[k], correlations[k] = match.rotation, match.correlation
             else:
-                turns.append(known[k])
-                correlations.append(math.nan)
-            gains.append(_gain(k, scene, colors, turns[-1], levels - 1))
-            scene.add(colors, turns[-1], gains[-1])
-    return turns, gains, correlations
+                turns[k] = turn
+                gains[k] = _gain(k, scene, colors, turn, levels - 1)
+            scene.add(colors, turns[k], gains[k])
+    return turns, [gain / gains[0] for gain in gains], correlations
+
+
+def _balanced(
+    k: int, scene: _Scene, colors: _Colors, match: Match, level: int
+) -> tuple[Match, Array]:
+    """Return how a photo is turned and its exposure, one refined with the other."""
+    gain = _gain(k, scene, colors, match.rotation, level)
+    first = _panorama(*scene.color(level))
+    for step in range(_BALANCED):
+        if step > 0 and np.ptp(gain) <= _SAME_GAIN * gain.max():
+            break
+        second = _panorama(colors.colors[level] * gain, colors.weights[level])
+        match = refined_match(first, second, match.rotation, points(_BALANCED_POINTS))
+        gain = _gain(k, scene, colors, match.rotation, level)
+    return match, gain
 
 
 def _found(k: int, scene: _Scene, colors: _Colors, levels: int) -> Match:
@@ -518,8 +592,8 @@ def _found(k: int, scene: _Scene, colors: _Colors, levels: int) -> Match:
 def _check_overlap(k: int, overlap: float) -> None:
     if overlap < 0.01:
         raise ValueError(
-            f"photo {k + 1} does not overlap with those before it: their masks and rims leave "
-            f"{overlap:.1%} of the sphere in common."
+            f"photo {k + 1} does not overlap with those before it: masks, rims and `photographer` "
+            f"leave {overlap:.1%} of the sphere in common."
         )
 
 

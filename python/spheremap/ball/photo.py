@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import copy
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
 from .. import _core
 from .._arrays import as_array, as_doubles
+from .._names import Filter
+from .._scalars import as_text, kind_of
 from .._threads import on_all_threads
 from ..map.named import projection
 from ..resample.verbs import sample
@@ -21,10 +23,9 @@ from .supersample import Texels, counts, means, spreads
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .._names import Filter
     from .._projection import Projection
     from .aiming import Spot
-    from .camera import View
+    from .camera import Outline, View
 
     Array = NDArray[np.float64]
 
@@ -39,8 +40,8 @@ _DENSE = {"bicubic": 2, "catmull-rom": 2, "lanczos3": 2}
 def expect_point_filter(filter: object) -> None:
     """Raise for a filter that goes by how much a lookup sees, which nobody says here."""
     known = {each["name"]: each["method"] for each in _core.filters()}
-    if isinstance(filter, str) and known.get(filter) == "mipmapped":
-        fit = ", ".join(name for name, method in known.items() if method == "lookup")
+    if known.get(as_text(filter, "filter")) == "mipmapped":
+        fit = ", ".join(get_args(Filter))
         raise ValueError(f"Expected `filter` to be one of {fit}, got {filter!r}.")
 
 
@@ -178,6 +179,8 @@ def by_hand(
 ) -> Ball:
     """Return the ball that a caller described, turned toward the principal point."""
     x, y = as_pair_of_numbers(center, "center")
+    if np.asarray(radius).dtype.kind == "b":
+        raise TypeError(f"Expected `radius` to be one or two numbers, got {kind_of(radius)}.")
     radii = as_doubles(radius, "radius")
     if radii.shape not in ((), (2,)) or not np.all((radii > 0) & np.isfinite(radii)):
         raise ValueError(f"`radius` must be one or two numbers above 0, got {radius}.")
@@ -188,6 +191,41 @@ def by_hand(
         else as_pair_of_numbers(principal, "principal")
     )
     return Ball((x, y), (along, across), math.degrees(math.atan2(y - py, x - px)), 1.0)
+
+
+def expect_seen(shot: Shot) -> None:
+    """Raise for a ball of which the photo shows nothing."""
+    rim, (height, width) = shot.view.outline, shot.view.size
+    expect_inside(rim, (height, width))
+    xy = rim.points(64)
+    (left, top), (right, bottom) = np.floor(xy.min(axis=0)), np.ceil(xy.max(axis=0))
+    rows = slice(int(max(top, 0)), int(min(bottom, height)))
+    columns = slice(int(max(left, 0)), int(min(right, width)))
+    # A few pixels mostly do.
+    for step in (8, 1):
+        at = (slice(rows.start, rows.stop, step), slice(columns.start, columns.stop, step))
+        y, x = (np.arange(part.start, part.stop, part.step) + 0.5 for part in at)
+        place = rim.relative(np.stack(np.meshgrid(x, y), axis=-1))
+        on_ball = np.sum(place * place, axis=-1) < 1
+        if (on_ball & ~np.isnan(shot.pixels[at]).all(axis=-1)).any():
+            return
+    if shot.mask is not None and not (on_ball & (shot.mask[at] > 0)).any():
+        raise ValueError("`mask` is 0 on all of the ball: no pixel counts.")
+    raise ValueError("Expected the photo to have pixels of the ball that are not NaN, got none.")
+
+
+def expect_inside(rim: Outline, size: tuple[int, int]) -> None:
+    """Raise for a ball that is nowhere in a photo of this height and width."""
+    height, width = size
+    x, y = np.concatenate([rim.points(360), [rim.center]]).T
+    seen = ((x >= 0) & (x <= width) & (y >= 0) & (y <= height)).any()
+    corners = rim.relative(np.array([[0, 0], [width, 0], [0, height], [width, height]], np.float64))
+    if not seen and not (np.hypot(*corners.T) < 1).any():
+        x, y = rim.center
+        raise ValueError(
+            f"a ball with its center at ({x:g}, {y:g}) and a radius of {rim.mean:g} pixels lies "
+            f"outside of the photo, which is {width} x {height}: look at `center` and `radius`."
+        )
 
 
 def as_pair_of_numbers(value: tuple[float, float], name: str) -> tuple[float, float]:

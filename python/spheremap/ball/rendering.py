@@ -62,14 +62,16 @@ def render(
         Linear radiance of the environment, infinitely far away. With one more axis in front it is a
         batch, as for `convert`.
     projection : Projection or str
-        Its projection.
+        Its projection. Worlds are matched, as in `convert`: of an image in ``"latlong:blender"``,
+        too, the camera sees what is up above.
     size : int or (height, width)
         Of the photo, in pixels.
     center, radius, fov, distance, principal
         As for `unwrap`. By default the ball is in the middle and just fits, seen by the ideal
         camera.
     pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        The camera's orientation in the world. Without it, the camera looks along -z.
+        The camera's orientation in the world, which is +y up and -z ahead whatever `projection` is.
+        Without it, the camera looks ahead.
     reflectance : float or one for each channel
         Of the ball.
     metal : {"Ag", "Al", "Au", "Cr", "Cu"}, optional
@@ -110,7 +112,7 @@ def render(
             f"Expected `background` to be 'environment', 'black' or 'alpha', got {background!r}."
         )
     expect_point_filter(filter)
-    source = resolve(projection)
+    source = resolve(projection).in_world_of("latlong")
     several = images(image, source, any_aspect=any_aspect, channels_first=channels_first)
     if several is not None:
         return several.each(render, locals())

@@ -16,9 +16,17 @@ from ..map.variants import pose_matrix
 from ..resample.views import unseen
 from .camera import view
 from .doubts import warn_of_ideal_camera
-from .finding import Ball, expect_photo, find
+from .finding import Ball, ball_of, expect_photo, find
 from .metals import reflectance_of
-from .photo import Shot, as_pair_of_numbers, by_hand, fitting_size
+from .photo import (
+    Shot,
+    as_pair_of_numbers,
+    by_hand,
+    expect_inside,
+    expect_point_filter,
+    expect_seen,
+    fitting_size,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,7 +61,8 @@ class UnwrappedBall:
     projection : Projection
         Of the image.
     ball : Ball
-        The rim in the photo.
+        The rim in the photo, as it was used: of a circle that was given or found off the camera's
+        axis the ellipse of the same area that a ball has there.
     distance : float
         From the center of the ball to the camera, in radii of the ball; infinite for the ideal
         camera.
@@ -62,7 +71,7 @@ class UnwrappedBall:
     blind_cone : float
         Half the angle, in degrees, of the cone behind the ball that the photo cannot have seen.
     blind_direction : ndarray, shape (3,)
-        Its axis, in the world.
+        Its axis, in the world of `pose`.
     """
 
     image: NDArray[Any]
@@ -84,7 +93,7 @@ class UnwrappedBall:
 
     @property
     def coverage(self) -> float:
-        """The share of the sphere that the photo saw."""
+        """The share of what `projection` covers that the photo saw: of the sphere, mostly."""
         weights = self.projection.solid_angle(self.solid_angle.shape, any_aspect=True)
         return float(weights[self.seen].sum() / weights.sum())
 
@@ -129,11 +138,12 @@ def unwrap(
         Where the camera's axis meets the photo, in pixels; by default its middle. A cropped photo
         needs it.
     dst : Projection or str
-        The projection of the result.
+        The projection of the result. Of a program with another world, as ``"latlong:blender"``, it
+        lies as that program has it: worlds are matched, as in `convert`.
     size : int or tuple of int, optional
         As for `solid_angle`. By default about one texel for each pixel of the ball.
     pose : array_like, shape (3, 3), or an object with ``.as_matrix()``, optional
-        The camera's orientation in the world.
+        The camera's orientation in the world, which is +y up and -z ahead whatever `dst` is.
     mask : array_like, shape (H, W), optional
         Which pixels count: bool, numbers from 0 to 1, or uint8 from 0 to 255.
     reflectance : float or one for each channel
@@ -155,8 +165,9 @@ def unwrap(
     Raises
     ------
     ValueError
-        For a photo in which no ball is found, a mask of another shape, `fov`, `distance` and
-        outline that contradict each other, or numbers out of range.
+        For a photo in which no ball is found, a ball outside of the photo or of which it shows
+        nothing, a mask of another shape, `fov`, `distance` and outline that contradict each other,
+        or numbers out of range.
     TypeError
         For an unsupported dtype.
     ImportError
@@ -170,8 +181,8 @@ def unwrap(
     A `UserWarning` says so, unless `distance` is infinite. Two photos tell the distance: `merge`.
     `docs/mirror-balls.md` has the geometry and measurements.
 
-    The result is in the camera's frame, x right, y up, z **toward** the camera, unless `pose`
-    turns it.
+    The world is the camera's frame, x right, y up, z **toward** the camera, unless `pose` turns
+    it: the camera looks ahead.
 
     Examples
     --------
@@ -189,6 +200,7 @@ def unwrap(
     """
     pixels, target = as_image(photo, None, "photo"), resolve(dst)
     expect_photo(pixels.shape, "`photo`")
+    expect_point_filter(filter)
     ball = None
     if center is None:
         if radius is not None:
@@ -196,6 +208,7 @@ def unwrap(
         ball = find(pixels, mask=mask)
     elif radius is not None:
         ball = by_hand(center, radius, principal, pixels.shape)
+        expect_inside(ball._outline(), pixels.shape[:2])
     seen_by = view(
         pixels.shape[:2],
         None if ball is None else ball._outline(),
@@ -204,9 +217,7 @@ def unwrap(
         distance=distance,
         principal=None if principal is None else as_pair_of_numbers(principal, "principal"),
     )
-    if ball is None:
-        rim = seen_by.outline
-        ball = Ball(rim.center, (rim.along, rim.across), math.degrees(rim.angle), 1.0)
+    ball = ball_of(seen_by.outline, 1.0 if ball is None else ball.confidence)
     turn = pose_matrix(pose)
     if size is None:
         size = fitting_size(target, math.pi * seen_by.outline.mean**2)
@@ -215,9 +226,10 @@ def unwrap(
     filling = unseen(fill, pixels.dtype, channels)
     reflects, metal = reflectance_of(reflectance, metal, channels)
     shot = Shot(pixels, seen_by, mask, reflects, metal, filter)
+    expect_seen(shot)
     if seen_by.ideal and distance is None:
         warn_of_ideal_camera(seen_by, 2)
-    image, least, most = shot.unwrap(target, shape, turn)
+    image, least, most = shot.unwrap(target.in_world_of("latlong"), shape, turn)
     image = _stored(image, least > 0, filling)
     # In place: at the size of a large photo each is a hundred megabytes.
     with np.errstate(divide="ignore"):

@@ -77,9 +77,10 @@ def ball(
 ) -> None:
     """Join photos of a mirrored ball into one map of the sphere.
 
-    It is in the frame of the first camera, which looks along -z. Without --fov and --distance the
-    angle is that of Exif, if all photos have it; else two photos or more tell how far the camera
-    was, and one is taken to be from infinitely far away, with a warning. --distance inf means it.
+    It is in the frame of the first camera, which looks ahead: along -z, or along +y of a --to like
+    latlong:blender, whose up is up. Without --fov and --distance the angle is that of Exif, if all
+    photos have it; else two photos or more tell how far the camera was, and one is taken to be from
+    infinitely far away, with a warning. --distance inf means it.
 
     Light is joined: integers are decoded, as --colorspace or the file says, else as sRGB.
     """
@@ -124,21 +125,25 @@ def ball(
         step("joining")
         with warnings.catch_warnings(record=True) as doubts, step.listening():
             warnings.simplefilter("always", UserWarning)
-            merged = sm.ball.merge(
-                images,
-                balls=rims,
-                fov=known,
-                distance=distance,
-                masks=masks or None,
-                photographer=photographer if len(images) > 1 else 0,
-                metal=metal,
-                dst=dst,
-                size=size,
-            )
+            try:
+                merged = sm.ball.merge(
+                    images,
+                    balls=rims,
+                    fov=known,
+                    distance=distance,
+                    masks=masks or None,
+                    photographer=photographer if len(images) > 1 else 0,
+                    metal=metal,
+                    dst=dst,
+                    size=size,
+                )
+            except ValueError as error:
+                text = str(error).replace("look at `center` and `radius`", "look at its --rim")
+                raise ValueError(text) from None
         step(f"writing {target.name}")
         image = merged.image
         _write(target, replace(loaded[0], pixels=image), exposure or 0.0, files.noted(to, dst))
-        _draw(preview, images, rims, image, exposure)
+        _draw(preview, images, list(merged.balls), image, exposure)
     for doubt in doubts:
         words = as_options(str(doubt.message), context.command.params)
         print(f"warning: {words}", file=sys.stderr)

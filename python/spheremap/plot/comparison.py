@@ -25,6 +25,8 @@ __all__ = ["compare"]
 
 # Of x, y and z; what points the other way is dashed.
 _COLORS = ("#c03030", "#208040", "#2050c0")
+# Of the words, in points, and from line to line in fonts.
+_FONT, _LINE = 8, 1.2
 # Wider than this for its height, a pair stands one above the other.
 _WIDEST = 5.0
 
@@ -118,7 +120,13 @@ def compare(
         )
         line.set_in_layout(False)
         drawn.add_artist(line)
-    drawn.supxlabel(str(found), fontsize=8, family="monospace", ha="center")
+    words = str(found)
+    drawn.supxlabel(words, fontsize=_FONT, family="monospace", ha="center")
+    if drawn.get_layout_engine() is None:
+        # Nothing else keeps the pictures off the words.
+        points = 72 * drawn.bbox.height / drawn.get_figure(root=True).dpi
+        room = _FONT * _LINE * (words.count("\n") + 2) / points
+        drawn.subplots_adjust(bottom=min(max(room, drawn.subplotpars.bottom), 0.5))
     return list(axes)
 
 

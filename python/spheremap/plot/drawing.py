@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._scalars import kind_of
 from ..io.tonemap import tonemap
 from ..map.images import expect_aspect, target_shape
 
@@ -43,6 +44,8 @@ OUTSIDE = (0.85, 0.85, 0.85)
 def new_axes(ax: Axes | None) -> Axes:
     """Return axes, or new ones of pyplot."""
     if ax is not None:
+        if not hasattr(ax, "add_collection"):
+            raise TypeError(f"Expected `ax` to be matplotlib axes, got {kind_of(ax)}.")
         return ax
     made: Axes = new_figure(None).subplots()
     return made
@@ -53,6 +56,8 @@ def new_figure(
 ) -> Figure | SubFigure:
     """Return a figure, or a new one of pyplot, so many inches wide and high."""
     if figure is not None:
+        if not hasattr(figure, "subplots"):
+            raise TypeError(f"Expected `figure` to be a matplotlib figure, got {kind_of(figure)}.")
         return figure
     try:
         import matplotlib.pyplot as plt

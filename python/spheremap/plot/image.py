@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arrays import as_array
-from .._scalars import as_number
+from .._scalars import as_flag, as_number, as_text
 from ..map.named import resolve
 from .drawing import OUTSIDE, bare, expect_image, label, new_axes, rgb
 from .graticule import draw_graticule
@@ -83,7 +83,7 @@ def show(
         For an image that the projection cannot have, limits that are none, and a `graticule` that
         is not above 0 and at most 90.
     TypeError
-        For an image of another dtype.
+        For an image of another dtype, and options that are no axes, numbers, words or flags.
     ImportError
         If matplotlib is missing.
 
@@ -94,7 +94,10 @@ def show(
     >>> sorted(text.get_text() for text in ax.texts)[:3]
     ['+x', '+y', '+z']
     """
+    labels, mask = as_flag(labels, "labels"), as_flag(mask, "mask")
+    colorbar = as_flag(colorbar, "colorbar")
     ax = new_axes(ax)
+    colors, limits = _color_map(cmap), _limits(vmin, vmax)
     p = resolve(projection)
     pixels = np.asanyarray(image)
     spatial = 2 if p.faces == 1 else 3
@@ -116,10 +119,10 @@ def show(
     height, width = pixels.shape[:2]
 
     single = pixels.ndim == 2 or pixels.shape[2] == 1
-    asked = any(option is not None for option in (cmap, vmin, vmax))
+    asked = any(option is not None for option in (colors, *limits))
     if single and (asked or not is_gray(pixels)):
         values = pixels if pixels.ndim == 2 else pixels[..., 0]
-        _quantity(ax, values, outside, cmap, (vmin, vmax), colorbar)
+        _quantity(ax, values, outside, colors, limits, colorbar)
     else:
         picture = rgb(as_array(pixels, "image"), exposure)
         if outside is not None:
@@ -152,11 +155,43 @@ def limits_of(images: Iterable[NDArray[Any]], *, signed: bool) -> tuple[float, f
     return low, high
 
 
+def _color_map(cmap: str | Colormap | None) -> Colormap | None:
+    """Return a color map by its name, one that was given, or None."""
+    import matplotlib as mpl
+    from matplotlib.colors import Colormap
+
+    if cmap is None or isinstance(cmap, Colormap):
+        return cmap
+    try:
+        return mpl.colormaps[as_text(cmap, "cmap")]
+    except KeyError:
+        raise ValueError(f"matplotlib has no color map {cmap!r:.40}.") from None
+
+
+def _limits(vmin: float | None, vmax: float | None) -> tuple[float | None, float | None]:
+    """Return the limits that were given as floats, or raise for what is none."""
+    low, high = (
+        None if given is None else as_number(given, name)
+        for given, name in ((vmin, "vmin"), (vmax, "vmax"))
+    )
+    for given, name in ((low, "vmin"), (high, "vmax")):
+        if given is not None and not np.isfinite(given):
+            raise ValueError(f"Expected `{name}` to be finite, got {given:g}.")
+    if low is not None and high is not None:
+        _expect_rising(low, high)
+    return low, high
+
+
+def _expect_rising(low: float, high: float) -> None:
+    if not low < high:
+        raise ValueError(f"`vmin` must be less than `vmax`, got {low:g} and {high:g}.")
+
+
 def _quantity(
     ax: Axes,
     values: NDArray[Any],
     outside: NDArray[np.bool_] | None,
-    cmap: str | Colormap | None,
+    colors: Colormap | None,
     limits: tuple[float | None, float | None],
     colorbar: bool,
 ) -> None:
@@ -169,22 +204,14 @@ def _quantity(
     known = np.ma.masked_invalid(np.ma.asarray(values, np.float64))
     if outside is not None:
         known = np.ma.masked_where(outside, known)
-    ends = limits_of([known], signed=limits == (None, None) and cmap is None)
-    low, high = (
-        end if given is None else as_number(given, name)
-        for given, name, end in zip(limits, ("vmin", "vmax"), ends, strict=True)
-    )
+    ends = limits_of([known], signed=limits == (None, None) and colors is None)
+    low, high = (end if given is None else given for given, end in zip(limits, ends, strict=True))
     if limits == (None, None) and low == high:
         # One value still needs a scale with two ends.
         low, high = low - 0.5, high + 0.5
-    if not (np.isfinite([low, high]).all() and low < high):
-        raise ValueError(f"`vmin` must be less than `vmax`, got {low:g} and {high:g}.")
-    if cmap is None:
-        cmap = "RdBu_r" if low < 0 < high else "viridis"
-    try:
-        colors = mpl.colormaps[cmap] if isinstance(cmap, str) else cmap
-    except KeyError:
-        raise ValueError(f"matplotlib has no color map {cmap!r:.40}.") from None
+    _expect_rising(low, high)
+    if colors is None:
+        colors = mpl.colormaps["RdBu_r" if low < 0 < high else "viridis"]
     height, width = values.shape
     picture = ax.imshow(
         known,

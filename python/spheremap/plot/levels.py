@@ -81,6 +81,8 @@ def chain(
     if titles is None:
         sizes = [" × ".join(map(str, level.shape[:spatial])) for level in levels]
         titles = [f"{k}: {size}" for k, size in enumerate(sizes)]
+    if isinstance(titles, str):
+        raise TypeError("Expected `titles` to be a sequence of str, got str.")
     words = [as_text(title, "titles") for title in as_items(titles, "titles", "str")]
     if len(words) != len(levels):
         raise ValueError(f"Expected {len(levels)} titles, one an image, got {len(words)}.")

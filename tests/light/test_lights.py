@@ -368,3 +368,17 @@ def test_a_moat_takes_nothing_from_a_sun():
     lost = sm.light.integrate(sky, "latlong") - sm.light.integrate(dull, "latlong")
     # Differences of sums of 320,000 doubles.
     np.testing.assert_allclose(lost, taken.irradiance, rtol=1e-9, atol=0)
+
+
+def test_a_suns_direction_may_have_any_length() -> None:
+    def lit(direction: list[float]) -> np.ndarray:
+        sun = sm.light.Sun(np.array(direction), 0.5, np.array([1.5]), np.zeros(1), 0.01)
+        return sm.light.add_sun(np.zeros((32, 64)), sun, "latlong")
+
+    unit = np.array([0.1, 0.7, 0.2]) / np.linalg.norm([0.1, 0.7, 0.2])
+    for length in (3.0, 1e-300, 1e300):
+        # A rounding of the direction, which the disk's radiance follows.
+        np.testing.assert_allclose(lit((length * unit).tolist()), lit(unit.tolist()), rtol=1e-12)
+    for none in ([0.0, 0.0, 0.0], [np.nan, 0.0, 1.0], [np.inf, 0.0, 0.0]):
+        with pytest.raises(ValueError, match=r"`sun\.direction` to be finite and not zero"):
+            lit(none)

@@ -245,7 +245,28 @@ def test_half_is_computed_in_float32() -> None:
     assert (found == wide.astype(jnp.float16)).all()
 
 
+def test_nothing_makes_nothing_and_holes_do_not_count() -> None:
+    x = random((3, 8, 16), 1)
+    for filter in ("bilinear", "nearest"):
+        found = smj.sample(x, jnp.zeros((2, 0, 3)), "latlong", filter=filter)
+        assert found.shape == (3, 2, 0)
+    hole = np.isnan(sm.directions("sphere", 16)[..., 0])
+
+    def total(x: Any) -> Any:
+        return smj.integrate(x, "sphere")
+
+    value, slope = jax.value_and_grad(total)(jnp.where(hole, jnp.nan, 1.0))
+    # A sum of some hundred numbers in another order.
+    assert hole.any() and abs(value - 4 * np.pi) < 1e-12 * 4 * np.pi
+    assert (slope[hole] == 0).all()
+
+
 def test_errors_say_what_was_expected() -> None:
+    x, turns = jnp.zeros((4, 8)), jnp.stack([jnp.eye(3)] * 2)
+    with pytest.raises(ValueError, match=r"shape \(3, 3\), got \(2, 3, 3\)"):
+        smj.convert(x, "latlong", "cube", size=2, antialias=False, rotation=turns)
+    with pytest.raises(NotImplementedError, match="'mode' has no gradient"):
+        jax.jvp(lambda x: smj.convert(x, "latlong", "cube", size=2, filter="mode"), (x,), (x,))
     with pytest.raises(ValueError, match="2 to 4 axes"):
         smj.sample(jnp.zeros(4), jnp.zeros(3), "latlong")
     with pytest.raises(ValueError, match="each side within a texel"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Iterator
 from typing import Any
 
@@ -281,3 +282,26 @@ def test_errors_say_what_was_expected() -> None:
         smj.sh.convolve(jnp.zeros(4), lobe=[1.0, 2.0], roughness=0.5)
     with pytest.raises(ValueError, match="oct61"):
         smj.packing.quantize(jnp.ones(3), "oct61")
+
+
+def test_what_is_no_number_flows_through() -> None:
+    x = random((3, 16, 32), 1)
+
+    def irradiance(x: Any) -> Any:
+        # Its corners have no normal.
+        return smj.light.irradiance(x, "latlong", "matcap", size=8, order=2).sum()
+
+    close((jax.grad(irradiance)(x) * x).sum(), irradiance(x))
+    gradient = jnp.ones((3, 9)).at[1, 2].set(jnp.nan)
+    (back,) = jax.vjp(lambda x: smj.sh.project(x, "latlong", order=2), jnp.asarray(x))[1](gradient)
+    assert jnp.isnan(back[1]).all() and jnp.isfinite(back[jnp.array([0, 2])]).all()
+    d = jnp.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]])
+    slope = jax.grad(lambda c: jnp.nansum(smj.sh.evaluate(c, d)))(jnp.ones(9))
+    assert jnp.isfinite(slope).all() and (slope != 0).all()
+
+
+def test_a_distribution_pickles() -> None:
+    drawn = smj.light.Distribution(random((8, 16), 1), "latlong")
+    xi = jnp.asarray(random((5, 2), 2))
+    again = pickle.loads(pickle.dumps(drawn))
+    assert all((a == b).all() for a, b in zip(again.sample(xi), drawn.sample(xi), strict=True))

@@ -171,3 +171,30 @@ def test_errors_say_what_was_expected() -> None:
         smj.encode(jnp.zeros(3), "latlong", rotation=jnp.zeros(3))
     with pytest.raises(ValueError, match="latlang"):
         smj.encode(jnp.zeros(3), "latlang")
+
+
+@pytest.mark.parametrize("size", [1e20, 1e-30])
+def test_lengths_have_no_say(size: float) -> None:
+    """In float32 the squares of these are infinite or zero."""
+    v, n = jnp.array([1.0, 2.0, 3.0], jnp.float32), jnp.array([0.5, -1.0, 2.0], jnp.float32)
+
+    def slopes(factor: float) -> list[Any]:
+        one, two = v * jnp.float32(factor), n * jnp.float32(factor)
+        found = [
+            jax.grad(lambda d: smj.encode(d, "latlong")[0])(one) * factor,
+            jax.grad(lambda n: smj.reflect(v, n)[0])(two) * factor,
+            jax.grad(lambda d: smj.packing.quantize(d, "oct32")[0])(one) * factor,
+            smj.reflect(one, two) / factor,
+        ]
+        return found
+
+    for found, wanted in zip(slopes(size), slopes(1.0), strict=True):
+        # Some roundings in float32 of numbers of order 1.
+        np.testing.assert_allclose(found, wanted, rtol=1e-5, atol=1e-6)
+
+
+def test_no_normal_spoils_nothing() -> None:
+    n = jnp.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]])
+    assert jnp.isnan(smj.reflect(jnp.ones(3), n)[0]).all()
+    slope = jax.grad(lambda n: jnp.nansum(smj.reflect(jnp.ones(3), n)))(n)
+    assert (slope[0] == 0).all() and (slope[1] != 0).all()

@@ -138,6 +138,22 @@ def test_rotation_of_a_conversion_has_a_gradient_where_it_says_so() -> None:
     torch.testing.assert_close(verb(turn).detach(), torch.from_numpy(wanted), rtol=0, atol=1e-13)
     torch.testing.assert_close(verb(turn.detach()), torch.from_numpy(wanted), **SAME)
     assert torch.autograd.gradcheck(verb, turn)
+    forward = torch.func.jvp(verb, (turn.detach(),), (torch.ones_like(turn),))[1].sum()
+    (reverse,) = torch.autograd.grad(verb(turn).sum(), turn)
+    # The same products in another order.
+    torch.testing.assert_close(forward, reverse.sum(), rtol=1e-10, atol=1e-10)
+    both = torch.stack([turn.detach(), turn.detach().mT])
+    alone = torch.stack([verb(one) for one in both])
+    # As above: one product more.
+    torch.testing.assert_close(torch.func.vmap(verb)(both), alone, rtol=0, atol=1e-13)
+    compiled = torch.compile(verb, fullgraph=True, backend="aot_eager")
+    followed = torch.stack([compiled(one) for one in both])
+    torch.testing.assert_close(followed, alone, rtol=0, atol=1e-13)
+    # No rotation, which a tensor need not be, with a gradient or without.
+    off = turn.detach() + 1e-4
+    torch.testing.assert_close(verb(off), verb(off.clone().requires_grad_()).detach(), **SAME)
+    with pytest.raises(ValueError, match=r"shape \(3, 3\), got \(2, 3, 3\)"):
+        verb(both.clone().requires_grad_())
     for more in ({"filter": "area"}, {"antialias": True}):
         with pytest.raises(ValueError, match="Gradients flow to `rotation`"):
             smt.convert(x, "latlong", "cube", rotation=turn, size=3, **more)
@@ -152,6 +168,53 @@ def test_no_gradient_is_silently_wrong() -> None:
     found = smt.convert(x, "latlong", "cube", size=2, filter="mode")
     with pytest.raises(NotImplementedError, match="'mode' has no gradient"):
         found.sum().backward()
+    with pytest.raises(NotImplementedError, match="'mode' has no gradient"):
+        torch.func.jvp(
+            lambda x: smt.convert(x, "latlong", "cube", size=2, filter="mode"),
+            (x.detach(),),
+            (x.detach(),),
+        )
+
+
+@pytest.mark.parametrize("case", ["perspective", "matcap", "cube", "latlong"])
+def test_nothing_changes_outside_the_coverage(case: str) -> None:
+    d = torch.tensor(
+        [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [0.3, 0.2, -0.9]]
+    ).double()
+    x = random((6, 8, 8) if case == "cube" else (8, 16) if case == "latlong" else (8, 8), 1)
+    along = torch.func.jvp(lambda d: smt.sample(x, d, case), (d,), (d.flip(-1) + 1,))[1]
+    outside = smt.encode(d, case)[:, 0].isnan()
+    assert outside[2] and (along[outside] == 0).all() and along[~outside][-1].isfinite()
+
+
+def test_what_holds_no_value_does_not_count() -> None:
+    hole = smt.directions("sphere", 16, dtype=torch.float64)[..., 0].isnan()
+    x = torch.where(hole, torch.nan, 1.0).double().requires_grad_()
+    total = smt.integrate(x, "sphere")
+    # A sum of some hundred numbers in another order.
+    assert hole.any() and abs(total.item() - 4 * np.pi) < 1e-12 * 4 * np.pi
+    total.backward()
+    assert x.grad is not None and (x.grad[hole] == 0).all()
+
+
+@pytest.mark.parametrize("lead", [(0,), (0, 3), (2, 0)])
+def test_nothing_makes_nothing(lead: tuple[int, ...]) -> None:
+    d = torch.ones(4, 3)
+    x = torch.zeros(*lead, 8, 16, requires_grad=True)
+    batch, channels = lead[:-1], lead[-1:]
+    turn = torch.eye(3, requires_grad=True)
+    options: dict[str, Any] = {"size": 4, "antialias": False}
+    for found, tail in (
+        (smt.convert(x, "latlong", "octahedral", size=4), (4, 4)),
+        (smt.convert(x, "latlong", "octahedral", rotation=turn, **options), (4, 4)),
+        (smt.pad(x, "latlong", 1), (10, 18)),
+        (smt.sample(x, d, "latlong"), (4,)),
+        (smt.sh.project(x, "latlong", order=1), (4,)),
+        (smt.light.irradiance(x, "latlong", "octahedral", size=4, order=1), (4, 4)),
+    ):
+        assert found.shape == (*batch, *channels, *tail)
+        (back,) = torch.autograd.grad(found.sum(), x)
+        assert back.shape == x.shape
 
 
 @pytest.mark.parametrize("src, dst", [("latlong", "cube"), ("cube", "latlong"), ("cube", "cube")])

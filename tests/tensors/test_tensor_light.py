@@ -107,6 +107,41 @@ def test_irradiance_is_that_of_harmonics(src: str, dst: str) -> None:
     torch.testing.assert_close((back * x).sum(), found.sum(), **EXACT)
 
 
+def test_what_is_no_number_flows_through() -> None:
+    x = random((3, 16, 32), 1).requires_grad_()
+    # Its corners have no normal.
+    found = smt.light.irradiance(x, "latlong", "matcap", size=8, order=2)
+    (back,) = torch.autograd.grad(found.sum(), x)
+    torch.testing.assert_close((back * x).sum(), found.sum(), **EXACT)
+    gradient = torch.ones(3, 9, dtype=x.dtype)
+    gradient[1, 2] = torch.nan
+    (back,) = torch.autograd.grad(smt.sh.project(x, "latlong", order=2), x, gradient)
+    assert back[1].isnan().all() and back[[0, 2]].isfinite().all()
+    c = random((9,), 1).requires_grad_()
+    values = smt.sh.evaluate(c, torch.tensor([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]], dtype=c.dtype))
+    (back,) = torch.autograd.grad(values.nan_to_num().sum(), c)
+    assert back.isfinite().all() and (back != 0).all()
+
+
+def test_turning_and_evaluating_have_forward_derivatives() -> None:
+    x, c = random((16, 32), 1), random((9,), 2)
+    turn = torch.from_numpy(sm.rotation(30, 20, 10))
+    d = torch.from_numpy(random_directions(5, 3))
+    verbs = [
+        lambda r: smt.sh.rotate(c, r),
+        lambda r: smt.sh.project(x, "latlong", order=2, rotation=r),
+        lambda r: smt.light.irradiance(x, "latlong", "cube", size=2, order=2, rotation=r),
+        lambda d: smt.sh.evaluate(c, d),
+    ]
+    for verb, at in zip(verbs, (turn, turn, turn, d), strict=True):
+        forward = torch.func.jacfwd(verb)(at)
+        torch.testing.assert_close(forward, torch.func.jacrev(verb)(at), **EXACT)
+        with torch.autograd.forward_ad.dual_level():
+            dual = verb(torch.autograd.forward_ad.make_dual(at, torch.ones_like(at)))
+            tangent = torch.autograd.forward_ad.unpack_dual(dual).tangent
+            torch.testing.assert_close(tangent.sum(), forward.sum(), **EXACT)
+
+
 @pytest.mark.parametrize("case", ["latlong", "cube", "octahedral", "sphere"])
 def test_a_distribution_is_numpys(case: str) -> None:
     p = sm.projection(case)

@@ -119,6 +119,64 @@ def test_what_is_left_out_spoils_nothing() -> None:
     assert (d.grad[1] == 0).all() and (d.grad[0] != 0).any()
 
 
+@pytest.mark.parametrize("size", [1e20, 1e-30])
+def test_lengths_have_no_say(size: float) -> None:
+    """In float32 the squares of these are infinite or zero."""
+    v, n = torch.tensor([1.0, 2.0, 3.0]), torch.tensor([0.5, -1.0, 2.0])
+
+    def slopes(factor: float) -> list[Any]:
+        one, two = ((factor * x).requires_grad_() for x in (v, n))
+        mirrored = smt.reflect(one.detach() / factor, two)
+        found = [smt.encode(one, "latlong")[0], smt.packing.quantize(one, "oct32")[0], mirrored[0]]
+        back = [
+            torch.autograd.grad(value, x)[0]
+            for value, x in zip(found, (one, one, two), strict=True)
+        ]
+        along = torch.func.jvp(lambda d: smt.encode(d, "latlong"), (factor * v,), (factor * n,))[1]
+        scaled = smt.reflect(factor * v, factor * n) / factor
+        return [*(factor * one for one in back), along, scaled, *(x.detach() for x in found)]
+
+    # Some roundings in float32 of numbers of order 1.
+    torch.testing.assert_close(slopes(size), slopes(1.0), rtol=1e-5, atol=1e-6)
+
+
+def test_what_has_no_direction_spoils_nothing() -> None:
+    n = torch.tensor([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [torch.nan, 0.0, 1.0]], requires_grad=True)
+    for found in (smt.reflect(torch.ones(3), n), smt.packing.quantize(n, "oct32")):
+        assert found[[0, 2]].isnan().all() and found[1].isfinite().all()
+        (back,) = torch.autograd.grad(found.nan_to_num()[:, 0].sum(), n)
+        assert (back[[0, 2]] == 0).all() and (back[1] != 0).all()
+
+
+def test_autocast_changes_no_number() -> None:
+    d, uv = torch.from_numpy(random_directions(5, 1)).float(), torch.rand(5, 2)
+    turn = torch.from_numpy(sm.rotation(30, 20, 10)).float()
+
+    def all_of() -> list[Any]:
+        c = smt.sh.rotate(torch.linspace(0, 1, 9), turn.clone().requires_grad_()).detach()
+        return [
+            smt.encode(d, "latlong", rotation=turn),
+            smt.decode(uv, "latlong", rotation=turn),
+            smt.jacobian(uv, "latlong", rotation=turn),
+            smt.directions("cube", 4, rotation=turn),
+            smt.sh.evaluate(c, d),
+        ]
+
+    with torch.autocast("cpu", torch.bfloat16):
+        found = all_of()
+    torch.testing.assert_close(found, all_of(), **SAME)
+
+
+def test_the_default_compiler_takes_it() -> None:
+    """It writes out what runs where there are no kernels, and calls what runs here."""
+    d = torch.from_numpy(random_directions(6, 2))
+
+    def again(d: Any) -> Any:
+        return smt.decode(smt.encode(d, "latlong"), "latlong")
+
+    torch.testing.assert_close(torch.compile(again, fullgraph=True)(d), again(d), **SAME)
+
+
 def test_transforms_compile_and_export() -> None:
     d = torch.from_numpy(random_directions(6, 2)).reshape(2, 3, 3)
     turned = sm.projection("octahedral").turned(sm.rotation(20))
@@ -170,7 +228,11 @@ def test_errors_say_what_was_expected() -> None:
         smt.decode(torch.zeros(2), "cube")
     with pytest.raises(ValueError, match="latlang"):
         smt.encode(torch.zeros(3), "latlang")
-    with pytest.raises(NotImplementedError, match="no derivative"):
+    with pytest.raises(ValueError, match=r"`view` to be \(\.\.\., 3\)"):
+        smt.reflect(torch.zeros(2), torch.zeros(2))
+    with pytest.raises(TypeError, match="`view` to be a tensor, got ndarray"):
+        smt.reflect(np.zeros(3), torch.zeros(3))
+    with pytest.raises(NotImplementedError, match="`density` has no second derivative"):
         uv = torch.tensor([0.4, 0.6], requires_grad=True)
         (first,) = torch.autograd.grad(smt.density(uv, "sphere"), uv, create_graph=True)
         first.sum().backward()

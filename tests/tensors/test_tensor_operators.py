@@ -26,7 +26,7 @@ def calls() -> dict[str, tuple[Any, ...]]:
     """Return for each operator what it may be given; tensors that have derivatives want one."""
     d = torch.from_numpy(random_directions(3, 1))
     uv = smt.encode(d, "cube")
-    x, g, cube = random(4, 8, 2), random(3, 2), random(6, 4, 4, 2)
+    x, g, cube, two = random(4, 8, 2), random(3, 2), random(6, 4, 4, 2), random(2, 4, 4, 2)
     given = ((4, 8), "latlong", "cube", 2, None, "bilinear", 0.0, True, "match", False)
     key = conversion(*given)[1]
     fov = torch.tensor([190.0], dtype=torch.float64)
@@ -52,6 +52,10 @@ def calls() -> dict[str, tuple[Any, ...]]:
         "moving_decode": (wants(moving), wants(fov), spec, "fov"),
         "moving_encode_slopes": (d, fov, spec, "fov"),
         "moving_decode_slopes": (moving, fov, spec, "fov"),
+        "moving_sample": (wants(two), wants(d), wants(fov), spec, "fov", "bilinear", 0.0),
+        "moving_sample_adjoint": (wants(g), d, fov, spec, "fov", "bilinear", [2, 4, 4]),
+        "moving_sample_places": (two, d, g, fov, spec, "fov", "bilinear"),
+        "moving_sample_slopes": (two, d, fov, spec, "fov", "bilinear"),
         "sh_project": (wants(cube), "cube", 2, "means"),
         "sh_spread": (wants(random(9, 2)), "cube", [6, 4, 4], "means"),
         "sh_basis": (wants(d), 2),

@@ -217,6 +217,43 @@ def test_transforms_and_compilation() -> None:
     torch.testing.assert_close(each, alone, **SAME)
 
 
+def test_hidden_numbers_are_followed() -> None:
+    """Under `vmap`, forward and in compiled programs, in maps whose seam the number decides."""
+    x = torch.from_numpy(np.random.default_rng(0).random((2, 8, 16)))
+    d = torch.from_numpy(random_directions(20, 2))
+
+    def seen(fov: Any) -> Any:
+        return smt.sample(x, d, smt.projection("cylindrical", fov=fov), any_aspect=True)
+
+    def pictured(fov: Any) -> Any:
+        p = smt.projection("perspective", fov=fov)
+        return smt.convert(x, "latlong", p, size=4, antialias=False)
+
+    several = torch.tensor([200.0, 360.0], dtype=torch.float64), torch.tensor([30.0, 60.0]).double()
+    for verb, values in zip((seen, pictured), several, strict=True):
+        alone = torch.stack([verb(one) for one in values])
+        assert (alone[0] != alone[1]).any()
+        # Directions are decoded and encoded once more: 16 columns of slopes up to 1.
+        close = {"rtol": 0.0, "atol": 1e-12}
+        torch.testing.assert_close(torch.func.vmap(verb)(values), alone, **close)
+        compiled = torch.compile(verb, fullgraph=True, backend="aot_eager")
+        torch.testing.assert_close(torch.stack([compiled(one) for one in values]), alone, **close)
+        fov = values[0].clone().requires_grad_()
+        (reverse,) = torch.autograd.grad(verb(fov).sum(), fov)
+        forward = torch.func.jvp(verb, (values[0],), (torch.ones_like(values[0]),))[1].sum()
+        # The same products in another order.
+        torch.testing.assert_close(forward, reverse, rtol=1e-10, atol=1e-10)
+        assert reverse != 0
+    with pytest.raises(ValueError, match="Expected `size` as all sides"):
+        torch.func.vmap(lambda a: smt.directions(smt.projection("perspective", aspect=a), 4))(
+            several[1]
+        )
+    with pytest.raises(ValueError, match="numbers that `vmap` or the compiler hides"):
+        torch.func.vmap(
+            lambda a: smt.convert(x, "latlong", smt.projection("perspective", fov=a), size=4)
+        )(several[1])
+
+
 def test_kinds_of_numbers() -> None:
     assert smt.projection("perspective", fov=60.0) == sm.projection("perspective", fov=60.0)
     fov = torch.tensor(60.0, requires_grad=True)
@@ -251,7 +288,7 @@ def test_errors_say_what_was_expected() -> None:
     for verb in (smt.jacobian, smt.density):
         with pytest.raises(TypeError, match="no derivative by parameters"):
             verb(torch.zeros(2), moving)
-    with pytest.raises(NotImplementedError, match="no derivative"):
+    with pytest.raises(NotImplementedError, match="tensors have no second derivative"):
         uv = smt.encode(torch.tensor([0.1, 0.2, -1.0]), moving)
         (first,) = torch.autograd.grad(uv.sum(), fov, create_graph=True)
         first.backward()

@@ -57,6 +57,29 @@ def split_rotation(rotation: Any | None) -> tuple[jax.Array | None, Any | None]:
     return rotation, None
 
 
+def power_of_two(vectors: jax.Array) -> jax.Array:
+    """Return what brings the largest number of each vector near 1, (..., 1), by a division.
+
+    A power of two rounds nothing; it is a constant to derivatives.
+    """
+    largest = jax.lax.stop_gradient(jnp.max(jnp.abs(vectors), axis=-1, keepdims=True))
+    known = jnp.where(jnp.isfinite(largest) & (largest > 0), largest, 1.0)
+    return known / (2 * jnp.frexp(known)[0])
+
+
+def length(directions: jax.Array) -> jax.Array:
+    """Return lengths (...), of the largest and the smallest too, whose squares have no width."""
+    largest = jax.lax.stop_gradient(jnp.max(jnp.abs(directions), axis=-1))
+    return largest * jnp.linalg.norm(directions / largest[..., None], axis=-1)
+
+
+def one_rotation(rotation: jax.Array) -> jax.Array:
+    """Return a rotation that there may be one of."""
+    if rotation.ndim != 2:
+        raise ValueError(f"Expected `rotation` to have shape (3, 3), got {rotation.shape}.")
+    return rotation
+
+
 def turned(matrix: jax.Array, directions: jax.Array) -> jax.Array:
     """Return R d, in the width of the directions."""
     return (matrix.astype(directions.dtype) @ directions[..., None])[..., 0]

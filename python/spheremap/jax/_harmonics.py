@@ -74,7 +74,13 @@ class Projected:
     def run(self, image: Any) -> Any:
         """Do it by the kernel."""
         if self.is_adjoint:
-            return self._spread(np.ascontiguousarray(image, np.float64))
+            rows = np.ascontiguousarray(image, np.float64)
+            finite = np.isfinite(rows)
+            found = self._spread(np.where(finite, rows, 0.0))
+            # Each coefficient flows back to all texels of its channel, and so does what is no
+            # number.
+            found[..., ~finite.all(axis=0)] = np.nan
+            return found
         kind: Any = self.texels
         options: dict[str, Any] = {"order": self.order, "texels": kind, "any_aspect": True}
         return sh.project(image, map_of(self.spec), **options)

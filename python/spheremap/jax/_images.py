@@ -5,6 +5,8 @@ Here an image has its channels last, batches among them: (H, W, channels), (F, N
 
 from __future__ import annotations
 
+import json
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +23,7 @@ from . import _sums, _verbs
 
 def flat(image: jax.Array) -> jax.Array:
     """Return an image as (texels, channels)."""
-    return image.reshape(-1, image.shape[-1])
+    return image.reshape(math.prod(image.shape[:-1]), image.shape[-1])
 
 
 # What is linear -----------------------------------------------------------------------------------
@@ -37,12 +39,18 @@ class Conversion:
     @property
     def adjoint(self) -> Conversion:
         """The transposed one."""
+        self._expect_sums()
         return Conversion(without_fill(self.key), not self.is_adjoint)
 
     @property
     def plain(self) -> Conversion:
         """The same, of black images black."""
+        self._expect_sums()
         return Conversion(without_fill(self.key), self.is_adjoint)
+
+    def _expect_sums(self) -> None:
+        if json.loads(self.key)["filter"] == "mode":
+            raise NotImplementedError("`convert` with filter='mode' has no gradient.")
 
     def shape(self) -> tuple[int, ...]:
         """Return the shape of the result without channels."""
@@ -170,8 +178,9 @@ def sample(
     shape = tuple(image.shape[:-1])
     made = lookups(spec, shape)
     if filter == "bilinear" and made.is_whole:
-        found = _gathered(made, flat(image), directions.reshape(-1, 3), fill)
-        return found.reshape(*directions.shape[:-1], -1)
+        lead = directions.shape[:-1]
+        looked = directions.reshape(math.prod(lead), 3)
+        return _gathered(made, flat(image), looked, fill).reshape(*lead, image.shape[-1])
     rule = Seen(spec, shape, filter, fill)
     if filter != "bilinear":
         # What is wrong with a name is said now, and not by a running program.

@@ -16,6 +16,7 @@ import jax.numpy as jnp
 
 from ..map.compiled import compiled
 from ..map.spec import map_of
+from ._given import length
 
 Function = Callable[..., jax.Array]
 
@@ -64,7 +65,7 @@ def _encode_jvp(
     columns = jacobian(uv, spec)
     by_u, by_v = columns[..., 0], columns[..., 1]
     a, b, c = (jnp.sum(p * q, -1) for p, q in ((by_u, by_u), (by_u, by_v), (by_v, by_v)))
-    over = 1.0 / ((a * c - b * b) * jnp.linalg.norm(directions, axis=-1))
+    over = 1.0 / ((a * c - b * b) * length(directions))
     rows = [
         (c * over)[..., None] * by_u - (b * over)[..., None] * by_v,
         (a * over)[..., None] * by_v - (b * over)[..., None] * by_u,

@@ -13,7 +13,7 @@ from ..map.grid import places
 from ..map.spec import map_of, spec_of
 from ..resample import linear
 from . import _images, _sums
-from ._given import in_float, split_rotation, turned_back, vectors
+from ._given import in_float, one_rotation, split_rotation, turned_back, vectors
 from ._moving import Moving, now, seen
 
 if TYPE_CHECKING:
@@ -147,6 +147,8 @@ def convert(
     """
     turn, fixed = split_rotation(rotation)
     data = in_float(image, "image")
+    if turn is not None:
+        turn = one_rotation(turn)
     if turn is not None or isinstance(src, Moving) or isinstance(dst, Moving):
         if filter != "bilinear" or antialias:
             raise ValueError(
@@ -239,7 +241,10 @@ def integrate(image: Any, /, projection: ProjectionLike, *, any_aspect: bool = F
     held = linear.image_axes(spec, data.shape, any_aspect)
     texels, back = channels_last(data, held)
     weights = light.weights(map_of(spec), texels.shape[:-1], any_aspect=True)
-    total = jnp.sum(_images.flat(texels) * jnp.asarray(weights, data.dtype).reshape(-1, 1), axis=0)
+    columns = jnp.asarray(weights, data.dtype).reshape(-1, 1)
+    # Texels without a part in the sphere hold no value: whatever is there does not count.
+    values = jnp.where(columns == 0, 0.0, _images.flat(texels))
+    total = jnp.sum(values * columns, axis=0)
     return back(total).astype(jnp.asarray(image).dtype)
 
 

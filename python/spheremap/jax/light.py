@@ -131,15 +131,15 @@ class Distribution:
         # Where only a gradient is asked for, it is known again.
         self._image = jax.lax.stop_gradient(last)
 
-        def made(image: Any) -> light.Distribution:
-            return light.Distribution(
-                np.asarray(image), p, luminance=luminance, any_aspect=any_aspect
-            )
-
-        self._made = made
+        self._map, self._luminance, self._any_aspect = p, luminance, any_aspect
         # What is wrong with the rest is said now, and not by a running program.
         image = self._image
-        self._held = made(image if is_known(image) else np.ones(last.shape, last.dtype))
+        self._held = self._made(image if is_known(image) else np.ones(last.shape, last.dtype))
+
+    def _made(self, image: Any) -> light.Distribution:
+        return light.Distribution(
+            np.asarray(image), self._map, luminance=self._luminance, any_aspect=self._any_aspect
+        )
 
     def sample(self, xi: Any, /) -> tuple[jax.Array, jax.Array]:
         """Return directions and their density for numbers in [0, 1].

@@ -13,7 +13,7 @@ from ..map.grid import places
 from ..map.images import target_shape
 from ..map.spec import map_of, spec_of
 from . import _moving, _verbs
-from ._given import split_rotation, turned, turned_back, vectors
+from ._given import one_rotation, power_of_two, split_rotation, turned, turned_back, vectors
 from ._moving import Moving
 
 if TYPE_CHECKING:
@@ -306,7 +306,7 @@ def directions(
                 projection, size, axes=axes, rotation=fixed, dtype=width, any_aspect=any_aspect
             )
         )
-    return (found if turn is None else turned(turn, found)).astype(dtype)
+    return (found if turn is None else turned(one_rotation(turn), found)).astype(dtype)
 
 
 def reflect(view: Any, normal: Any, /) -> jax.Array:
@@ -331,7 +331,8 @@ def reflect(view: Any, normal: Any, /) -> jax.Array:
 
     Notes
     -----
-    It is printed code (`spheremap.code`), with all derivatives.
+    It is printed code (`spheremap.code`), with all derivatives. Where there is no normal, or a
+    number is not finite, the result is NaN and no gradient flows.
 
     Examples
     --------
@@ -341,8 +342,16 @@ def reflect(view: Any, normal: Any, /) -> jax.Array:
     [-1.0, 1.0, 0.0]
     """
     pair = vectors(view, 3, "view"), vectors(normal, 3, "normal")
-    wide = any(one.dtype == jnp.float64 for one in pair)
-    found = compiled("latlong", "jax", wide)["reflect"](*jnp.broadcast_arrays(*pair))
+    wide = jnp.promote_types(pair[0].dtype, pair[1].dtype)
+    v, n = jnp.broadcast_arrays(*(one.astype(wide) for one in pair))
+    known = jnp.all(jnp.isfinite(v) & jnp.isfinite(n), axis=-1, keepdims=True)
+    known &= jnp.any(n != 0, axis=-1, keepdims=True)
+    # What is left out below would spoil the gradient of the rest, and the length of a normal has no
+    # say.
+    v, n = jnp.where(known, v, 0.0), jnp.where(known, n, 1.0)
+    size = power_of_two(v)
+    mirror = compiled("latlong", "jax", wide == jnp.float64)["reflect"]
+    found = jnp.where(known, mirror(v / size, n / power_of_two(n)) * size, jnp.nan)
     return found.astype(jnp.promote_types(jnp.asarray(view).dtype, jnp.asarray(normal).dtype))
 
 

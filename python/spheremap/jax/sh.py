@@ -15,7 +15,7 @@ from .. import sh
 from ..map.spec import spec_of
 from ..resample import linear
 from . import _harmonics, _sums
-from ._given import in_float, split_rotation, turned_back, vectors
+from ._given import in_float, one_rotation, split_rotation, turned_back, vectors
 from .images import channels_last
 from .maps import directions as directions_of
 
@@ -118,8 +118,11 @@ def evaluate(coefficients: Any, directions: Any, /) -> jax.Array:
     c, d = in_float(coefficients, "coefficients"), vectors(directions, 3, "directions")
     wide = jnp.promote_types(c.dtype, d.dtype)
     basis = _harmonics.basis(d.astype(wide), _harmonics.order_of(c))
-    found = jnp.tensordot(c.astype(wide), basis, axes=(-1, -1), precision="highest")
-    return found.astype(jnp.asarray(coefficients).dtype)
+    # What is no direction has no harmonics, and would spoil the gradient of all coefficients.
+    known = jnp.all(jnp.isfinite(basis), axis=-1, keepdims=True)
+    rows = jnp.where(known, basis, 0.0)
+    found = jnp.tensordot(c.astype(wide), rows, axes=(-1, -1), precision="highest")
+    return jnp.where(known[..., 0], found, jnp.nan).astype(jnp.asarray(coefficients).dtype)
 
 
 def rotate(coefficients: Any, /, rotation: Any) -> jax.Array:
@@ -155,6 +158,7 @@ def rotate(coefficients: Any, /, rotation: Any) -> jax.Array:
         matrix = jnp.asarray(sh.rotate(np.eye((order + 1) ** 2), fixed), c.dtype)
         found = jnp.matmul(c, matrix.T, precision="highest")
         return found.astype(jnp.asarray(coefficients).dtype)
+    turn = one_rotation(turn)
     # A grid that determines the function: its values, turned, are those of the result.
     grid = directions_of("latlong", 2 * order + 2, dtype=c.dtype)
     values = evaluate(c, turned_back(turn, grid))

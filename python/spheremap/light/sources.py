@@ -397,9 +397,10 @@ def add_sun(
     image, projection, axes, rotation, skipna, negative, any_aspect, channels_first
         As for `lights`.
     sun : Sun or None
-        From `sun` or `remove_sun`, of this image or another. Its `solid_angle` may be any that is
-        not negative: a disc narrower than a texel fills the texel that it is in, to the same
-        irradiance. None adds nothing. For a batch it is one, or a sequence with one for each image.
+        From `sun` or `remove_sun`, of this image or another. Its `direction` may be of any length,
+        its `solid_angle` any that is not negative: a disc narrower than a texel fills the texel
+        that it is in, to the same irradiance. None adds nothing. For a batch it is one, or a
+        sequence with one for each image.
 
     Returns
     -------
@@ -409,8 +410,8 @@ def add_sun(
     Raises
     ------
     ValueError
-        As for `lights`, for a solid angle that is none, and where the image does not cover the sun
-        or has other channels.
+        As for `lights`, for a direction or a solid angle that is none, and where the image does not
+        cover the sun or has other channels.
     TypeError
         As for `lights`.
 
@@ -438,6 +439,12 @@ def add_sun(
     toward = as_doubles(sun.direction, "sun.direction")
     if toward.shape != (3,):
         raise ValueError(f"Expected `sun.direction` to have shape (3,), got {toward.shape}.")
+    longest = np.abs(toward).max()
+    if not 0 < longest < np.inf:
+        raise ValueError(f"Expected `sun.direction` to be finite and not zero, got {toward}.")
+    # Squares of the largest and the smallest have no width.
+    toward = toward / longest
+    toward = toward / np.linalg.norm(toward)
     solid_angle = as_number(sun.solid_angle, "sun.solid_angle")
     if not 0 <= solid_angle < np.inf:
         raise ValueError(

@@ -12,9 +12,9 @@ import torch
 
 from .. import _core, sh
 from ..resample.linear import MATRICES
-from ._images import by_channels
+from ._images import by_channels, nothing
 from ._operators import alike, define, has_kernel
-from ._printed import forward_of, unit_vectors
+from ._printed import forward_of_smooth, unit_vectors
 from ._specs import HELD, map_of
 
 if TYPE_CHECKING:
@@ -46,13 +46,18 @@ def _project(image: Tensor, spec: str, order: int, texels: str) -> Tensor:
 
 def _spread(gradient: Tensor, spec: str, shape: list[int], texels: str) -> Tensor:
     rows = np.ascontiguousarray(gradient.detach().cpu().numpy(), np.float64)
-    found = _core.sh_project_adjoint(rows, map_of(spec), shape, texels == "points")
-    return torch.from_numpy(found).to(gradient.device, gradient.dtype).reshape(*shape, -1)
+    finite = np.isfinite(rows)
+    # Each coefficient flows back to all texels of its channel, and so does what is no number.
+    found = _core.sh_project_adjoint(
+        np.where(finite, rows, 0.0), map_of(spec), shape, texels == "points"
+    ).reshape(*shape, rows.shape[-1])
+    found[..., ~finite.all(axis=0)] = np.nan
+    return torch.from_numpy(found).to(gradient.device, gradient.dtype)
 
 
 spread: Callable[..., Tensor] = define(
     "sh_spread(Tensor gradient, str spec, SymInt[] shape, str texels) -> Tensor",
-    kernel=_spread,
+    kernel=nothing(_spread, lambda gradient, spec, shape, texels: tuple(shape)),
     fake=lambda g, spec, shape, texels: g.new_empty((*shape, g.shape[-1])),
     batched=by_channels("sh_spread"),
     reverse=lambda wanted, g, spec, shape, texels, result, again: (
@@ -62,7 +67,7 @@ spread: Callable[..., Tensor] = define(
 )
 project: Callable[..., Tensor] = define(
     "sh_project(Tensor image, str spec, int order, str texels) -> Tensor",
-    kernel=_project,
+    kernel=nothing(_project, lambda image, spec, order, texels: ((order + 1) ** 2,)),
     fake=lambda image, spec, order, texels: image.new_empty(((order + 1) ** 2, image.shape[-1])),
     batched=by_channels("sh_project"),
     reverse=lambda wanted, image, spec, order, texels, result, g: (
@@ -136,7 +141,7 @@ def _basis_forward(directions: Tensor, order: int, result: Tensor, tangent: Tens
 
 
 def _basis_tangent(directions: Tensor, tangent: Tensor, order: int) -> Tensor:
-    return forward_of(lambda d: _printed(d, order), directions, tangent)
+    return forward_of_smooth(lambda d: _printed(d, order), directions, tangent)
 
 
 def _tangent_batched(
@@ -150,6 +155,7 @@ basis_tangent = define(
     kernel=_basis_tangent,
     fake=lambda d, tangent, order: d.new_empty((*d.shape[:-1], (order + 1) ** 2)),
     batched=_tangent_batched,
+    none="`sh.evaluate` has no derivative by directions of its forward one.",
 )
 basis = define(
     "sh_basis(Tensor directions, int order) -> Tensor",

@@ -5,6 +5,7 @@ Here an image has its channels last, batches among them: (H, W, channels), (F, N
 
 from __future__ import annotations
 
+import json
 import math
 import warnings
 from collections.abc import Callable
@@ -17,7 +18,7 @@ from .. import resample
 from ..resample.linear import MATRICES, linear_of, without_fill
 from . import _verbs
 from ._lookups import lookups
-from ._operators import alike, define, has_kernel
+from ._operators import alike, define, has_kernel, product
 from ._specs import map_of
 
 if TYPE_CHECKING:
@@ -26,6 +27,20 @@ if TYPE_CHECKING:
 
 def _flat(image: Tensor, axes: int) -> Tensor:
     return image.reshape(math.prod(image.shape[:axes]), image.shape[-1])
+
+
+def nothing(kernel: Callable[..., Tensor], shape: Callable[..., tuple[int, ...]]) -> Any:
+    """Return a kernel that makes nothing of an image without channels, which those of NumPy refuse.
+
+    `shape` takes its arguments and returns the shape of the result but for the channels.
+    """
+
+    def checked(image: Tensor, *given: Any) -> Tensor:
+        if image.shape[-1] == 0:
+            return image.new_zeros((*shape(image, *given), 0))
+        return kernel(image, *given)
+
+    return checked
 
 
 def by_channels(name: str) -> Callable[..., tuple[Tensor, int]]:
@@ -63,7 +78,7 @@ def _linear(image: Tensor, key: str) -> Tensor:
         # Finding it takes longer than many calls.
         return torch.from_numpy(made.run(image.detach().cpu().numpy())).to(image.device)
     columns = _flat(image, len(made.source))
-    found = held_matrix(key, False, image.device, image.dtype) @ columns
+    found = product(held_matrix(key, False, image.device, image.dtype), columns)
     if made.fill != 0.0:
         found[torch.from_numpy(made.empty).to(image.device)] = made.fill
     return found.reshape(*made.target, -1)
@@ -75,7 +90,7 @@ def _linear_adjoint(gradient: Tensor, key: str) -> Tensor:
     if has_kernel(gradient):
         found = torch.from_numpy(made.matrix.adjoint(columns.detach().numpy()))
     else:
-        found = held_matrix(key, True, gradient.device, gradient.dtype) @ columns
+        found = product(held_matrix(key, True, gradient.device, gradient.dtype), columns)
     return found.reshape(*made.source, -1)
 
 
@@ -98,8 +113,15 @@ def _linear_reverse(
     return (linear_adjoint(gradient, key),)
 
 
+def derived(key: str) -> str:
+    """Return the key of the derivative of what a key makes: the same but for what is no sum."""
+    if json.loads(key)["filter"] == "mode":
+        raise NotImplementedError("`convert` with filter='mode' has no gradient.")
+    return without_fill(key)
+
+
 def _linear_forward(image: Tensor, key: str, result: Tensor, tangent: Tensor) -> Tensor:
-    return linear(tangent, without_fill(key))
+    return linear(tangent, derived(key))
 
 
 def _linear_adjoint_reverse(
@@ -114,7 +136,7 @@ def _linear_adjoint_forward(gradient: Tensor, key: str, result: Tensor, tangent:
 
 linear_adjoint: Callable[..., Tensor] = define(
     "linear_adjoint(Tensor gradient, str key) -> Tensor",
-    kernel=_linear_adjoint,
+    kernel=nothing(_linear_adjoint, lambda g, key: linear_of(key).source),
     fake=lambda g, key: g.new_empty((*linear_of(key).source, g.shape[-1])),
     batched=by_channels("linear_adjoint"),
     reverse=_linear_adjoint_reverse,
@@ -122,7 +144,7 @@ linear_adjoint: Callable[..., Tensor] = define(
 )
 linear: Callable[..., Tensor] = define(
     "linear(Tensor image, str key) -> Tensor",
-    kernel=_linear,
+    kernel=nothing(_linear, lambda image, key: linear_of(key).target),
     fake=lambda image, key: image.new_empty((*linear_of(key).target, image.shape[-1])),
     batched=by_channels("linear"),
     reverse=_linear_reverse,
@@ -165,6 +187,8 @@ def _sample_places(
     image: Tensor, directions: Tensor, gradient: Tensor, spec: str, filter: str
 ) -> Tensor:
     _expect_bilinear(filter)
+    if image.shape[-1] == 0:
+        return image.new_zeros((*directions.shape[:-1], 2))
     made = lookups(spec, tuple(image.shape[:-1]))
     texels = _flat(image, image.ndim - 1).detach().cpu().numpy()
     columns = gradient.reshape(-1, gradient.shape[-1]).detach().cpu().numpy()
@@ -183,7 +207,7 @@ def _sample_slopes(image: Tensor, directions: Tensor, spec: str, filter: str) ->
     _expect_bilinear(filter)
     made = lookups(spec, tuple(image.shape[:-1]))
     found = made.slopes(_flat(image, image.ndim - 1), directions.reshape(-1, 3))
-    return found.reshape(2, *directions.shape[:-1], -1)
+    return found.reshape(2, *directions.shape[:-1], image.shape[-1])
 
 
 def _sample_reverse(
@@ -222,8 +246,18 @@ def _sample_forward(
     if of_directions is not None:
         slopes = sample_slopes(image, directions, spec, filter)
         along = _verbs.encode_tangent(directions, spec, of_directions)
-        found = found + slopes[0] * along[..., :1] + slopes[1] * along[..., 1:2]
+        found = found + along_slopes(slopes, along)
     return found
+
+
+def along_slopes(slopes: Tensor, of_uv: Tensor) -> Tensor:
+    """Return how lookups change with the places that they are at.
+
+    Where nothing changes between texels, as outside the coverage, a place that has no derivative
+    spoils nothing.
+    """
+    terms = slopes * of_uv[..., :2].movedim(-1, 0).unsqueeze(-1)
+    return torch.where(slopes == 0, 0.0, terms).sum(0)
 
 
 def _adjoint_reverse(
@@ -237,9 +271,26 @@ def _adjoint_reverse(
     again: Tensor,
 ) -> tuple[Tensor | None, None]:
     if wanted[1]:
-        raise NotImplementedError("`sample` has no second derivative by directions.")
+        raise NotImplementedError(NO_SECOND)
     return sample(again, directions, spec, filter, 0.0), None
 
+
+def _adjoint_forward(
+    gradient: Tensor,
+    directions: Tensor,
+    spec: str,
+    filter: str,
+    shape: list[int],
+    result: Tensor,
+    of_gradient: Tensor | None,
+    of_directions: Tensor | None,
+) -> Tensor:
+    if of_directions is not None or of_gradient is None:
+        raise NotImplementedError(NO_SECOND)
+    return sample_adjoint(of_gradient, directions, spec, filter, shape)
+
+
+NO_SECOND = "`sample` has no second derivative by directions."
 
 sample_places = define(
     "sample_places(Tensor image, Tensor directions, Tensor gradient, str spec, str filter)"
@@ -247,24 +298,27 @@ sample_places = define(
     kernel=_sample_places,
     fake=lambda image, d, gradient, spec, filter: image.new_empty((*d.shape[:-1], 2)),
     batched=_places_batched,
+    none=NO_SECOND,
 )
 sample_slopes = define(
     "sample_slopes(Tensor image, Tensor directions, str spec, str filter) -> Tensor",
-    kernel=_sample_slopes,
+    kernel=nothing(_sample_slopes, lambda image, d, *_: (2, *d.shape[:-1])),
     fake=lambda image, d, spec, filter: image.new_empty((2, *d.shape[:-1], image.shape[-1])),
     batched=by_channels("sample_slopes"),
+    none=NO_SECOND,
 )
 sample_adjoint = define(
     "sample_adjoint(Tensor gradient, Tensor directions, str spec, str filter, SymInt[] shape)"
     " -> Tensor",
-    kernel=_sample_adjoint,
+    kernel=nothing(_sample_adjoint, lambda g, d, spec, filter, shape: tuple(shape)),
     fake=lambda g, d, spec, filter, shape: g.new_empty((*shape, g.shape[-1])),
     batched=by_channels("sample_adjoint"),
     reverse=_adjoint_reverse,
+    forward=_adjoint_forward,
 )
 sample = define(
     "sample(Tensor image, Tensor directions, str spec, str filter, float fill) -> Tensor",
-    kernel=_sample,
+    kernel=nothing(_sample, lambda image, d, *_: tuple(d.shape[:-1])),
     fake=lambda image, d, spec, filter, fill: image.new_empty((*d.shape[:-1], image.shape[-1])),
     batched=by_channels("sample"),
     reverse=_sample_reverse,

@@ -39,8 +39,12 @@ def _tell_the_compiler() -> None:
 
     This is done when something is compiled, since the compiler takes a second to import.
     """
-    from torch._inductor import decomposition
+    from torch._inductor import decomposition, lowering
 
+    for operator in _written:
+        # What stays an operator on the CPU is called as one; the compiler itself would add that
+        # where it meets one, and takes none that may be written out.
+        lowering.make_fallback(operator, warn=False)
     decomposition.decompositions.update(_written)
     # A copy that torch holds from a compilation before this one.
     decomposition.fast_random_decomps.cache_clear()
@@ -55,6 +59,7 @@ def define(
     written: Callable[..., Tensor] | None = None,
     reverse: Callable[..., tuple[Tensor | None, ...]] | None = None,
     forward: Callable[..., Tensor] | None = None,
+    none: str | None = None,
 ) -> Callable[..., Tensor]:
     """Define an operator and return it.
 
@@ -77,8 +82,8 @@ def define(
         one of each tensor. It is made of what has derivatives, where there are second ones.
     forward : callable, optional
         Takes the arguments, the result and the tangents (or None) of the tensors.
-
-    Without the last two, a derivative is an error.
+    none : str, optional
+        What is said where one of the last two is missing and asked for: an error.
     """
     name = schema.partition("(")[0]
     _library.define(schema)
@@ -120,7 +125,7 @@ def define(
         @staticmethod
         def backward(ctx: Any, *gradients: Any) -> Any:
             if reverse is None:
-                raise NotImplementedError(f"spheremap::{name} has no derivative.")
+                raise NotImplementedError(none)
             if gradients[0] is None:
                 return (None,) * (tensors + values)
             *given, result = ctx.saved_tensors
@@ -131,7 +136,7 @@ def define(
         @staticmethod
         def jvp(ctx: Any, *tangents: Any) -> Any:
             if forward is None:
-                raise NotImplementedError(f"spheremap::{name} has no forward derivative.")
+                raise NotImplementedError(none)
             *given, result = ctx.saved_tensors
             return forward(*given, *ctx.values, result, *tangents[:tensors])
 
@@ -154,6 +159,62 @@ def alike(in_dims: tuple[int | None, ...], *given: Tensor) -> list[Tensor]:
     pairs = list(zip(given, in_dims, strict=False))
     count = next(t.shape[k] for t, k in pairs if isinstance(k, int))
     return [t.expand(count, *t.shape) if k is None else t.movedim(k, 0) for t, k in pairs]
+
+
+def is_compiled() -> bool:
+    """Tell whether torch's compiler looks at a call, whose numbers are not known to it."""
+    found: bool = torch.compiler.is_compiling()
+    return found
+
+
+def is_hidden(tensor: Tensor) -> bool:
+    """Tell whether the numbers of a tensor are not known: within `vmap` or the compiler."""
+    return is_compiled() or _has_level(tensor, torch._C._functorch.is_batchedtensor)
+
+
+def is_moving(tensor: Tensor) -> bool:
+    """Tell whether what is made of a tensor must follow it.
+
+    It must where a derivative is asked for, reverse or forward, and where its numbers are not
+    known.
+    """
+    if is_hidden(tensor) or (torch.is_grad_enabled() and tensor.requires_grad):
+        return True
+    # A level of `torch.func` has its derivatives in a tensor about this one.
+    if _has_level(tensor, torch._C._functorch.is_gradtrackingtensor):
+        return True
+    return forward_ad._current_level >= 0 and forward_ad.unpack_dual(tensor).tangent is not None
+
+
+def _has_level(tensor: Tensor, kind: Callable[[Tensor], bool]) -> bool:
+    """Tell whether one of the levels of `torch.func` about a tensor is of a kind."""
+    functorch = torch._C._functorch
+    while functorch.is_functorch_wrapped_tensor(tensor):
+        if kind(tensor):
+            return True
+        tensor = functorch.get_unwrapped(tensor)
+    return False
+
+
+def product(a: Tensor, b: Tensor) -> Tensor:
+    """Return a matrix product in the width of what is multiplied, whatever autocast says."""
+    kind = a.device.type
+    if not torch.is_autocast_enabled(kind):
+        return a @ b
+    with torch.autocast(kind, enabled=False):
+        return a @ b
+
+
+def power_of_two(vectors: Tensor) -> Tensor:
+    """Return what brings the largest number of each vector near 1, (..., 1), by a division.
+
+    Squares of the largest and the smallest have no width. A power of two rounds nothing; it is a
+    constant to derivatives.
+    """
+    largest = vectors.detach().abs().amax(-1, keepdim=True)
+    usable = largest.isfinite() & (largest > 0)
+    known = torch.where(usable, largest, 1.0)
+    return known / (2 * torch.frexp(known).mantissa)
 
 
 def in_float(tensor: Tensor, name: str) -> Tensor:

@@ -16,6 +16,7 @@ import torch
 
 from .. import _core
 from ..resample.linear import Linear, linear_of, without_fill
+from ._images import derived
 from ._operators import define
 
 if TYPE_CHECKING:
@@ -44,11 +45,15 @@ def _shape(sides: tuple[int, ...], like: Tensor) -> tuple[int, ...]:
 def _planes(images: Tensor) -> Planes:
     found: Planes = images.numpy()
     count, channels = found.shape[0], found.shape[-3]
-    return found.reshape(count, -1, channels, math.prod(found.shape[-2:]))
+    faces = math.prod(found.shape[1:-3])
+    return found.reshape(count, faces, channels, math.prod(found.shape[-2:]))
 
 
 def _by_few(run: Callable[[Floats], Floats], images: Tensor, target: tuple[int, ...]) -> Tensor:
     given = images.detach().contiguous()
+    if given.shape[0] == 0 or given.shape[-3] == 0:
+        # No images, or none of a channel.
+        return given.new_zeros(_shape(target, given))
     source = _planes(given)
     # NumPy asks for large pages, and torch does not: half of the time goes into touching new ones.
     out = np.empty(_shape(target, given), source.dtype)
@@ -63,7 +68,11 @@ def _by_few(run: Callable[[Floats], Floats], images: Tensor, target: tuple[int, 
 
 def _linear(images: Tensor, key: str) -> Tensor:
     made: Linear = linear_of(key)
-    return _by_few(lambda columns: made.run(columns.reshape(*made.source, -1)), images, made.target)
+
+    def run(columns: Floats) -> Floats:
+        return made.run(columns.reshape(*made.source, columns.shape[-1]))
+
+    return _by_few(run, images, made.target)
 
 
 def _adjoint(gradient: Tensor, key: str) -> Tensor:
@@ -94,7 +103,7 @@ linear: Callable[..., Tensor] = define(
     fake=lambda images, key: images.new_empty(_shape(linear_of(key).target, images)),
     batched=_batched("linear_planes"),
     reverse=lambda wanted, images, key, result, gradient: (adjoint(gradient, key),),
-    forward=lambda images, key, result, tangent: linear(tangent, without_fill(key)),
+    forward=lambda images, key, result, tangent: linear(tangent, derived(key)),
 )
 adjoint: Callable[..., Tensor] = define(
     "linear_planes_adjoint(Tensor gradient, str key) -> Tensor",

@@ -38,7 +38,8 @@ def run(verb: str, data: Tensor, spec: str) -> Tensor:
 
 def unit_vectors(data: Tensor) -> Tensor:
     """Return directions of length 1, as printed code takes them; NaN of what has no direction."""
-    scaled = data / data.abs().amax(-1, keepdim=True)
+    # Squares of the largest and the smallest have no width.
+    scaled = data / data.detach().abs().amax(-1, keepdim=True)
     return scaled / torch.linalg.vector_norm(scaled, dim=-1, keepdim=True)
 
 
@@ -53,7 +54,31 @@ def forward_of(function: Callable[[Tensor], Tensor], at: Tensor, along: Tensor) 
             found: Tensor = torch.func.jvp(function, given[:1], given[1:])[1]
         return found
 
-    # Within an operator torch has derivatives switched off; in another thread it has not.
+    return _apart(run)
+
+
+def forward_of_smooth(function: Callable[[Tensor], Tensor], at: Tensor, along: Tensor) -> Tensor:
+    """Return the forward derivative of a function without choices, within an operator.
+
+    What flows back is linear in what flows in, and what flows back through that is the forward
+    derivative. So it is one within forward derivatives too, which torch does not nest.
+    """
+    given, tangent = at.detach(), along.detach()
+
+    def run() -> Tensor:
+        value, pull = torch.func.vjp(function, given)
+        _, push = torch.func.vjp(lambda g: pull(g)[0], torch.zeros_like(value))
+        found: Tensor = push(tangent)[0]
+        return found
+
+    return _apart(run)
+
+
+def _apart(run: Callable[[], Tensor]) -> Tensor:
+    """Return what a function does in another thread.
+
+    Within an operator torch has derivatives switched off; in another thread it has not.
+    """
     with ThreadPoolExecutor(1) as apart:
         return apart.submit(run).result()
 

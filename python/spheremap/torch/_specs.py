@@ -12,8 +12,19 @@ import torch
 from .._threads import on_all_threads
 from ..map import spec
 from ..map.spec import HELD, map_of
+from ._operators import is_moving, product
 
-__all__ = ["HELD", "map_of", "on_blocks", "spec_of", "split_rotation", "turned_back", "whole"]
+__all__ = [
+    "HELD",
+    "as_fixed",
+    "map_of",
+    "on_blocks",
+    "one_rotation",
+    "spec_of",
+    "split_rotation",
+    "turned_back",
+    "whole",
+]
 
 # What is computed on a block stays in a core's cache.
 _BLOCK = 1 << 15
@@ -33,7 +44,30 @@ def split_rotation(rotation: Any | None) -> tuple[torch.Tensor | None, Any | Non
 
 def turned_back(directions: torch.Tensor, rotation: torch.Tensor) -> torch.Tensor:
     """Return Rᵀ d, where directions were before a rotation took what is at d to R d."""
-    return (directions.unsqueeze(-2) @ rotation.to(directions.dtype)).squeeze(-2)
+    return product(directions.unsqueeze(-2), rotation.to(directions.dtype)).squeeze(-2)
+
+
+def one_rotation(rotation: torch.Tensor) -> torch.Tensor:
+    """Return a rotation that there may be one of."""
+    if rotation.ndim != 2:
+        raise ValueError(f"Expected `rotation` to have shape (3, 3), got {tuple(rotation.shape)}.")
+    return rotation
+
+
+def as_fixed(rotation: torch.Tensor) -> Any | None:
+    """Return a rotation as an array that a map is turned by; None where it is multiplied.
+
+    It is where what is made of it must follow it, and where it is one to rounding alone: a tensor
+    is taken as it is, with a gradient and without.
+    """
+    if is_moving(rotation):
+        return None
+    array = rotation.detach().double().cpu().numpy()
+    try:
+        spec.spec_of("latlong", rotation=array)
+    except ValueError:
+        return None
+    return array
 
 
 def _as_array(rotation: Any) -> Any:

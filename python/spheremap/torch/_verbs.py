@@ -6,6 +6,7 @@ First derivatives are those of `jacobian`, which the kernels compute. Only what 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ import numpy as np
 import torch
 
 from .. import _core
-from ._operators import alike, define, has_kernel
+from ._operators import alike, define, has_kernel, power_of_two
 from ._printed import by_place, run
 from ._specs import map_of
 
@@ -97,12 +98,14 @@ class _Inverse:
     """
 
     def __init__(self, directions: Tensor, uv: Tensor, spec: str) -> None:
+        # Squares of the largest and the smallest have no width.
+        size = directions.detach().abs().amax(-1, keepdim=True)
         columns = jacobian(uv, spec)
         self._u, self._v = (columns[..., k].unbind(-1) for k in range(2))
         self._a, self._b = _dot(self._u, self._u), _dot(self._u, self._v)
         self._c = _dot(self._v, self._v)
-        length = torch.linalg.vector_norm(directions, dim=-1)
-        self._over = 1.0 / ((self._a * self._c - self._b * self._b) * length)
+        length = torch.linalg.vector_norm(directions / size, dim=-1)
+        self._over = 1.0 / ((self._a * self._c - self._b * self._b) * length) / size.squeeze(-1)
 
     def _solved(self, u: Tensor, v: Tensor) -> tuple[Tensor, Tensor]:
         first = (self._c * u - self._b * v) * self._over
@@ -139,8 +142,23 @@ def _encode_gradient(directions: Tensor, gradient: Tensor, spec: str) -> Tensor:
     if not has_kernel(directions):
         return _composed(directions, gradient, spec)
     flat, of_uv = directions.reshape(-1, 3).contiguous(), gradient.reshape(-1, 2).contiguous()
-    found = _core.encode_gradient(map_of(spec), flat.detach().numpy(), of_uv.detach().numpy())
-    return torch.from_numpy(found).reshape(directions.shape)
+    size = None if _has_squares(flat) else power_of_two(flat)
+    given = flat if size is None else (flat / size).contiguous()
+    found = torch.from_numpy(
+        _core.encode_gradient(map_of(spec), given.detach().numpy(), of_uv.detach().numpy())
+    )
+    return (found if size is None else found / size).reshape(directions.shape)
+
+
+def _has_squares(directions: Tensor) -> bool:
+    """Tell whether all directions are of a length that has a square in their width."""
+    about = torch.finfo(directions.dtype)
+    low, high = math.sqrt(about.tiny) / about.eps, math.sqrt(about.max) / 4
+    if directions.numel() == 0:
+        return True
+    largest = directions.detach().abs().amax(-1)
+    smallest, greatest = torch.aminmax(largest)
+    return bool(smallest > low) and bool(greatest < high)
 
 
 def _again_reverse(
@@ -158,7 +176,7 @@ def _again_batched(
 
 
 def encode_tangent(directions: Tensor, spec: str, tangent: Tensor) -> Tensor:
-    """Return how u and v change with directions."""
+    """Return how u and v change with directions; it is NaN outside the coverage."""
     return _Inverse(directions, encode(directions, spec), spec).tangent(tangent)
 
 
@@ -190,7 +208,9 @@ def _place_rules(
             none = (gradient == 0).all(-1, keepdim=True)
             return (padded_places(torch.where(none, 0.0, torch.stack(pair, dim=-1)), uv),)
         for _ in range(axes - 1):
-            of, last = of.flatten(-3, -2), last.flatten(-2, -1)
+            # Whole shapes: the older vmap of `torch.autograd` has no rule for `flatten`.
+            of = of.reshape(*of.shape[:-3], of.shape[-3] * of.shape[-2], of.shape[-1])
+            last = last.reshape(*last.shape[:-2], last.shape[-2] * last.shape[-1])
         if axes == 0:
             of, last = of.unsqueeze(-2), last.unsqueeze(-1)
         return (padded_places(times(of, last), uv),)
@@ -211,18 +231,21 @@ encode_gradient: Callable[..., Tensor] = define(
     batched=_again_batched,
     written=_composed,
     reverse=_again_reverse,
+    none="The gradient of `encode` has reverse derivatives alone.",
 )
 jacobian_slope = define(
     "jacobian_slope(Tensor uv, str spec) -> Tensor",
     kernel=_derived("jacobian"),
     fake=_fake(lambda _: (3, 2, 2)),
     batched=_batched("jacobian_slope"),
+    none="`jacobian` has no second derivative.",
 )
 density_slope = define(
     "density_slope(Tensor uv, str spec) -> Tensor",
     kernel=_derived("density"),
     fake=_fake(lambda _: (2,)),
     batched=_batched("density_slope"),
+    none="`density` has no second derivative.",
 )
 _reverse, _forward = _place_rules(jacobian_slope, 2)
 jacobian = define(

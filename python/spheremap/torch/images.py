@@ -9,10 +9,10 @@ import torch
 
 from .. import light
 from ..resample import linear
-from . import _gathers, _images, _planes, _verbs
-from ._moving import Moving, now
-from ._operators import has_kernel, in_float
-from ._specs import map_of, spec_of, split_rotation, turned_back, whole
+from . import _gathers, _images, _planes
+from ._moving import Moving, texels, text_of
+from ._operators import has_kernel, in_float, is_hidden, is_moving
+from ._specs import as_fixed, map_of, one_rotation, spec_of, split_rotation, turned_back, whole
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -119,7 +119,9 @@ def convert(
     rotation : Tensor, array_like or an object with ``.as_matrix()``, optional
         As for `spheremap.convert`, of shape (3, 3). Gradients flow to a tensor, and
         to the parameters of `src` and `dst` that are tensors, with ``filter="bilinear",
-        antialias=False``; with others a tensor that wants one is an error.
+        antialias=False``; with others a tensor that wants one is an error, and one whose numbers
+        `torch.func.vmap` or the compiler hides. With these a tensor is multiplied as it is; with
+        others, and in an array, it must be a rotation.
     fill : float
         As for `spheremap.convert`.
 
@@ -131,7 +133,8 @@ def convert(
     Raises
     ------
     ValueError, TypeError
-        As for `spheremap.convert`.
+        As for `spheremap.convert`; ValueError without a `size` where parameters are hidden, and
+        for a `size` of one number where they change the shape of an image that it stands for.
 
     Notes
     -----
@@ -151,35 +154,41 @@ def convert(
     (torch.Size([2, 6, 3, 16, 16]), 9216)
     """
     turn, fixed = split_rotation(rotation)
-    data = in_float(image, "image")
+    in_float(image, "image")
     moves = [one for one in (src, dst) if isinstance(one, Moving)]
-    turns = turn is not None and torch.is_grad_enabled() and turn.requires_grad
-    if turns or any(one.wants_gradient for one in moves):
-        if filter != "bilinear" or antialias:
+    follows = any(one.is_moving for one in moves)
+    is_lookup = filter == "bilinear" and not antialias
+    if turn is not None:
+        fixed = as_fixed(one_rotation(turn))
+        if is_moving(turn) or (fixed is None and is_lookup):
+            follows = True
+        elif fixed is None:
+            # It is no rotation, which is said below.
+            fixed = turn.detach().cpu().numpy()
+    if follows:
+        if not is_lookup:
+            hidden = any(one.is_hidden for one in moves) or (turn is not None and is_hidden(turn))
             raise ValueError(
                 "Gradients flow to `rotation` and to parameters of maps with filter='bilinear' and "
                 "antialias=False alone."
+                + (" So do numbers that `vmap` or the compiler hides." if hidden else "")
             )
-        moving = src.seen(None, fixed) if isinstance(src, Moving) else None
-        seen = spec_of(src, None, fixed) if moving is None else moving.spec
-        shape = whole(image.shape)
-        source, grid = turned_grid(map_of(seen), now(dst), size, shape, world, any_aspect)
-        directions = grid.to(device=data.device, dtype=data.dtype)
-        if isinstance(dst, Moving):
-            target = dst.in_world_of(source) if world == "match" else dst
-            directions = target.decode(_verbs.encode(directions, target.spec))
-        found = _looked_up(image, directions, source, turn, filter, float(fill), any_aspect, moving)
-        # (channels, faces, rows, columns), as values of directions come.
-        extra = image.ndim - _axes(source, whole(image.shape), any_aspect)
-        faces = extra > 0 and grid.ndim == 4
-        return (found.movedim(extra - 1, -3) if faces else found).contiguous()
-    src, dst = now(src), now(dst)
-    if turn is not None:
-        fixed = turn.detach().cpu().numpy()
+        if turn is not None:
+            fixed = None
+        return _moved(image, src, dst, size, turn, fixed, float(fill), world, any_aspect)
     return _linear(
         image,
         *_conversion(
-            whole(image.shape), src, dst, size, fixed, filter, fill, antialias, world, any_aspect
+            whole(image.shape),
+            text_of(src),
+            text_of(dst),
+            size,
+            fixed,
+            filter,
+            fill,
+            antialias,
+            world,
+            any_aspect,
         ),
     )
 
@@ -260,8 +269,41 @@ def integrate(image: Tensor, /, projection: ProjectionLike, *, any_aspect: bool 
     spec = spec_of(projection)
     held = _axes(spec, whole(image.shape), any_aspect)
     weights = _weights(spec, whole(_first(data, held).shape[-held:])).to(image.device)
-    total = (_flat(data, held).double() * weights.flatten()).sum(1)
+    # Texels without a part in the sphere hold no value: whatever is there does not count.
+    held_here = torch.where(weights.flatten() == 0, 0.0, _flat(data, held).double())
+    total = (held_here * weights.flatten()).sum(1)
     return _back(image, held)(total).to(image.dtype)
+
+
+def _moved(
+    image: Tensor,
+    src: ProjectionLike | Moving,
+    dst: ProjectionLike | Moving,
+    size: Size | None,
+    turn: Tensor | None,
+    fixed: Any | None,
+    fill: float,
+    world: Worlds,
+    any_aspect: bool,
+) -> Tensor:
+    """Return a conversion by bilinear lookups, whose places are no constants."""
+    for one in (src, dst):
+        if isinstance(one, Moving):
+            one.expect_shape(size)
+    data = in_float(image, "image")
+    moving = src.seen(None, fixed) if isinstance(src, Moving) else None
+    seen = spec_of(src, None, fixed) if moving is None else moving.spec
+    source, grid = turned_grid(seen, text_of(dst), size, whole(image.shape), world, any_aspect)
+    directions = grid.to(device=data.device, dtype=data.dtype)
+    if isinstance(dst, Moving):
+        target = dst.in_world_of(source) if world == "match" else dst
+        at = texels(target.spec, whole(grid.shape[:-1])).to(data.device, data.dtype)
+        directions = target.decode(at)
+    found = _looked_up(image, directions, source, turn, "bilinear", fill, any_aspect, moving)
+    # (channels, faces, rows, columns), as values of directions come.
+    extra = image.ndim - _axes(source, whole(image.shape), any_aspect)
+    faces = extra > 0 and grid.ndim == 4
+    return (found.movedim(extra - 1, -3) if faces else found).contiguous()
 
 
 def _looked_up(
@@ -282,8 +324,8 @@ def _looked_up(
         looked = turned_back(looked, turn)
     axes = _axes(spec, whole(image.shape), any_aspect)
     if moving is not None:
-        spec = moving.rest()
-        looked = _verbs.decode(moving.encode(looked), spec)
+        seen = moving.sample(_last(data, axes), looked, filter, fill)
+        return _back(image, axes)(seen.movedim(-1, 0)).to(image.dtype)
     shape = whole(_first(data, axes).shape[-axes:])
     rule = None if has_kernel(data) or filter != "bilinear" else _gathers.rule(spec, shape)
     if rule == "rectangle":
@@ -385,15 +427,20 @@ def _as_before(made: Tensor, image: Tensor) -> Tensor:
 
 
 _axes = torch.compiler.assume_constant_result(linear.image_axes)
-_conversion = torch.compiler.assume_constant_result(linear.conversion)
 _border = torch.compiler.assume_constant_result(linear.border)
 _target = torch.compiler.assume_constant_result(linear.target_of)
 
 
 @torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
-def turned_grid(*given: Any) -> tuple[str, Tensor]:
+def _conversion(shape: tuple[int, ...], src: str, dst: str, *given: Any) -> tuple[int, str, int]:
+    """Return the axes of the source, the key of a conversion, and the axes of the result."""
+    return linear.conversion(shape, map_of(src), map_of(dst), *given)
+
+
+@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
+def turned_grid(src: str, dst: str, *given: Any) -> tuple[str, Tensor]:
     """Return the source, and the directions of the result's texels in its world."""
-    source, grid = linear.turned_grid(*given)
+    source, grid = linear.turned_grid(map_of(src), map_of(dst), *given)
     return source, torch.from_numpy(grid)
 
 

@@ -10,7 +10,7 @@ import torch
 from .. import light
 from . import sh
 from ._operators import in_float
-from ._specs import map_of, spec_of, whole
+from ._specs import map_of, spec_of, split_rotation, whole
 from .images import channels_first, turned_grid, with_channels
 
 if TYPE_CHECKING:
@@ -67,8 +67,12 @@ def irradiance(
     (torch.Size([6, 3, 8, 8]), 1.0)
     """
     data = in_float(image, "image")
-    source, grid = turned_grid(src, dst, size, whole(image.shape), world, any_aspect)
-    found = sh.project(data, map_of(source), order=order, rotation=rotation, any_aspect=any_aspect)
+    seen, target = spec_of(src), spec_of(dst)
+    _, grid = turned_grid(seen, target, size, whole(image.shape), world, any_aspect)
+    turn, fixed = split_rotation(rotation)
+    if fixed is not None:
+        seen = spec_of(src, None, fixed)
+    found = sh.projected(data, seen, turn, order, "means", any_aspect)
     d = grid.to(device=data.device, dtype=data.dtype)
     values = sh.evaluate(sh.convolve(found, lobe="cosine"), d)
     # Normals that there are none of.

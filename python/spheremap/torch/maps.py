@@ -9,9 +9,9 @@ import torch
 from ..map import verbs
 from . import _moving, _verbs
 from ._moving import Moving
-from ._operators import in_float
+from ._operators import in_float, power_of_two, product
 from ._printed import call
-from ._specs import map_of, spec_of, split_rotation, turned_back
+from ._specs import map_of, one_rotation, spec_of, split_rotation, turned_back, whole
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -52,8 +52,9 @@ def projection(name: ProjectionLike, /, **parameters: Any) -> Projection | Movin
     within some 1e-9 of a derivative; there are no second ones. They cost four calls of `decode` for
     each parameter, on the CPU.
 
-    `encode` and `decode` with it work under `torch.compile`; the others look at the numbers in the
-    tensors.
+    Where `torch.func.vmap` or the compiler hides a number, `directions` and `convert` want a `size`
+    with all its sides if that number changes them, and `sample` an image of the aspect that `name`
+    has by itself, or ``any_aspect=True``.
 
     Examples
     --------
@@ -168,7 +169,7 @@ def decode(
         spec = spec_of(projection, axes, fixed)
         found = _verbs.decode(_of_places(uv, spec), spec)
     if turn is not None:
-        found = (turn.to(found.dtype) @ found.unsqueeze(-1)).squeeze(-1)
+        found = product(turn.to(found.dtype), found.unsqueeze(-1)).squeeze(-1)
     return found.to(uv.dtype)
 
 
@@ -215,7 +216,7 @@ def jacobian(
     spec = spec_of(projection, axes, fixed)
     found = _verbs.jacobian(_of_places(uv, spec), spec)
     if turn is not None:
-        found = turn.to(found.dtype) @ found
+        found = product(turn.to(found.dtype), found)
     return found.to(uv.dtype)
 
 
@@ -287,7 +288,8 @@ def directions(
     Raises
     ------
     ValueError, TypeError
-        As for `spheremap.directions`.
+        As for `spheremap.directions`; ValueError for a `size` of one number where a parameter that
+        is hidden changes the shape that it stands for.
 
     Examples
     --------
@@ -301,12 +303,15 @@ def directions(
     is_double = dtype == torch.float64
     if isinstance(projection, Moving):
         moving = projection.seen(axes, fixed)
-        places = _texels(moving.spec, size, any_aspect, is_double)
-        found = moving.decode(places.to(device or moving.together().device))
+        moving.expect_shape(size)
+        shape = whole(_moving.shape_of(moving.spec, size, any_aspect))
+        texels = _moving.texels(moving.spec, shape)
+        width = torch.float64 if is_double else torch.float32
+        found = moving.decode(texels.to(device or moving.together().device, width))
     else:
         found = _grid(projection, size, axes, fixed, any_aspect, is_double).to(device)
     if turn is not None:
-        found = found @ turn.to(found.dtype).mT
+        found = product(found, one_rotation(turn).to(found.dtype).mT)
     return found.to(dtype)
 
 
@@ -327,12 +332,13 @@ def reflect(view: Tensor, normal: Tensor, /) -> Tensor:
 
     Raises
     ------
-    TypeError
-        For what is no tensor of floats.
+    ValueError, TypeError
+        For what is not (..., 3), or no tensor of floats.
 
     Notes
     -----
-    It is printed code (`spheremap.code`), with all derivatives.
+    It is printed code (`spheremap.code`), with all derivatives. Where there is no normal, or a
+    number is not finite, the result is NaN and no gradient flows.
 
     Examples
     --------
@@ -341,13 +347,18 @@ def reflect(view: Tensor, normal: Tensor, /) -> Tensor:
     >>> spheremap.torch.reflect(view, normal).tolist()
     [-1.0, 1.0, 0.0]
     """
-    dtype = torch.promote_types(view.dtype, normal.dtype)
-    vectors = (in_float(view, "view"), in_float(normal, "normal"))
-    width = torch.promote_types(vectors[0].dtype, vectors[1].dtype)
-    found: Tensor = call(
-        "reflect", "latlong", *(one.to(width) for one in torch.broadcast_tensors(*vectors))
-    )
-    return found.to(dtype)
+    v = _with_axis(in_float(view, "view"), 3, "view")
+    n = _with_axis(in_float(normal, "normal"), 3, "normal")
+    wide = torch.promote_types(v.dtype, n.dtype)
+    v, n = torch.broadcast_tensors(v.to(wide), n.to(wide))
+    known = v.isfinite().all(-1, keepdim=True) & n.isfinite().all(-1, keepdim=True)
+    known = known & (n != 0).any(-1, keepdim=True)
+    # What is left out below would spoil the gradient of the rest, and the length of a normal has no
+    # say.
+    v, n = torch.where(known, v, 0.0), torch.where(known, n, 1.0)
+    size = power_of_two(v)
+    found: Tensor = call("reflect", "latlong", v / size, n / power_of_two(n)) * size
+    return torch.where(known, found, torch.nan).to(torch.promote_types(view.dtype, normal.dtype))
 
 
 @torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
@@ -368,14 +379,6 @@ def _grid(
         any_aspect=any_aspect,
     )
     return torch.from_numpy(found)
-
-
-@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
-def _texels(spec: str, size: Size, any_aspect: bool, is_double: bool) -> Tensor:
-    """Return the places of an image's texels."""
-    p = map_of(spec)
-    d = p.directions(size, dtype="float64" if is_double else "float32", any_aspect=any_aspect)
-    return torch.from_numpy(p.encode(d))
 
 
 def _of_places(uv: Tensor, spec: str) -> Tensor:

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 
 from .. import packing
-from ._operators import define, in_float
+from ._operators import define, in_float, power_of_two
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -132,8 +132,14 @@ def quantize(directions: Tensor, name: str | Packing, /, rounding: str = "precis
     ([0.5947, 0.8039, 0.0], [0.128, -0.096, 0.0])
     """
     data = in_float(directions, "directions")
-    unit = torch.nn.functional.normalize(data, dim=-1)
-    return _quantized(unit, _name(name), rounding).to(directions.dtype)
+    if data.ndim == 0 or data.shape[-1] != 3:
+        raise ValueError(f"Expected `directions` to be (..., 3), got {tuple(data.shape)}.")
+    known = data.isfinite().all(-1, keepdim=True) & (data != 0).any(-1, keepdim=True)
+    # What is none would spoil the gradient of the rest.
+    safe = torch.where(known, data, 1.0)
+    unit = torch.nn.functional.normalize(safe / power_of_two(safe), dim=-1)
+    found = _quantized(unit, _name(name), rounding)
+    return torch.where(known, found, torch.nan).to(directions.dtype)
 
 
 @torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
@@ -143,12 +149,8 @@ def _name(scheme: str | Packing) -> str:
 
 def _kernel(unit: Tensor, name: str, rounding: str) -> Tensor:
     given = unit.detach().cpu().numpy()
-    held = np.isfinite(given).all(axis=-1) & (given != 0).any(axis=-1)
-    codes = packing.pack(np.where(held[..., None], given, [0, 0, 1]), name, rounding)
-    found = packing.unpack(codes, name, dtype=given.dtype)
-    return torch.from_numpy(np.where(held[..., None], found, np.nan).astype(given.dtype)).to(
-        unit.device
-    )
+    found = packing.unpack(packing.pack(given, name, rounding), name, dtype=given.dtype)
+    return torch.from_numpy(np.asarray(found)).to(unit.device)
 
 
 def _batched(

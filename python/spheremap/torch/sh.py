@@ -5,6 +5,7 @@ Coefficients are along the last axis, (..., (order + 1)²), and channels and bat
 
 from __future__ import annotations
 
+import math
 from operator import index
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +14,8 @@ import torch
 
 from .. import sh
 from . import _harmonics
-from ._operators import has_kernel, in_float
-from ._specs import spec_of, split_rotation, turned_back, whole
+from ._operators import has_kernel, in_float, product
+from ._specs import as_fixed, one_rotation, spec_of, split_rotation, turned_back, whole
 from .images import channels_first
 from .maps import directions as directions_of
 
@@ -72,8 +73,14 @@ def project(
     (2.0467, torch.Size([6, 16, 16]))
     """
     turn, fixed = split_rotation(rotation)
+    return projected(image, spec_of(projection, axes, fixed), turn, order, texels, any_aspect)
+
+
+def projected(
+    image: Tensor, spec: str, turn: Tensor | None, order: int, texels: str, any_aspect: bool
+) -> Tensor:
+    """Return the coefficients of an image of the map that a text stands for, turned."""
     data = in_float(image, "image")
-    spec = spec_of(projection, axes, fixed)
     several, back = channels_first(data, spec, any_aspect)
     if has_kernel(data):
         last = several.movedim(0, -1).contiguous()
@@ -81,7 +88,7 @@ def project(
     else:
         shape = whole(several.shape[1:])
         held = _harmonics.matrix(spec, shape, order, texels, str(data.device))
-        found = several.flatten(1).double() @ held
+        found = product(several.flatten(1).double(), held)
     made = back(found.to(data.dtype))
     return (made if turn is None else rotate(made, turn)).to(image.dtype)
 
@@ -125,7 +132,13 @@ def evaluate(coefficients: Tensor, directions: Tensor, /) -> Tensor:
         raise ValueError(f"Expected `directions` to be (..., 3), got {tuple(d.shape)}.")
     wide = torch.promote_types(c.dtype, d.dtype)
     basis = _harmonics.basis(d.to(wide), _order(c))
-    return torch.tensordot(c.to(wide), basis, dims=([-1], [-1])).to(coefficients.dtype)
+    lead, own = whole(c.shape[:-1]), whole(d.shape[:-1])
+    # What is no direction has no harmonics, and would spoil the gradient of all coefficients.
+    rows = basis.reshape(math.prod(own), basis.shape[-1])
+    known = rows.isfinite().all(-1)
+    columns = c.to(wide).reshape(math.prod(lead), c.shape[-1])
+    found = product(columns, torch.where(known[:, None], rows, 0.0).mT)
+    return torch.where(known, found, torch.nan).reshape((*lead, *own)).to(coefficients.dtype)
 
 
 def rotate(coefficients: Tensor, /, rotation: Any) -> Tensor:
@@ -157,10 +170,11 @@ def rotate(coefficients: Tensor, /, rotation: Any) -> Tensor:
     c = in_float(coefficients, "coefficients")
     order = _order(c)
     turn, fixed = split_rotation(rotation)
-    if turn is None or not (turn.requires_grad and torch.is_grad_enabled()):
-        given = fixed if turn is None else turn.detach().double().cpu().numpy()
-        made = torch.from_numpy(sh.rotate(np.eye((order + 1) ** 2), given))
-        return (c @ made.mT.to(c.device, c.dtype)).to(coefficients.dtype)
+    if turn is not None:
+        fixed = as_fixed(one_rotation(turn))
+    if turn is None or fixed is not None:
+        made = _turned(order, fixed)
+        return product(c, made.mT.to(c.device, c.dtype)).to(coefficients.dtype)
     # A grid that determines the function: its values, turned, are those of the result.
     grid = directions_of("latlong", 2 * order + 2, dtype=c.dtype, device=c.device)
     values = evaluate(c, turned_back(grid, turn))
@@ -207,6 +221,12 @@ def convolve(coefficients: Tensor, /, *, lobe: str | Tensor | Any, **parameters:
     sh.expect_factors(tuple(factors.shape), order, parameters)
     degrees = [degree for degree in range(order + 1) for _ in range(2 * degree + 1)]
     return (c * factors[torch.tensor(degrees, device=c.device)]).to(coefficients.dtype)
+
+
+@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
+def _turned(order: int, rotation: Any) -> Tensor:
+    """Return what coefficients are multiplied by for a rotation."""
+    return torch.from_numpy(sh.rotate(np.eye((order + 1) ** 2), rotation))
 
 
 @torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]

@@ -43,9 +43,11 @@ def test_a_known_scene_comes_back():
     # Between columns of half a degree: (h k)²/8 · 0.4 is 1e-4 with k up to 5.
     assert np.abs(eac - want).max() < 2e-4
     panorama = sm.convert(eac, EAC, "latlong", size=128)
-    back = sm.projection("latlong").in_world_of(EAC).directions((128, 256))
+    p = sm.projection("latlong").in_world_of(EAC)
+    # Beside poles means of texels are not what their centers see.
+    back = sm.convert(scene(p.directions(512)), p, p, size=128, filter="area")
     # Texels of 1.4 degrees, antialiased: (h k)²/8 · 0.4, and as much again.
-    assert np.abs(panorama - scene(back)).max() < 2e-3
+    assert np.abs(panorama - back).max() < 2e-3
 
 
 def test_columns_are_those_that_max2sphere_reads():

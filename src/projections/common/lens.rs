@@ -56,8 +56,11 @@ pub fn grows(rim: f64, slope: &dyn Fn(f64) -> f64, radius: f64, names: &str) -> 
 fn first_at_most(least: f64, end: f64, slope: &dyn Fn(f64) -> f64) -> Option<f64> {
     const STEPS: usize = 2048;
     let at = |k: usize| end * k as f64 / STEPS as f64;
-    // A negation: what is not a number does not grow.
-    let stands = |angle: f64| !(slope(angle) > least);
+    // What is not a number does not grow.
+    let stands = |angle: f64| {
+        let slope = slope(angle);
+        slope.is_nan() || slope <= least
+    };
     let k = (0..=STEPS).find(|&k| stands(at(k)))?;
     let (mut low, mut high) = (at(k.saturating_sub(1)), at(k));
     for _ in 0..60 {

@@ -403,6 +403,7 @@ def test_ragged_codes_are_named():
         sm.packing.unpack([[1], [1, 2]], "oct32")
 
 
+HUGE = np.full((8, 16, 3), 1e308)
 NOTHING = np.full((8, 16, 3), np.nan)
 
 

@@ -148,6 +148,7 @@ def test_rotation_of_a_conversion_has_a_gradient_where_it_says_so() -> None:
     torch.testing.assert_close(torch.func.vmap(verb)(both), alone, rtol=0, atol=1e-13)
     compiled = torch.compile(verb, fullgraph=True, backend="aot_eager")
     followed = torch.stack([compiled(one) for one in both])
+    # As above.
     torch.testing.assert_close(followed, alone, rtol=0, atol=1e-13)
     # No rotation, which a tensor need not be, with a gradient or without.
     off = turn.detach() + 1e-4

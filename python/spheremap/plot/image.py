@@ -96,7 +96,6 @@ def show(
     """
     labels, mask = as_flag(labels, "labels"), as_flag(mask, "mask")
     colorbar = as_flag(colorbar, "colorbar")
-    ax = new_axes(ax)
     colors, limits = _color_map(cmap), _limits(vmin, vmax)
     p = resolve(projection)
     pixels = np.asanyarray(image)
@@ -118,6 +117,8 @@ def show(
         outside = None if outside is None else np.concatenate(list(outside), axis=1)
     height, width = pixels.shape[:2]
 
+    # What cannot be drawn leaves no figure behind.
+    ax = new_axes(ax)
     single = pixels.ndim == 2 or pixels.shape[2] == 1
     asked = any(option is not None for option in (colors, *limits))
     if single and (asked or not is_gray(pixels)):

@@ -177,6 +177,22 @@ def test_smaller_panoramas_have_their_constants_and_holes(dtype):
         assert np.isfinite(sm.convert(image, "latlong", "latlong", size=24, skipna=True)).all()
 
 
+@pytest.mark.parametrize(
+    ("src", "shape", "dst", "size"),
+    [
+        ("cube", (6, 4, 4), "latlong", 4),
+        ("cube", (6, 24, 24), "latlong", 8),
+        ("latlong", (48, 96), "cube", 8),
+    ],
+)
+def test_of_places_a_number_is_the_same_beside_any_others(src, shape, dst, size):
+    image = np.random.default_rng(9).random((*shape, 6))
+    six = sm.convert(image, src, dst, size=size)
+    for channels in (1, 2, 3, 4, 5):
+        few = sm.convert(np.ascontiguousarray(image[..., :channels]), src, dst, size=size)
+        np.testing.assert_array_equal(few, six[..., :channels])
+
+
 @pytest.mark.parametrize("filter", ["bilinear", "bicubic"])
 @pytest.mark.parametrize("src", ["latlong", "cube"])
 def test_a_sun_beside_the_poles_keeps_its_light(src, filter):

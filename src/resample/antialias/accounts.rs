@@ -133,13 +133,15 @@ impl Sums {
             }
             self.weights[texel] += owner.weight * count;
         } else {
-            for (values, share) in samples {
-                let weight = owner.weight * share;
-                for ((sum, first), value) in sums.iter_mut().zip(&*first).zip(values) {
-                    *sum += weight * (value.to_f64() - *first);
-                }
-                self.weights[texel] += weight;
+            // As above, number by number: however many channels there are, each has the same bits.
+            for (c, (total, first)) in sums.iter_mut().zip(first).enumerate() {
+                let differences = samples
+                    .clone()
+                    .map(|(values, share)| share * (values[c].to_f64() - *first));
+                *total += owner.weight * differences.fold(0.0, |sum, x| sum + x);
             }
+            let count = samples.fold(0.0, |count, (_, share)| count + share);
+            self.weights[texel] += owner.weight * count;
         }
     }
 }

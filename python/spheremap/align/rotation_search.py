@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._progress import counted, part
+from ..map.evenly import points
 from ..map.named import resolve
 from ..resample.verbs import sample
 
@@ -57,14 +58,6 @@ class Match:
     rotation: Array
     correlation: float
     overlap: float
-
-
-def points(count: int) -> Array:
-    """Return places that lie evenly on the sphere."""
-    k = np.arange(count) + 0.5
-    y, turn = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
-    r = np.sqrt(1 - y * y)
-    return np.stack([r * np.sin(turn), y, r * np.cos(turn)], axis=-1)
 
 
 def search(first: Sequence[Panorama], second: Sequence[Panorama]) -> Match:

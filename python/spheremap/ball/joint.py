@@ -23,7 +23,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._progress import done
-from ..align.rotation_search import median, orthogonal, points, rotation_of_vector
+from ..align.rotation_search import median, orthogonal, rotation_of_vector
+from ..map.evenly import points
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,8 +15,9 @@ from .._progress import counted, part
 from .._scalars import as_items, as_whole, kind_of
 from .._show import line
 from .._threads import on_all_threads
-from ..align.rotation_search import Match, Panorama, median, points, search
+from ..align.rotation_search import Match, Panorama, median, search
 from ..align.rotation_search import refined as refined_match
+from ..map.evenly import points
 from ..map.images import target_shape
 from ..map.named import resolve
 from ..map.variants import pose_matrix

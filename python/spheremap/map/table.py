@@ -11,6 +11,7 @@ import numpy as np
 from .. import _core
 from .._scalars import as_number, as_text, as_whole
 from .._show import html_table, text_table
+from .evenly import points
 from .named import registered, resolve
 
 # Directions of the sphere at which figures are taken that have no closed form: they are right to
@@ -175,7 +176,8 @@ def figures(name: str) -> Figures:
     covered, number = entry["coverage_solid_angle"], entry["faces"]
     low, high = entry["density_range"]
     p = resolve(name)
-    spread = _spread()
+    # About the axis of most maps, along which their figures change.
+    spread = np.roll(points(_PLACES), 1, axis=-1)
     uv = p.encode(spread[p.covers(spread)])
     # The mean of the density over the coverage: that of an equal-area map is the density itself.
     density = high if low == high else float(np.nanmean(p.density(uv)))
@@ -207,15 +209,6 @@ def _aspects(jacobian: np.ndarray[Any, Any], stretch: float) -> np.ndarray[Any, 
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios: np.ndarray[Any, Any] = np.sqrt((aa + bb + spread) / np.maximum(aa + bb - spread, 0))
     return ratios
-
-
-@cache
-def _spread() -> np.ndarray[Any, Any]:
-    """Return directions that lie evenly on the sphere, along a spiral of golden angles."""
-    k = np.arange(_PLACES) + 0.5
-    height, turn = 1 - 2 * k / _PLACES, math.pi * (math.sqrt(5) - 1) * k
-    level = np.sqrt(1 - height * height)
-    return np.stack([level * np.cos(turn), level * np.sin(turn), height], -1)
 
 
 def _ratio(x: float) -> str:

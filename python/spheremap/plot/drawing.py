@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +29,7 @@ __all__ = [
     "bare",
     "drawn_shape",
     "expect_image",
+    "imported",
     "label",
     "mark_valid",
     "new_axes",
@@ -59,13 +61,18 @@ def new_figure(
         if not hasattr(figure, "subplots"):
             raise TypeError(f"Expected `figure` to be a matplotlib figure, got {kind_of(figure)}.")
         return figure
+    made: Figure = imported("matplotlib.pyplot").figure(figsize=size, layout="constrained")
+    return made
+
+
+def imported(module: str) -> Any:
+    """Return matplotlib, or a module of it; where it is missing, say how it is installed."""
     try:
-        import matplotlib.pyplot as plt
+        return import_module(module)
     except ImportError:
         raise ImportError(
             "plots need matplotlib: pip install spheremap[plot]", name="matplotlib"
         ) from None
-    return plt.figure(figsize=size, layout="constrained")
 
 
 def rgb(image: NDArray[Any], exposure: float | None) -> NDArray[np.uint8]:

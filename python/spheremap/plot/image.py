@@ -10,7 +10,7 @@ import numpy as np
 from .._arrays import as_array
 from .._scalars import as_flag, as_number, as_text
 from ..map.named import resolve
-from .drawing import OUTSIDE, bare, expect_image, label, new_axes, rgb
+from .drawing import OUTSIDE, bare, expect_image, imported, label, new_axes, rgb
 from .graticule import draw_graticule
 
 if TYPE_CHECKING:
@@ -158,13 +158,11 @@ def limits_of(images: Iterable[NDArray[Any]], *, signed: bool) -> tuple[float, f
 
 def _color_map(cmap: str | Colormap | None) -> Colormap | None:
     """Return a color map by its name, one that was given, or None."""
-    import matplotlib as mpl
-    from matplotlib.colors import Colormap
-
-    if cmap is None or isinstance(cmap, Colormap):
+    if cmap is None or isinstance(cmap, imported("matplotlib.colors").Colormap):
         return cmap
     try:
-        return mpl.colormaps[as_text(cmap, "cmap")]
+        found: Colormap = imported("matplotlib").colormaps[as_text(cmap, "cmap")]
+        return found
     except KeyError:
         raise ValueError(f"matplotlib has no color map {cmap!r:.40}.") from None
 
